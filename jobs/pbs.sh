@@ -63,7 +63,7 @@ used_up() {
 if [ "$code" = 75 ] && [ "$again" = yes ]; then  # there is more to do
   used=${HPCWHIRL_REQUEUES:-0}
   if [ "$used" -lt "$most_requeues" ]; then
-    # qrerun is for operators: a new job goes on, an array's element by itself
+    # qrerun is for operators: submit a new job, of an array this element
     sed '/^#PBS -J /d' jobs/pbs.sh |
       qsub -v "HPCWHIRL_REQUEUES=$((used + 1))"
   else

@@ -71,7 +71,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     helps = {
         "span": "time over which the edge is followed, s",
-        "look": "time after which a motion gets its word, s; if undecided up to 3 times",
+        "look": "time after which a motion gets its word, s; undecided: up to 3 times",
         "near": "relative distance of the two states at which bisection ends",
         "far": "relative distance of the two states at which they are bisected again",
     }

@@ -8,12 +8,13 @@ asked for again. The run, `status`, `--dry-run` and gathering all ask it.
 
 Parts of a planner:
 
-- a kind (`kinds`): the cases, and those of them with twins, by completions: `Grid`, all
-  cases known beforehand (grids, zips, lists, samples); `Refined`, cases that follow
-  from regimes. Another kind of design is another class there.
-- stages: an extended campaign (`--extend undecided --to S`) has one for each end time,
-  for cases whose regime is still open. Their records have digests of their own; a
-  case that is decided stays as it is.
-- twins: follow after their case has ended with a result, if the kind requests them;
-  each has stages like any case.
+- a kind (`kinds`), which says which cases there are, and which of them have twins, from
+  completions: `Grid`, all cases known beforehand (grids, zips, lists, samples);
+  `Chains`, branches, each case of which follows another one; `Refined`, cases that
+  follow from regimes. Another kind of design is another class there.
+- stages: an extended campaign (`--extend undecided --to S`) has a stage for each end
+  time, for cases whose regime is still open. Their records have digests of their own; a
+  decided case has no further stage.
+- twins: they follow after their case has ended with a result, if the kind requests
+  them; each has stages like any case.
 """

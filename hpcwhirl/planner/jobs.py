@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from hpcwhirl.scene.words import REGIMES, is_open, word_of
 
-OK = "ok"  # the status of what gave a result
+OK = "ok"  # status of a job that gave a result
 
 
 class Job(NamedTuple):
@@ -15,8 +15,9 @@ class Job(NamedTuple):
 
     Attributes
     ----------
-    case : its number, which encodes its fidelity: see `refinement.rule.Family.number`
-    twin : 1 .. count, 0 for the case itself
+    case : number of the case, which for a refined campaign includes its fidelity, see
+        `refinement.rule.Family.number`
+    twin : number of the twin, from 1; 0 for the case itself
     stage : 0: as planned; n: for the n-th end time of the extensions
     """
 
@@ -30,8 +31,8 @@ class Completion(NamedTuple):
 
     Attributes
     ----------
-    status : of its record
-    outcome, regime, whirl : of its row, if it has one
+    status : status of its record
+    outcome, regime, whirl : words of its row; "" without one
     is_open : whether the regime may change in a longer run
     """
 
@@ -64,7 +65,7 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Numbering of jobs, by which they are sent to ranks.
+    """Numbers for jobs, which are sent to ranks instead of the jobs.
 
     Attributes
     ----------

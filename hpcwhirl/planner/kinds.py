@@ -1,4 +1,4 @@
-"""Kinds of designs: the cases and those with twins, as they follow from completions."""
+"""Kinds of designs: which cases and twins follow from completions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hpcwhirl.planner.neighbours import Settings, at_boundary
 from hpcwhirl.refinement.rule import Family
 from hpcwhirl.scene.history import history_of, parsed
 
-LATE = ("boundary", "even")  # of a grid: who has twins follows from the words of all
+LATE = ("boundary", "even")  # twins that can be chosen only from the words of all cases
 
 
 class Followers(NamedTuple):
@@ -36,9 +36,9 @@ class Kind(Protocol):
 
     Attributes
     ----------
-    first : number of cases that are known beforehand: 0 .. first - 1
-    waiting : those of them that are computed only once `after` returns them
-    grows : whether cases may follow from others; True also of a kind that waits
+    first : number of cases that are known beforehand, 0 .. first - 1
+    waiting : those of them that are computed only after `after` has returned them
+    grows : whether cases may follow from others, or wait for others
     """
 
     first: int
@@ -50,8 +50,8 @@ class Kind(Protocol):
 
         Parameters
         ----------
-        case : a wanted case, at most once
-        end : completion of its last stage with a result, or of its failure
+        case : a case that has ended; each is passed at most once
+        end : completion of its last stage with a result, or its failure
         """
 
 
@@ -60,9 +60,9 @@ class Grid:
 
     Parameters
     ----------
-    settings : the swept inputs' values of each case
+    settings : {swept input: value} of each case
     swept : names of the swept inputs
-    digests : of each case
+    digests : digest of each case
     twins : table [twins] of the plan, empty for none
     """
 
@@ -113,11 +113,11 @@ class Grid:
 
 
 class Chains:
-    """Design of branches: each case follows after the one in which it begins.
+    """Design of branches: each case begins with the last state of the case before it.
 
     Parameters
     ----------
-    before : the case before each, -1 for none
+    before : number of the case before each case, -1 for none
     """
 
     grows = True
@@ -131,14 +131,14 @@ class Chains:
             self._next.setdefault(before[case], []).append(case)
 
     def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
-        """Return the cases that begin where a case has ended, however it has."""
+        """Return the cases that begin where a case has ended, even if it failed."""
         return Followers(self._next.get(case, ()))
 
 
 def cases_before(settings: Settings) -> list[int]:
-    """Return the case in which each case of a design begins, -1 for none.
+    """Return the number of the case before each case of a design, -1 for none.
 
-    settings : {input: value} of each case, with its `history`
+    settings : {input: value} of each case, including its `history`
     """
 
     def key(values: Mapping[str, Any]) -> str:
@@ -157,7 +157,7 @@ def cases_before(settings: Settings) -> list[int]:
 
 
 class Refined:
-    """Design of coarse cases, and refined cases that follow from regimes.
+    """Design with coarse cases, and further cases that follow from regimes.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ class Refined:
         self.family, self.twins, self.digest = family, twins, digest
         self.first = len(family.coarse)
         self.growth = family.growth(str(twins.get("of", "")))
-        self._twinned = 0  # of those of the growth, that have been returned
+        self._twinned = 0  # number of the growth's twinned cases already returned
 
     def after(self, case: int, end: Completion) -> Followers:
         """Return the cases and twins that follow from the completion of a case."""
@@ -189,9 +189,9 @@ class Refined:
         return Followers(cases, with_twins + self._even())
 
     def _even(self) -> list[int]:
-        """Return the cases of uniform surroundings that have twins; [] until all ended.
+        """Return the cases drawn away from boundaries; [] until all cases have ended.
 
-        See `even` of `refinement.growth`.
+        See `refinement.growth.Growth.even`.
         """
         if self.twins.get("of") != "even" or self.growth.left:
             return []
@@ -203,14 +203,14 @@ class Refined:
 def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int]:
     """Return a uniform random sample of cases, ascending.
 
-    It depends on digests and seed alone. If cases are added, the sample keeps its
-    earlier cases unless new ones replace them.
+    It depends on digests and seed only. If cases are added later, earlier cases stay in
+    the sample unless new ones displace them.
 
     Parameters
     ----------
-    named : (case, its digest)
-    count : size of the sample, at most
-    seed : of the sample
+    named : (case, its digest) of all cases
+    count : largest size of the sample
+    seed : seed of the sample
     """
     drawn = (
         (hashlib.sha256(f"{seed} {digest}".encode()).digest(), case)

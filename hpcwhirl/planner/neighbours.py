@@ -30,12 +30,12 @@ def at_boundary(
 ) -> NDArray[np.bool_]:
     """Return which cases have a neighbour with another regime, (cases,).
 
-    Neighbours differ in one numeric input alone, and their values of it are adjacent
+    Neighbours differ in only one numeric input, and their values of it are adjacent
     among the cases that agree in all other inputs. Cases without a regime are skipped.
 
     Parameters
     ----------
-    settings : the swept inputs' values of each case
+    settings : {swept input: value} of each case
     swept : names of the swept inputs
     words : regime of each case, "" for none
     """

@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.kinds import Kind
 
-UNWANTED, FAILED, DONE = -3, -2, -1  # else the stage that is left, of a case or a twin
-Find = Callable[[Job], Completion | None]  # how a job ended, None if it has not
+UNWANTED, FAILED, DONE = (
+    -3,
+    -2,
+    -1,
+)  # states of a case or twin; others: the stage left to do
+Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 Cases = NDArray[np.int64]
 
 
@@ -34,7 +38,7 @@ class Stages(NamedTuple):
     passed: NDArray[np.int8] | None = None
 
     def after(self, case: int, stage: int) -> int | None:
-        """Return the stage after one of a case whose regime is open, if any."""
+        """Return the stage after `stage` of a case whose regime is open, if any."""
         skipped = int(self.passed[case]) if self.passed is not None else 0
         following = max(stage, skipped) + 1
         return following if following <= self.last else None
@@ -45,7 +49,7 @@ class Jobs(NamedTuple):
 
     Attributes
     ----------
-    row : of their case, see `Planner.cases`
+    row : row of their case, see `Planner.cases`
     twin, stage : see `Job`
     """
 
@@ -60,15 +64,15 @@ class Planner:
     Parameters
     ----------
     kind : kind of the design
-    twins : number of twins of a case that has any
-    stages : of an extension
-    find : returns the completion of a job that has ended already; such jobs are not
-        returned again, only those that follow from them
+    twins : number of twins of a case that has twins
+    stages : stages of an extended campaign
+    find : function that returns the completion of a job that has already ended; such
+        jobs are not returned, only those that follow from them
 
     Attributes
     ----------
-    ends : {row: completion of its case, of the last stage with a result}; empty for a
-        plain campaign
+    ends : {row: completion of its case's last stage with a result}; empty for a plain
+        campaign
     """
 
     def __init__(
@@ -80,7 +84,7 @@ class Planner:
     ) -> None:
         self.kind, self.twins, self.stages, self.find = kind, twins, stages, find
         self.ends: dict[int, Completion] = {}
-        self._more: list[int] = []  # numbers of cases beyond the first
+        self._more: list[int] = []  # numbers of cases not known beforehand
         self._row: dict[int, int] = {}
         self._state = array("b")  # (rows, 1 + twins)
         self._add(kind.first)
@@ -90,7 +94,7 @@ class Planner:
 
     @property
     def is_plain(self) -> bool:
-        """Whether a case is one job, and no case follows from another."""
+        """Whether each case is one job, and no case follows from another."""
         return not (self.kind.grows or self.twins or self.stages.last)
 
     @property
@@ -100,7 +104,7 @@ class Planner:
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of rows, one for each case so far."""
+        """Return the number of rows: of cases known so far."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
@@ -112,13 +116,13 @@ class Planner:
         return row if row < self.kind.first else self._more[row - self.kind.first]
 
     def left(self) -> Jobs:
-        """Return the jobs that are left, by rows and twins."""
+        """Return the jobs that are left, sorted by row and twin."""
         state = self._states
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs that are left, and those of cases that wait for others."""
+        """Return the jobs that are left, including cases that wait for others."""
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
@@ -136,7 +140,7 @@ class Planner:
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether the last job of each case itself failed, (rows,)."""
+        """Whether the last job of each case failed, not counting twins, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
@@ -145,7 +149,7 @@ class Planner:
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
-        """Take in the completion of a job; return the jobs that follow from it."""
+        """Record the completion of a job; return the jobs that follow from it."""
         left, todo = list[Job](), [(job, end)]
         while todo:
             for follower in self._followers(*todo.pop()):
@@ -157,9 +161,9 @@ class Planner:
         return left
 
     def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
-        """Take in all completions of a plain campaign at once.
+        """Record all completions of a plain campaign at once.
 
-        ended, ok : (cases,), whether a case has ended, and with a result
+        ended, ok : (cases,), whether a case has ended, and whether it gave a result
         """
         if not self.is_plain:
             raise TypeError
@@ -169,7 +173,7 @@ class Planner:
     def _states(self) -> NDArray[np.int8]:
         """State of each case and its twins, (rows, 1 + twins), writable.
 
-        No row may be added while this view exists.
+        It is a view: no row may be added while it exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 
@@ -204,7 +208,7 @@ class Planner:
 
     def _want(self, cases: Sequence[int]) -> list[Job]:
         for case in cases:
-            if case < self.kind.first:  # it has waited
+            if case < self.kind.first:  # a case that has waited
                 self._state[case * (1 + self.twins)] = 0
             else:
                 self._row[case] = len(self)

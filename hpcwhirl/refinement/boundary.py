@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NONE = -1  # row of a missing case
-STATES = ("even", "mixed", "speckle")  # of a cell
+STATES = ("even", "mixed", "speckle")  # states of a cell
 
 
 @dataclass(frozen=True)
@@ -20,10 +20,12 @@ class Cells:
 
     Attributes
     ----------
-    corner : (m, 2^d), rows of the cases at their corners, the last input fastest
+    corner : (m, 2^d), rows of the cases at the corners, the last of d inputs varying
+        fastest
     panel, level : (m,), number of the panel; level of bisection
-    state : (m,), index in `STATES`: corners of one word, of several, or in a speckle
-    confirmed : (m,), 1 if all corners have a word of the second fidelity
+    state : (m,), index in `STATES`: all corners have one word, several words, or the
+        cell lies in speckle
+    confirmed : (m,), 1 if all corners have a word by the second fidelity
     """
 
     corner: Ints
@@ -53,14 +55,14 @@ class Cases:
 
 @dataclass
 class Boundaries:
-    """Points of boundaries, and the lines through them where two inputs are refined.
+    """Points of boundaries and, if two inputs are refined, the lines through them.
 
-    A point is the middle of an edge of a cell, between two cases of different words at
-    `low` and `high` of one input; the word changes somewhere between them. No evidence
-    locates the change better: growth jumps where a small motion dies out and a large
-    one grows, and linear interpolation errs more than the middle on two engines of
-    three (scripts/evidence/boundaries.md). Where more than two points of a cell are
-    joined, their lines meet in a further point, which lies on no edge.
+    A point is the middle of an edge of a cell, between two cases with different words
+    at `low` and `high` of one input; the word changes somewhere between them. No result
+    locates the change better: the growth rate jumps where a small motion decays and a
+    large one grows, and linear interpolation errs more than the middle on two engines
+    of three (scripts/evidence/boundaries.md). If a cell has more than two points, their
+    lines meet in a further point, which lies on no edge.
 
     Attributes
     ----------
@@ -118,7 +120,8 @@ def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
 
     Returns
     -------
-    (index of the input along the edge, rows of the cases at its low and high end) each
+    for each edge (index of the input along it, (rows of the cases at its low and high
+    end))
     """
     out = []
     for along in range(count):
@@ -133,7 +136,7 @@ def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
 def differ(cases: Cases, a: int, b: int) -> bool:
     """Return whether two cases of one fidelity have different words.
 
-    Cases of two fidelities do not count: their words may differ for that reason.
+    False for cases of different fidelity, whose words may differ for that reason.
     """
     one, other = str(cases.word[a]), str(cases.word[b])
     alike = bool(cases.fidelity[a] == cases.fidelity[b])

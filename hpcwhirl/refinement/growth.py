@@ -34,7 +34,7 @@ class Budget:
     Attributes
     ----------
     total : largest sum of the cases' costs
-    each : cost of a case of each fidelity
+    each : cost of one case, by fidelity
     """
 
     total: float
@@ -44,12 +44,12 @@ class Budget:
 class Growth:
     """The cases that a refined campaign needs; their set grows as cases get words.
 
-    Such a case is called wanted. Without a budget a case is wanted as soon as words
+    Such a case is called wanted. Without a budget, a case is wanted as soon as words
     require it, and the final set does not depend on the order in which words arrive.
-    With a budget, cases form generations: those required by the words of all earlier
-    ones. A generation starts when the one before it has ended, and consists of the
-    first cases, in the order of addresses, that the budget allows: the cases dropped
-    depend on words only.
+    With a budget, cases form generations. A generation starts when all cases of the
+    generation before have ended; of the cases that their words require it has the first
+    ones, in the order of addresses, that the budget allows. So the cases that are
+    dropped depend on words only.
 
     Parameters
     ----------
@@ -63,9 +63,10 @@ class Growth:
     Attributes
     ----------
     wanted : cases in the order in which they became wanted, the coarse ones first
-    twinned : cases whose twins are wanted, in the order in which they became so;
-        without those sampled when all cases have ended, see `even`
-    dropped : number of cases that the budget excluded; they might have required more
+    twinned : cases whose twins are wanted, in the order in which they became so; not
+        those that are drawn when all cases have ended, see `even`
+    dropped : number of cases that the budget excluded, not counting further ones that
+        these might have required
     """
 
     def __init__(
@@ -123,7 +124,7 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address], budget: Budget) -> list[Address]:
-        """Return a generation's first cases within the budget; none after a cut."""
+        """Return the cases of a generation within the budget; none once it is spent."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []
@@ -137,14 +138,14 @@ class Growth:
     def feed(
         self, found: Callable[[Address], str | None], ask: Iterable[Address]
     ) -> list[Address]:
-        """Record the words of all ended cases; return the wanted ones that have not.
+        """Record the words of all ended cases; return wanted cases that have not ended.
 
-        Cases that become wanted meanwhile are included.
+        Both include cases that become wanted meanwhile.
 
         Parameters
         ----------
-        found : function, case -> its word, None without one; raises KeyError for a case
-            that has not ended
+        found : function from a case to its word, None without one; raises KeyError for
+            a case that has not ended
         ask : wanted cases to start from
         """
         todo, left = list(ask), []
@@ -164,9 +165,10 @@ class Growth:
         return len(self._open)
 
     def even(self) -> list[Address]:
-        """Return the cases at points all of whose unsplit cells have one word only.
+        """Return the cases at points around which all unsplit cells have only one word.
 
-        At each point the case of the second fidelity, if it has a word, else the first.
+        At each point it is the case of the second fidelity if that has a word, else of
+        the first.
         """
         level = self.lattice.level
         return [

@@ -2,8 +2,8 @@
 
 A place along an input is an integer: coarse values are `1 << depth` apart, and each
 interval can be bisected up to its own depth. Values are exact decimals or, on a
-logarithmic scale, correctly rounded functions of decimals, cut to 12 digits: they, and
-so the digests of cases, are the same on every machine.
+logarithmic scale, correctly rounded functions of decimals, cut to 12 digits. So values,
+and the digests of cases, are the same on every machine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import cached_property
 EXACT = Context(prec=60)
 DIGITS = Context(prec=12)
 Point = tuple[int, ...]
-Cell = tuple[int, Point]  # level, lower corner
+Cell = tuple[int, Point]  # (level, lower corner)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,10 @@ class Side:
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return log2 of the size of a level's cell that contains a unit interval."""
+        """Return log2 of the size of the cell of a level that contains a unit interval.
+
+        unit : lower place of the unit interval
+        """
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
@@ -89,7 +92,7 @@ class Lattice:
     """The points of one to three refined inputs, and the cells between them.
 
     A cell is split by bisection along every input whose interval there allows a further
-    bisection; it is at its end where no input does.
+    bisection; it is at its end if no input does.
     """
 
     sides: tuple[Side, ...]
@@ -118,7 +121,7 @@ class Lattice:
         )
 
     def corners(self, cell: Cell) -> tuple[Point, ...]:
-        """Return the corners of a cell, the last input fastest."""
+        """Return the corners of a cell, the last input varying fastest."""
         ends = zip(cell[1], self.sizes(cell), strict=True)
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
@@ -151,7 +154,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return into how many cells a cell can be split `levels` below it, at most."""
+        """Return the largest number of cells in a cell, `levels` levels down."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):

@@ -42,7 +42,7 @@ class Rule:
     budget: tuple[float, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """Return the rule as plain data, as in JSON."""
+        """Return the rule as data for JSON."""
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, row: Mapping[str, Any] | None) -> str | None:
@@ -58,7 +58,7 @@ class Rule:
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:
-    """Return the rule from plain data, see `Rule.plain`; StoreError if damaged."""
+    """Return the rule from `Rule.plain`; raise StoreError if it is damaged."""
     try:
         fields = dict(plain)
         fields["depths"] = tuple(map(tuple, fields["depths"]))
@@ -73,7 +73,7 @@ class Family:
     """All possible cases of a refined campaign: coarse ones and refinements.
 
     A panel contains the cases that differ in refined inputs only. The number of a
-    coarse case is that of its row; numbers of others are computed from their address.
+    coarse case is that of its row; those of other cases follow from their addresses.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return the settings of a case: refined inputs, its panel's, its preset's."""
+        """Return {input: value} of a case: refined ones, its panel's, its preset's."""
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
@@ -157,7 +157,7 @@ class Family:
 
     @property
     def most(self) -> int:
-        """Number of cases if every cell is split, within the budget: an upper bound."""
+        """Upper bound of the number of cases: all cells split, within the budget."""
         points = 1
         for side in self.lattice.sides:
             points *= 1 + sum(1 << depth for depth in side.depths)
@@ -183,10 +183,15 @@ class Family:
 
 
 def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> None:
-    """Raise InputError where a new rule may not replace the one a campaign began with.
+    """Raise InputError if a new rule may not replace that of an existing campaign.
 
-    A finished campaign may be refined for the first time, or more finely, with another
-    budget or none, and with a confirming preset if it had none.
+    A campaign may be refined for the first time or more finely, with another budget or
+    none, and with a confirming preset if it had none.
+
+    Parameters
+    ----------
+    old, new : former and new rule, see `Rule.plain`
+    where : beginning of the message
     """
     if not old:
         return

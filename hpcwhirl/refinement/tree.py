@@ -1,4 +1,4 @@
-"""The tree of cells of one panel, split by the words at their points, see `Tree`."""
+"""The tree of cells of one panel, which are split by words at their points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
 
-SPECKLE_SHARE = 0.75  # a cell is speckle if a larger share of its parts is mixed
+SPECKLE_SHARE = 0.75  # a cell with a larger share of mixed parts is speckle
 FIRST, CONFIRM = 0, 1  # fidelities
 Wish = tuple[int, Point]  # fidelity and point of a wanted case
 
@@ -18,17 +18,17 @@ class Node:
 
     Attributes
     ----------
-    corners : its corners
-    points : wanted points in its closed box until it is split: corners, and hanging
-        points on its sides
+    corners : points at its corners
+    points : wanted points in its closed box, until it is split: corners, and corners of
+        smaller neighbours on its sides (hanging points)
     seen : words at its points, by the first and by the second fidelity
     at_corners : words at its corners, by the first fidelity
     open : number of corners whose cases have not ended
-    split : whether it has been split
+    split : whether the cell is split
     opened : whether its corners are to be confirmed by the second fidelity
     followed : whether the cases at its corners have twins
-    demanded : whether a finer neighbour requires its parts
-    changed : whether the two fidelities differ in the word of one of its points
+    demanded : whether a finer neighbour requires that it be split
+    changed : whether the two fidelities give different words at one of its points
     """
 
     corners: tuple[Point, ...]
@@ -49,26 +49,31 @@ class Node:
 
     @property
     def uneven(self) -> bool | None:
-        """Whether its corners' words differ by the first fidelity; None: not known."""
+        """Whether words at its corners differ, by the first fidelity; None: unknown."""
         return True if len(self.at_corners) > 1 else (None if self.open else False)
 
 
 class Tree:
-    """Cells of one panel; the least fixed point of rules that only add cells and cases.
+    """The cells of one panel, and the cases that they require.
+
+    They are the smallest sets that satisfy these rules, which only ever add cells and
+    cases:
 
     - A cell is split if two of its points (corners, and hanging points on its sides)
       have different words by the same fidelity.
-    - Split cells are balanced: the neighbours of a split cell, even at a corner, have
-      at least its level, and are split from coarser ones where necessary.
-    - Nothing is split or confirmed in speckle. A cell is in speckle if, `levels` above
-      it, a cell has more than three quarters of its parts that many levels down with
-      different words at their corners; those parts are reached by splitting cells with
-      different words at their corners. Only words at points of that cell matter.
-    - With a second fidelity, the corners of a mixed cell at its end are confirmed. So
-      are those of every cell around a point whose word the second fidelity changes,
-      except cells that are split anyway by their corners' first words.
-    - Cases with a word at the corners of mixed cells in speckle have twins; with twins
-      of boundaries, also those of mixed cells at their end, by the second fidelity if
+    - Split cells are balanced: the neighbours of a split cell, even at a corner, are
+      not coarser than it; coarser ones are split.
+    - Nothing is split or confirmed in speckle. A cell lies in speckle if the cell
+      `levels` above it has many mixed descendants: of all its possible descendants
+      `levels` down, more than three quarters have different words at their corners.
+      These descendants are reached by splitting cells with different words at their
+      corners; only words at points of the upper cell matter.
+    - With a second fidelity, the corners of a mixed cell at its end are confirmed, that
+      is, computed with it. So are those of every cell around a point whose word the
+      second fidelity changes, except cells that are split anyway by the first words at
+      their corners.
+    - Cases with a word at the corners of mixed cells in speckle have twins; if `twins`
+      is "boundary", also those of mixed cells at their end, by the second fidelity if
       there is one.
 
     A case that has ended without a word has no effect: no cell is split or confirmed
@@ -79,8 +84,8 @@ class Tree:
     lattice : places of the refined inputs
     levels : levels after which a cell with mostly mixed parts is speckle; 0: never
     confirm : whether there is a second fidelity
-    twins : which cases have twins: "all", "boundary", "speckle"; "" or "even": none by
-        these rules
+    twins : which cases have twins: "all", "boundary" or "speckle"; with "" or "even"
+        these rules give none
 
     Attributes
     ----------
@@ -107,7 +112,9 @@ class Tree:
         self.fresh: list[Wish] = []
         self._demanded: set[Cell] = set()  # cells to be split as soon as they exist
         self._speckled: dict[Cell, bool] = {}
-        self._asking: dict[Cell, set[Cell]] = {}  # {cell: cells to visit when known}
+        self._asking: dict[
+            Cell, set[Cell]
+        ] = {}  # {cell: cells to visit when it is known}
         self._todo: list[Cell] = []
         for cell in lattice.coarse():
             self._make(cell, ())
@@ -148,7 +155,7 @@ class Tree:
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
 
     def even(self) -> list[Wish]:
-        """Return the cases at points all of whose unsplit cells have one word only."""
+        """Return the cases at points around which unsplit cells have only one word."""
         even: set[Point] = set()
         other: set[Point] = set()
         for node in self.cells.values():
@@ -181,7 +188,7 @@ class Tree:
             self._revisit_waiting(cell)
 
     def _revisit_waiting(self, cell: Cell) -> None:
-        """Visit again the cells that depend on whether this cell's corners differ."""
+        """Visit again the cells that depend on the words at this cell's corners."""
         level, low = cell
         for above in range(max(level - self.levels, 0), level):
             self._todo += self._asking.pop(self.lattice.at(above, low), ())

@@ -1,4 +1,4 @@
-"""Inputs of a case as frozen data in SI units; TOML, quantities, words and presets."""
+"""Inputs of a case as frozen data in SI units; TOML, quantities, words, presets."""
 
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,

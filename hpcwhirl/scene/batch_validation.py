@@ -24,15 +24,16 @@ from hpcwhirl.scene.rules import LASTS, Rule, end_time, last_end
 from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
 
 Array = NDArray[Any]
-# function from an input's name to its value, or (cases,) values; a list as its length
+# function from an input's name to its value, or values, (cases,); a list is passed as
+# its length
 Columns = Callable[[str], Any]
 Condition = Callable[[Columns], Any]
-AT_ONCE = 1 << 18  # cases whose columns are evaluated together
+AT_ONCE = 1 << 18  # largest number of cases evaluated together
 STRICT = ConfigDict(strict=True)
 
 
 def end_times(get: Columns) -> Any:
-    """Return the engine time that each case lasts, s, see `Scene.end_time`."""
+    """Return the engine time of each case, s, see `Scene.end_time`."""
     return end_time(get("duration"), get("revolutions"), get("speed"))
 
 
@@ -102,7 +103,7 @@ class Many:
         wrong = self.first_wrong()
         if wrong < len(self.table):
             apply_settings(self.base, self.table[wrong])
-            msg = f"case {wrong} breaks a rule that its scene does not know"
+            msg = f"case {wrong} breaks a rule that its scene does not have"
             raise WhirlError(msg)
 
     def first_wrong(self) -> int:
@@ -157,12 +158,12 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return the column's values, as numbers, up to the last that any case has."""
+        """Return the column's values as numbers, up to the last that any case has."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
     def values(self, name: str) -> Array:
-        """Return an input's values in all cases, (cases,); a list as its length."""
+        """Return an input's value in each case, (cases,); of a list its length."""
         cases = np.arange(len(self.table))
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
@@ -213,9 +214,9 @@ class Many:
         return labels(parts, chosen)
 
     def first_of(self, cases: Array, names: Iterable[str]) -> list[int]:
-        """Return, of some cases, the first with each combination of inputs, ascending.
+        """Return the first of some cases with each combination of values, ascending.
 
-        Lists count as equal if their lengths are.
+        Lists of the same length count as equal.
         """
         swept = [(n, self.columns[n]) for n in names if n in self.columns]
         parts = [

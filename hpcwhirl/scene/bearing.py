@@ -1,9 +1,10 @@
 """The coefficients of a bearing over speed, from a table that an input names.
 
 Names of columns, their defaults and units are those of ROSS (R. Timbo et al., ROSS -
-Rotordynamic open source software, JOSS 2020): frequency, or w, in rad/s, kxx and cxx,
-and where they differ kyy, cyy (as kxx, cxx), kxy, kyx, cxy, cyx (0). A scene keeps the
-table itself as text, in one line, so that it does not depend on the file any more.
+Rotordynamic open source software, JOSS 2020): frequency, or w, rad/s; kxx and cxx; and,
+optionally, kyy and cyy (default kxx and cxx), kxy, kyx, cxy and cyx (default 0). A
+scene stores the table itself as one line of text, so that it does not depend on the
+file any more.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from hpcwhirl.errors import shown
 SPEED = "frequency"
 COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
 HEAD = ",".join((SPEED, *COEFFICIENTS))
-OTHERWISE = {"kyy": "kxx", "cyy": "cxx"}  # taken where a column is missing
+OTHERWISE = {"kyy": "kxx", "cyy": "cxx"}  # default of a missing column
 MOST_BYTES = 1 << 20
 Rows = list[tuple[float, ...]]
 
@@ -32,15 +33,15 @@ def is_table(text: str) -> bool:
 
 
 def bearing_table(text: str) -> str:
-    """Return a bearing's table as one line of text, the form that a scene keeps.
+    """Return a bearing's table as one line of text, the form that a scene stores.
 
-    text : name of a CSV or TOML file, or a table in that form, which is checked and
-        returned; "" is returned as it is
+    text : name of a CSV or TOML file, or a table in that form, which is only checked;
+        "" stays ""
 
     Raises
     ------
     ValueError
-        where the file cannot be read, or is no such table
+        if the file cannot be read, or is no such table
     """
     if not text:
         return ""

@@ -35,7 +35,7 @@ from hpcwhirl.scene.table_model import UNKNOWN_WORD, TableModel, key
 from hpcwhirl.scene.units import in_si, told_of
 
 RETRIES = ("failed", "timeout", "crashed")  # statuses that retry may name
-MOST_ON_PAGE = 2000  # cases up to which report = "auto" writes the page
+MOST_ON_PAGE = 2000  # largest number of cases for which report = "auto" writes the page
 
 
 def _seconds(default: float | None, meaning: str) -> Any:
@@ -93,47 +93,51 @@ def _statuses(given: Any) -> Any:
 
 
 class Campaign(TableModel):
-    """The table [campaign]: how a campaign is run; no result depends on it."""
+    """The table [campaign]: how a campaign is run. No result depends on it."""
 
     out: Annotated[str, AfterValidator(_path)] = key(
         "campaign",
-        "directory of the campaign; if it holds one already, that is continued",
+        "directory of the campaign; a campaign that it already holds is continued",
         "the path of a directory",
     )
     retry: Annotated[frozenset[str], BeforeValidator(_statuses)] = key(
         frozenset(),
-        "compute cases of this status again, or of several, separated by commas; also "
-        "those whose traces are damaged",
+        "compute again the cases with this status, or with several, separated by "
+        "commas, and those whose traces are damaged",
         f"{' | '.join(RETRIES)}, or a list of them",
     )
     walltime: Annotated[str, AfterValidator(_walltime)] | None = key(
         None,
-        "stop shortly before the command has run so long; it can be continued",
+        "stop shortly before the command has run for this time; it can be continued",
         'a text such as "01:50:00"',
     )
     patience: float = _seconds(
         30.0,
-        "time that ranks have to stop once asked to; then the job ends with exit code "
-        "75 without those that hang; finished cases are kept",
+        "time that ranks have to stop after a request; then the job ends with exit "
+        "code 75 even if some hang; finished cases are kept",
     )
     case_limit: float | None = _seconds(
-        None, "computing time of a case, over all calls, before it gets status timeout"
+        None,
+        "computing time of a case, over all calls, until its timeout",
     )
     max_fails: int | None = key(
-        None, "end with exit code 1 once so many cases of a call gave no result", gt=0
+        None,
+        "end with exit code 1 as soon as this many cases of a call gave no result",
+        gt=0,
     )
     save_every: float = _seconds(
-        600.0, "computing time of a case between saved states, from which it continues"
+        600.0,
+        "computing time of a case between saved states, from which it can continue",
     )
     keep_states: bool = _flag(
         "keep the last states of undecided cases, from which --extend continues"
     )
     isolate: bool = _flag(
-        "compute each case in a process of its own; a crash gives a row with status "
-        "crashed and does not end the campaign"
+        "compute each case in a process of its own; if that crashes, the case gets "
+        "status crashed, and the campaign goes on"
     )
     report: Literal["auto", "yes", "no"] = key(
-        "auto", f"write report.html; auto: for up to {MOST_ON_PAGE} cases"
+        "auto", f"write report.html; auto: if there are at most {MOST_ON_PAGE} cases"
     )
 
     def with_options(self, other: Campaign) -> Campaign:
@@ -173,28 +177,29 @@ class TwinsTable(TableModel):
     `spread` is {full dotted input: largest relative change}.
     """
 
-    count: int = key(16, "perturbed twins of a case", ge=2, le=1000)
+    count: int = key(16, "number of perturbed twins of a case", ge=2, le=1000)
     of: Literal["all", "boundary", "speckle", "even"] = key(
         "all",
-        "of which cases: all; those with a neighbour of another regime; those in "
-        "speckle of [refine]; a sample of those at no boundary",
+        "which cases have twins; boundary: those with a neighbour of another regime; "
+        "speckle: those in speckle of [refine]; even: a sample of those that are "
+        "at no boundary",
     )
     spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key(
         {"force": 1e-6},
-        "largest relative change of inputs",
+        "largest relative change of each perturbed input",
         "a table such as {force = 1e-6}",
     )
     sure: float = key(
         0.9,
-        "share of twins from which their word counts as that of the case",
+        "share of twins with the word of a case from which this word counts as sure",
         "a number > 0, at most 1",
         gt=0,
         le=1,
     )
-    seed: int = key(0, "another one perturbs, and samples, anew", ge=0, le=MOST_SEED)
-    sample: int = key(
-        200, "with of = even: how many of those cases have twins, at random", ge=1
+    seed: int = key(
+        0, "seed of the perturbations and of the sample", ge=0, le=MOST_SEED
     )
+    sample: int = key(200, "with of = even: number of cases drawn to have twins", ge=1)
 
     @model_validator(mode="after")
     def _samples_even_ones(self) -> Self:
@@ -240,20 +245,22 @@ class SampleTable(TableModel):
     """
 
     method: Literal["random", "sobol", "halton", "latin_hypercube", "saltelli"] = key(
-        "sobol", "how points are drawn; saltelli is what hpcwhirl sensitivity needs"
+        "sobol", "method of drawing; hpcwhirl sensitivity needs saltelli"
     )
-    seed: int = key(0, "the same draws for the same seed", ge=0, le=MOST_SEED)
+    seed: int = key(
+        0, "seed of the draws; the same seed gives the same draws", ge=0, le=MOST_SEED
+    )
     count: int = key(
         ...,
-        "draws at each point of a sweep, of saltelli pairs of draws; a power of 2 with "
-        "sobol and saltelli",
+        "number of draws at each point of the sweep, with saltelli of pairs of draws; "
+        "a power of 2 with sobol and saltelli",
         ge=1,
         le=MOST_CASES,
     )
     laws: Annotated[dict[str, Any], BeforeValidator(_laws)] = key(
         ..., parameters(), f"{{{KEY}, and its parameters}}"
     )
-    tuned: bool = _flag("each point has the tuned engine, too, before its draws")
+    tuned: bool = _flag("also compute the tuned engine at each point, before its draws")
 
     @classmethod
     def of(cls, given: Any) -> Self:
@@ -359,43 +366,46 @@ class Refine(TableModel):
 
     over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(
         ...,
-        "what is refined; other swept inputs are panels, each refined by itself",
+        "refined inputs; each combination of other swept inputs is a panel, refined by "
+        "itself",
         f"one to {MOST_OVER} numeric inputs of [sweep]",
     )
     scale: dict[str, Any] = key(
-        {}, "how a cell is halved", "linear | log, or {input = scale}; else linear"
+        {},
+        "scale on which cells are halved",
+        "linear | log, or {input = scale}; default linear",
     )
     levels: dict[str, Any] = key(
         {},
-        "how often a cell of the coarse grid may be halved",
+        "largest number of times that a cell of the coarse grid is halved",
         f"0 to {MOST_LEVELS}, or {{input = levels}}",
     )
     resolution: dict[str, Any] = key(
         {},
-        "the finest step wanted; with a log scale relative, 0.05 is 5 percent",
+        "finest step of the refined grid; relative on a log scale, 0.05 is 5 percent",
         "a number > 0, or {input = number}; instead of levels",
     )
     words: Literal["regime", "whirl", "both"] = key(
-        "regime", "cells are split where these differ at their corners"
+        "regime", "words that decide: a cell is split if they differ at its corners"
     )
     speckle: int = key(
         2,
-        "levels in which a cell stays mixed in most of its parts that make it speckle, "
-        "which is not split on",
+        "number of levels after which a cell is speckle if most of its parts are still "
+        "mixed; speckle is not split further",
         "a whole number of levels, 0 for never",
         ge=0,
         le=MOST_LEVELS,
     )
     budget: Annotated[dict[str, float], BeforeValidator(_budget)] | None = key(
         None,
-        "most that is computed; coarse cells first",
+        "limit of what is computed, coarse cells first",
         "{cases = N} or {core_hours = H}",
     )
     first: Preset | None = key(
-        None, "of all cases, those computed again aside", "a preset"
+        None, "preset of all cases except those that confirm boundaries", "a preset"
     )
     confirm: Preset | None = key(
-        None, "by which cases at boundaries are computed again", "a preset"
+        None, "preset with which cases at boundaries are computed again", "a preset"
     )
 
     @field_validator("scale", "levels", "resolution", mode="before")
@@ -446,16 +456,17 @@ class BranchTable(TableModel):
 
     over: Annotated[str, BeforeValidator(_input)] = key(
         ...,
-        "the input whose values follow one another; each combination of the other "
-        "swept inputs has branches of its own",
+        "input that is swept along a branch; each combination of the other swept "
+        "inputs has branches of its own",
         "a numeric input of [sweep]",
     )
     directions: Literal["both", "up", "down"] = key(
-        "both", "whether values rise, fall, or do so in a branch each"
+        "both",
+        "direction of the sweep; both: one branch with rising values, one with falling",
     )
     starts: Annotated[tuple[float, ...], BeforeValidator(_numbers)] = key(
         (),
-        "values at which branches begin, with a pulse; else the ends of the sweep",
+        "values at which branches begin with a pulse; default: the ends of the sweep",
         "a list of values of the sweep",
     )
 

@@ -21,7 +21,7 @@ from hpcwhirl.scene.files import (
 from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.swept import MOST_CASES, flat
 
-CASE = "case"  # column of a table of results: a number, no input
+CASE = "case"  # column with the number of a case, as in tables of results; no input
 HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
 VARIABLES = {variable_name(name): name for name in INPUTS}
 
@@ -32,12 +32,12 @@ def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
     Parameters
     ----------
     given : the tables, or the name of a CSV file, see `cases_in_file`
-    folder : directory to which a relative name refers; "": the working one
+    folder : directory to which a relative name refers; "": the working directory
 
     Raises
     ------
     InputError, MissingFileError
-        for another value, an unknown input, or a file that is no such table
+        for a wrong value, an unknown input, or a file that is no such table
     """
     if isinstance(given, str):
         return cases_in_file(Path(folder) / given)
@@ -51,15 +51,15 @@ def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
 def cases_in_file(path: Path) -> list[dict[str, Value]]:
     """Return {full dotted input: value} of each row of a CSV file.
 
-    The head names inputs as a TOML or the results do, with a unit of all numbers below
-    if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell leaves what all
-    cases share, a column `case` is not read. Columns are parted by commas, or by
-    semicolons if the head has no comma.
+    The header names inputs as in a TOML file or in results, with the unit of the column
+    if it is not SI: ``speed [rpm],gap [mm],friction``. An empty cell keeps the value
+    that all cases share; a column `case` is ignored. Columns are separated by commas,
+    or by semicolons if the header has no comma.
 
     Raises
     ------
     InputError, MissingFileError
-        naming file, line and column of what is wrong
+        naming file, line and column of the error
     """
     try:
         text = read_regular(path).decode("utf-8-sig")

@@ -25,8 +25,8 @@ from hpcwhirl.scene.table_model import Key, key_of
 SIGNS = (("gt", "> "), ("ge", ">= "), ("le", "<= "), ("lt", "< "))
 KINDS = {"int": "whole number", "float": "number", "str": "text"}
 INPUT = "<input>"  # key that stands for the name of any input
-SHORTEST = 3  # letters of a word that is searched for in meanings, at least
-OWN_RATIO = get_args(OwnRatio)[-1]  # validator by which fields of this type are known
+SHORTEST = 3  # smallest number of letters of a word searched for in meanings
+OWN_RATIO = get_args(OwnRatio)[-1]  # validator that marks fields of this type
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ def _told(table: str, name: str, told: Key, default: Any = None) -> InputFact:
 
 
 def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
-    """Return the inputs of a table, those whose name ends with a word, or mention it.
+    """Return the inputs of a table, or with a name, or with a word in their meaning.
 
-    The meanings of inputs are searched only if no table or input has that name.
+    Meanings are searched only if no table or input has that name.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _by_meaning(word: str) -> list[InputFact]:
 
 
 def _names_of_table(table: str) -> tuple[str, str, str]:
-    """Return the names of a table that are understood: full, last part, in brackets."""
+    """Return the accepted names of a table: its full name, last part, in brackets."""
     return table, table.rpartition(".")[2], f"[{table}]"
 
 

@@ -29,8 +29,8 @@ from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
-FIRST = min(name for name, _ in LEAVES)  # of the names as they are hashed
-AT_ONCE = 1 << 16  # cases whose texts are in memory together
+FIRST = min(name for name, _ in LEAVES)  # first name in the text that is hashed
+AT_ONCE = 1 << 16  # largest number of cases whose texts are in memory together
 KEY = 8  # leading bytes of a digest by which the index is sorted
 
 
@@ -40,7 +40,8 @@ class Digests:
     Parameters
     ----------
     base : scene with the inputs that all cases share
-    contents : {engine file: SHA-256} as planned; other files are read
+    contents : {engine file: SHA-256} when the campaign was planned; other files are
+        read now
     """
 
     def __init__(self, base: Scene, contents: Mapping[str, str]) -> None:
@@ -59,7 +60,7 @@ class Digests:
         try:
             checked = {name: self._value(name, raw) for name, raw in settings.items()}
             values = self._flat | checked
-        except InputError:  # a value may be allowed only together with the others
+        except InputError:  # a value may be allowed only together with other ones
             values = flatten(apply_settings(self.base, settings))
         return self._digest(values)
 
@@ -87,8 +88,9 @@ class Digests:
 class CaseDigests(OfCases[str]):
     """Sequence of the digests of a table's cases, each computed on access.
 
-    They equal `digest_of` of the cases' scenes but need no scene: the text to hash is
-    the same for all cases except at the inputs they set. Values must have been checked.
+    They equal `digest_of` of the cases' scenes but need no scene: the hashed text is
+    the same for all cases except for the inputs that they set. Values must have been
+    checked.
 
     Parameters
     ----------
@@ -156,7 +158,7 @@ class CaseDigests(OfCases[str]):
     def _of(self, cases: Cases) -> list[bytes]:
         """Return the digests of some cases as bytes.
 
-        The common text before the first input that cases set is hashed only once.
+        The text before the first input that cases set is common and hashed only once.
         """
         head, parts, digests = self._text[0], [], []
         for column, texts in self._parts:
@@ -169,7 +171,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """(column, texts) of each swept input: text of each value and what follows it.
+        """(column, texts) of each swept input: text of each value and that after it.
 
         The last pair is that of the engine's file.
         """
@@ -184,10 +186,11 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _text(self) -> tuple[Any, list[str]]:
-        """Hash state of the text before the first swept value, and texts between them.
+        """Hash state of the text before the first swept value, and texts between.
 
-        The end of the text is left out: it depends on the engine's file. The text
-        before a value of `LATER` is without its name, which belongs to its `fragment`.
+        The end of the text is left out, since it depends on the engine's file. The name
+        of an input of `LATER` is not in the text before its value but in its
+        `fragment`.
         """
         mark = "\0swept\0"
         values = self.shared | dict.fromkeys(self.table.names, mark)
@@ -204,12 +207,12 @@ class CaseDigests(OfCases[str]):
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
     def find_all(self, words: NDArray[np.void], hints: Cases) -> Cases:
-        """Return the case of each digest, (n,), -1 where there is none; see `find`.
+        """Return the case of each digest, (n,), -1 for none, see `find`.
 
         Parameters
         ----------
-        words : (n,), digests as 32 bytes
-        hints : (n,), the case that each digest is expected to be of
+        words : (n,), digests of 32 bytes
+        hints : (n,), number of the case to try first for each digest
         """
         cases = np.where((hints >= 0) & (hints < len(self)), hints, -1)
         for start in range(0, len(words), AT_ONCE):
@@ -228,8 +231,8 @@ class CaseDigests(OfCases[str]):
         Parameters
         ----------
         name : digest, hexadecimal
-        hint : number of the case that is tried first; if it has another digest, the
-            digests of all cases are searched, which are computed at the first search
+        hint : number of the case to try first; if it has another digest, those of all
+            cases are searched, which are computed at the first search
         """
         if 0 <= hint < len(self) and self[hint] == name:
             return hint
@@ -257,7 +260,7 @@ class CaseDigests(OfCases[str]):
 def fragment(name: str, value: Any) -> str:
     """Return the JSON text of an input's value as it is hashed.
 
-    Of an input of `LATER` it includes the name, and is "" for the default.
+    For an input of `LATER` it includes the name, and is "" for the default value.
     """
     if name in LATER:
         told = float.__repr__(float(value)) if takes_real(name) else json.dumps(value)
@@ -270,7 +273,7 @@ def fragment(name: str, value: Any) -> str:
 
 
 def _named(name: str, text: str) -> str:
-    """Return name and value of an input as they stand among others, in their order."""
+    """Return the JSON text of an input's name and value, with its separator."""
     return f'"{name}": {text}, ' if name == FIRST else f', "{name}": {text}'
 
 

@@ -25,7 +25,7 @@ from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.presets import preset_inputs, preset_names
 from hpcwhirl.scene.resolve_path import anchored
 
-DESIGN_TABLES = ("sweep", "zip", "cases", *TABLES)  # beside those of a scene
+DESIGN_TABLES = ("sweep", "zip", "cases", *TABLES)  # only in campaign files
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
@@ -64,7 +64,8 @@ def scene_of_document(
     ----------
     document : parsed TOML
     extra_tables : further tables that the document may have
-    folder : directory to which a relative `engine.file` refers; "": the working one
+    folder : directory to which a relative `engine.file` refers; "": the working
+        directory
     settings : {name: value} that override the document
 
     Raises

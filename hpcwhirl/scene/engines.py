@@ -1,4 +1,4 @@
-"""Named engines and scenes: the paper's tables, and what the paper leaves open."""
+"""Named engines and scenes: the tables of the paper, and inputs that it leaves open."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.files import Value, apply_settings, flatten, full_name
 from hpcwhirl.scene.inputs import Scene
 
-ALIKE = 0.85  # of names, from which one is a slip of another
+ALIKE = 0.85  # similarity of names from which one counts as a misspelling of the other
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
 
 
@@ -44,7 +44,7 @@ def engine_inputs(name: str) -> dict[str, Value]:
 
 
 def engine_shows(name: str) -> str:
-    """Return a text on the measured motions of a named engine in Table 2's scene."""
+    """Return a text on the motions of a named engine in the scene of Table 2."""
     return str(_table()[name]["shows"])
 
 
@@ -59,7 +59,7 @@ def title_of(name: str, file: str) -> str:
 
 
 def check_label(scene: Scene) -> None:
-    """Refuse a built-in engine's name, or nearly it, with the default's inputs.
+    """Refuse the name of a built-in engine, or a similar one, with default inputs.
 
     A name is a label and sets no inputs, so such a scene would be mistaken for that
     engine.
@@ -70,7 +70,7 @@ def check_label(scene: Scene) -> None:
         with the file and the command that show the engine's inputs
     """
     label, usual = scene.engine.name, Scene()
-    near = get_close_matches(label, engine_names(), n=1, cutoff=ALIKE)  # a slip
+    near = get_close_matches(label, engine_names(), n=1, cutoff=ALIKE)  # a misspelling
     name = FORMER.get(label, (near or [label])[0])
     if name == usual.engine.name or scene.engine.file or name not in engine_names():
         return

@@ -31,19 +31,19 @@ from hpcwhirl.scene.units import each_in_si, told_of
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
-BEARING = "engine.rotor.bearing"  # the one whose file is kept as text
-MISTUNING = "engine.rotor.mistuning"  # the one that is a list
+BEARING = "engine.rotor.bearing"  # the one input whose file is stored as text
+MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
 READING = 2  # increase when the same engine file would give other numbers
 PHYSICS_VERSION = 12  # increase when the same inputs would give other numbers
-MOST_BYTES = 2**31  # of an engine file: 16 matrices of 4,000 coordinates
-WIDEST = 1000  # bits of a whole number, so that it fits into a float
-DEEPEST = 32  # nesting of tables and lists
+MOST_BYTES = 2**31  # largest engine file: 16 matrices of 4,000 coordinates
+WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
+DEEPEST = 32  # deepest nesting of tables and lists
 LATER = tuple(name for name, told in INPUTS.items() if told.later)
 IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 SCENE_TABLES = ("scene", "engine", "solver", "output")
-PRESET = "preset"  # key of [solver]: no input, but a name for several
+PRESET = "preset"  # key of [solver]: a name for the values of several inputs
 TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campaign"}
-SETS = {  # input: inputs that it determines if it is not zero, overriding their values
+SETS = {  # {input: inputs whose values it overrides if it is not zero}
     "solver.accuracy": ("solver.time_step",),
     "solver.truncation": (
         "solver.modes",
@@ -80,7 +80,7 @@ def value_in_si(name: str, value: Any) -> Any:
 
 
 def _tables_in(value: Any) -> Any:
-    """Return the bearing's table, or those of a list, that texts name."""
+    """Return the bearing's table that a text names; of a list of texts, all tables."""
     if isinstance(value, list):
         return [_tables_in(one) for one in value]
     return bearing_table(value) if isinstance(value, str) else value
@@ -124,7 +124,7 @@ def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]
     Parameters
     ----------
     given : (name or unambiguous ending, value) of each input
-    where : place in the message
+    where : where the inputs are given, for messages
 
     Raises
     ------
@@ -142,7 +142,7 @@ def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]
 
 
 def _signless(value: Any) -> Any:
-    """Return a value, or list of values, with -0.0 replaced by 0.0."""
+    """Return a value, or a list of values, with -0.0 replaced by 0.0."""
     if isinstance(value, list):
         return [_signless(one) for one in value]
     return value + 0.0 if isinstance(value, float) else value
@@ -252,7 +252,7 @@ def scene_from(data: Mapping[str, Any]) -> Scene:
 
 
 def told_by(failed: ValidationError) -> InputError:
-    """Return a validation error of a scene as an InputError of one line."""
+    """Return an error of pydantic about a scene as an InputError of one line."""
     return _one_line(failed.errors()[0])
 
 
@@ -308,7 +308,9 @@ def check_kept(settings: Mapping[str, Any]) -> None:
     for cause, effects in SETS.items():
         lost = [name for name in effects if name in settings]
         value = settings.get(cause)
-        if lost and value and isinstance(value, int | float):  # else refused elsewhere
+        if (
+            lost and value and isinstance(value, int | float)
+        ):  # wrong values are refused elsewhere
             msg = (
                 f"--set {lost[0]}: {cause} = {shown(value)} sets it; add --set "
                 f"{cause.rpartition('.')[2]}=0"
@@ -364,7 +366,7 @@ def _value(raw: str) -> Any:
             raise ValueError(msg)
         return document["value"]
     try:
-        return float(raw)  # .1 and 1e-6: numbers to an engineer, not to TOML
+        return float(raw)  # .1 and 1e-6 are numbers for an engineer, but not in TOML
     except ValueError:
         return raw.strip()
 
@@ -462,7 +464,7 @@ def _sha256(file: str, state: tuple[int, ...]) -> str:
 
 
 def case_before(scene: Scene) -> Scene | None:
-    """Return the case in whose last motion a case begins, None for none."""
+    """Return the case with whose last state a case begins, None for none."""
     over, values = parsed(scene.history)
     if not values:
         return None
@@ -505,5 +507,5 @@ def default_of(name: str) -> Any:
 
 
 def read_as(content: str) -> str:
-    """Return an engine file's part of a digest: content and version of reading it."""
+    """Return an engine file's part of a digest: its content, and how it is read."""
     return content and f"{content} {READING}"

@@ -1,9 +1,10 @@
-"""The history of a case: the cases through which it was reached, and from which side.
+"""The history of a case: the cases that precede it on a branch.
 
-A case may begin where another one has ended, instead of at rest. `history` names an
-input and its values in those cases, as "speed = 300.0, 310.0": the first of them began
-with its pulse, each other one where the one before had ended, and the case itself goes
-on from the last. It is all that a case depends on beside its other inputs.
+A case may begin with the last state of another case instead of at rest. `history` names
+an input and its values in the preceding cases, such as "speed = 300.0, 310.0": the
+first of them began with its pulse, each other one with the last state of the one
+before, and the case itself begins with that of the last. A case depends on nothing else
+but its other inputs.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ def history_of(over: str, values: Sequence[float]) -> str:
 
 
 def parsed(history: str) -> tuple[str, list[float]]:
-    """Return the input and the values of a history; ("", []) of none.
+    """Return the input and the values of a history; ("", []) for "".
 
     Raises
     ------
     ValueError
-        where it is not one
+        if the text is no history
     """
     if not history:
         return "", []

@@ -44,16 +44,16 @@ NonNegative = Annotated[
 ]
 Finite = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_one_zero)]
 Change = Annotated[float, Field(gt=-1, allow_inf_nan=False), AfterValidator(_one_zero)]
-WRONG_UNIT = "wrong_unit"  # type of the error
+WRONG_UNIT = "wrong_unit"  # type of the pydantic error for a wrong unit
 
 
 def _as_tuple(value: Any) -> Any:
-    """Return a list as a tuple, which cannot be changed, other values as they are."""
+    """Return a list as a tuple, which is immutable; other values unchanged."""
     return tuple(value) if isinstance(value, list) else value
 
 
 def _own_ratio(value: float) -> float:
-    """Check the damping ratio of special modes: >= 0, or -1 for the general ratio."""
+    """Check the damping ratio of some modes: >= 0, or -1 for that of the others."""
     if value < 0.0 and value != AS_THE_REST:
         msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
         raise ValueError(msg)
@@ -73,11 +73,11 @@ def _converted(name: str, value: Any, unit: str) -> Any:
 
 
 class Inputs(BaseModel):
-    """Base of all tables of inputs: frozen, strict about unknown keys and types.
+    """Base class of all tables of inputs: frozen, strict about unknown keys and types.
 
     Attributes
     ----------
-    RULES : rules between its inputs and those of the tables inside it
+    RULES : rules between the inputs of the table and of the tables inside it
     """
 
     RULES: ClassVar[tuple[Rule, ...]] = ()
@@ -117,85 +117,105 @@ class Rotor(Inputs):
 
     blades: int = given(
         22,
-        "number of blades N; of a rotor from file: that of the file",
+        "number of blades N; a rotor from file has its own number",
         symbol="N",
         ge=1,
         le=1000,
     )
     elements: int = given(
-        10, "elements a blade; 3 N (elements + 1) <= 15000", ge=1, le=1000
+        10, "elements per blade; 3 N (elements + 1) <= 15000", ge=1, le=1000
     )
     radius: Positive = given(
         0.5,
-        "tip radius R_bd; sets the casing's radius also of a rotor from file",
+        "tip radius R_bd; also the radius of the casing, even with a rotor from file",
         "m",
         symbol="R_bd",
     )
-    disk_radius: Positive = given(0.035891, "radius of the rim; less than radius", "m")
-    blade_width: Positive = given(0.13275, "blade, out of plane", "m")
-    root_thickness: Positive = given(0.010548, "blade at the root", "m")
-    taper: Positive = given(0.77753, "tip over root thickness")
-    spoke_width: Positive = given(
-        0.0039693, "spoke, centre to blade root, out of plane", "m"
+    disk_radius: Positive = given(
+        0.035891, "radius of the rim, where blades are clamped; less than radius", "m"
     )
-    spoke_thickness: Positive = given(0.051338, "spoke, in plane", "m")
-    rim_width: Positive = given(
-        0.99966,
-        "rim beam, root to root, out of plane; spoke and rim sections are what the "
-        "disk's beams need to show the paper's frequencies, not a picture of a disk",
+    blade_width: Positive = given(
+        0.13275, "width of a blade out of the plane of rotation", "m"
+    )
+    root_thickness: Positive = given(
+        0.010548, "thickness of a blade at its root, in plane", "m"
+    )
+    taper: Positive = given(
+        0.77753, "thickness of a blade at the tip over that at the root"
+    )
+    spoke_width: Positive = given(
+        0.0039693,
+        "width of a spoke out of plane; spokes join the centre to the blade roots",
         "m",
     )
-    rim_thickness: Positive = given(0.0080619, "rim beam, in plane", "m")
-    young: Positive = given(210e9, "Young's modulus", "Pa", symbol="E")
-    density: Positive = given(7800.0, "density", "kg/m^3", symbol="ρ")
+    spoke_thickness: Positive = given(0.051338, "thickness of a spoke in plane", "m")
+    rim_width: Positive = given(
+        0.99966,
+        "width of a rim beam out of plane; rim beams go from root to root; the "
+        "sections of spokes and rim are such that the frequencies are those of the "
+        "paper, they do not resemble a real disk",
+        "m",
+    )
+    rim_thickness: Positive = given(0.0080619, "thickness of a rim beam in plane", "m")
+    young: Positive = given(
+        210e9, "Young's modulus of blades and disk", "Pa", symbol="E"
+    )
+    density: Positive = given(
+        7800.0, "density of blades and disk", "kg/m^3", symbol="ρ"
+    )
     centre: Literal["free", "clamped"] = given(
-        "free", "shaft centre; free: held by the shaft's springs k_o"
+        "free",
+        "support of the shaft's centre; free: held by the springs k_o of the shaft; "
+        "clamped: fixed",
     )
     centre_stiffness: Positive = given(
         3.4e7, "stiffness k_o of the shaft at the centre", "N/m", symbol="k_o"
     )
     damping: NonNegative = given(
         0.0085,
-        "modal damping ratio xi; of a rotor from file: taken where it has none",
+        "modal damping ratio xi; for a rotor from file used only if the file has no "
+        "damping",
         symbol="ξ",
     )
     suspension_damping: OwnRatio = given(
         0.0275,
-        "damping ratio of the suspension modes; as a squeeze film gives; -1: as the"
-        " other modes; of a rotor from file: taken where it has no damping and its "
-        "modes tell the suspension; with rotation full: at rest, what is more than "
-        "`damping` by a damper that stands",
+        "damping ratio of the suspension modes, in which the shaft's centre moves; a "
+        "squeeze film, for example, makes it larger than `damping`; -1: that of the "
+        "other modes; for a rotor from file used only if the file has no damping and "
+        "its suspension modes are recognised; with rotation full it holds at rest, "
+        "and the excess over `damping` is due to a damper that does not rotate",
     )
     cross_coupling: Finite = given(
         0.0,
-        "cross-coupled stiffness k_q of the suspension; it pushes the centre 90 degrees"
-        " ahead of its displacement, forward where > 0; with rotation full alone",
+        "cross-coupled stiffness k_q of the suspension; its force is 90 degrees ahead "
+        "of the displacement of the centre and drives forward whirl if > 0; only with "
+        "rotation full",
         "N/m",
         symbol="k_q",
     )
     stiffness_difference: Finite = given(
         0.0,
         "half the difference of the shaft's stiffnesses along x and y, (k_x - k_y)/2; "
-        "in the static frame, k_o is their mean; smaller than centre_stiffness; with "
-        "rotation full alone, scheme general, paper or modal",
+        "in the static frame; their mean is centre_stiffness, which must be larger; "
+        "only with rotation full, scheme general, paper or modal",
         "N/m",
         symbol="k_d",
         later=True,
     )
     damping_difference: Finite = given(
         0.0,
-        "half the difference of the damping of the suspension along x and y, (c_x - "
-        "c_y)/2; in the static frame; at most the mean, that of suspension_damping; "
-        "with rotation full alone, scheme general, paper or modal",
+        "half the difference of the suspension's damping along x and y, (c_x - "
+        "c_y)/2; in the static frame; at most their mean, which suspension_damping "
+        "sets; only with rotation full, scheme general, paper or modal",
         "N s/m",
         symbol="c_d",
         later=True,
     )
     film_viscosity: NonNegative = given(
         0.0,
-        "viscosity of the oil of a squeeze-film damper at the centre, beside the "
-        "suspension; a short film without cavitation; 0: no film; with rotation full "
-        "alone, scheme general, paper or modal",
+        "viscosity of the oil of a squeeze-film damper at the centre, in parallel "
+        "with the suspension; short-bearing theory without cavitation; 0: no film; "
+        "only with rotation full, scheme general, paper or modal",
         "Pa s",
         symbol="μ_f",
         later=True,
@@ -204,77 +224,84 @@ class Rotor(Inputs):
         0.03, "axial length L of the squeeze film", "m", symbol="L_f", later=True
     )
     film_radius: Positive = given(
-        0.06, "radius R of the squeeze film's ring", "m", symbol="R_f", later=True
+        0.06, "radius R of the squeeze film", "m", symbol="R_f", later=True
     )
     film_clearance: Positive = given(
         2e-4,
-        "radial clearance c of the squeeze film, beyond which no centre should go; the "
-        "evidence is centre_peak",
+        "radial clearance c of the squeeze film; the centre should not move farther, "
+        "which the result centre_peak shows",
         "m",
         symbol="c_f",
         later=True,
     )
     bearing: Annotated[str, AfterValidator(bearing_table)] = given(
         "",
-        "table over speed of a bearing at the centre, for springs and damper there; "
-        "a CSV or TOML file of columns frequency, rad/s, kxx, kxy, kyx, kyy, cxx, cxy, "
-        "cyx, cyy; kept as text; with rotation full alone, not of a rotor from file",
+        "table of a bearing's coefficients over speed; it replaces springs and damper "
+        "at the centre; a CSV or TOML file with the columns frequency, rad/s, kxx, "
+        "kxy, kyx, kyy, cxx, cxy, cyx, cyy; stored as text; only with rotation full, "
+        "not with a rotor from file",
         later=True,
     )
     lost_blade: int = given(
         NO_BLADE,
-        "blade that is lost as a run begins, counted from 0; -1: none; the others are "
-        "then unbalanced; with rotation full alone, not of a rotor from file",
+        "number of the blade that is lost when the run begins, counted from 0; -1: "
+        "none; the others are then unbalanced; only with rotation full, not with a "
+        "rotor from file",
         ge=NO_BLADE,
         later=True,
     )
     shaft: Literal["springs", "cantilever", "two bearings"] = given(
         "springs",
-        "what holds the centre; springs: centre_stiffness, no tilt; cantilever, or "
-        "overhung beyond two bearings: a massless round shaft on which the disk tilts, "
-        "too; with rotation full alone, not of a rotor from file",
+        "what holds the centre; springs: centre_stiffness, and the disk does not "
+        "tilt; cantilever: a shaft clamped at one end; two bearings: a shaft that "
+        "overhangs the second one; both are round and massless, and the disk tilts on "
+        "them; only with rotation full, not with a rotor from file",
         later=True,
     )
     shaft_length: Positive = given(
         0.6,
-        "length L of a cantilever, or between two bearings L_1",
+        "length L of a cantilever, or distance L_1 of two bearings",
         "m",
         symbol="L_1",
         later=True,
     )
     shaft_overhang: Positive = given(
-        0.4, "from the second bearing to the disk", "m", symbol="L_2", later=True
+        0.4,
+        "distance L_2 from the second bearing to the disk",
+        "m",
+        symbol="L_2",
+        later=True,
     )
-    shaft_diameter: Positive = given(0.1, "of a round shaft", "m", later=True)
+    shaft_diameter: Positive = given(0.1, "diameter of a round shaft", "m", later=True)
     shaft_young: Positive = given(
         210e9, "Young's modulus of the shaft", "Pa", later=True
     )
     polar_inertia: NonNegative = given(
         0.0,
-        "moment of inertia about the axis of rotation; of a disk that tilts; 0: that of"
-        " the bladed disk's beams",
+        "moment of inertia of a tilting disk about the axis of rotation; 0: that of "
+        "the bladed disk's beams",
         "kg m^2",
         symbol="I_p",
         later=True,
     )
     tilt_inertia: NonNegative = given(
         0.0,
-        "moment of inertia about a diameter; of a disk that tilts; 0: half of the polar"
-        " one, as of a thin disk",
+        "moment of inertia of a tilting disk about a diameter; 0: half the polar one, "
+        "as for a thin disk",
         "kg m^2",
         symbol="I_d",
         later=True,
     )
     mistuning: Annotated[tuple[Change, ...], BeforeValidator(_as_tuple)] = given(
         (),
-        "relative change of each blade's Young's modulus, N numbers; E_j = E (1 + "
-        "delta_j), the disk stays as it is; swept as a list of such lists; not of a"
-        " rotor from file",
+        "relative change delta_j of each blade's Young's modulus; N numbers, E_j = E "
+        "(1 + delta_j); the disk does not change; swept as a list of such lists; not "
+        "with a rotor from file",
     )
 
     @property
     def is_uneven(self) -> bool:
-        """Whether its sectors are not equal."""
+        """Whether the sectors of the rotor differ: mistuned, or with a lost blade."""
         return bool(self.mistuning) or self.lost_blade != NO_BLADE
 
 
@@ -285,63 +312,68 @@ class Casing(Inputs):
 
     kind: Literal["ring", "rigid"] = given(
         "ring",
-        "elastic or rigid; rigid: prescribed distortion -A0 exp(sigma t) cos(k "
-        "theta), fixed in the static frame",
+        "elastic ring or rigid casing; rigid: prescribed distortion -A0 exp(sigma t) "
+        "cos(k theta), fixed in the static frame",
     )
     discretization: Literal["fourier", "elements", "file"] = given(
         "fourier",
-        "of the ring: harmonics, the paper's elements, or file: a round casing of the "
-        "table in engine.file; its sections, support and damping count for nothing "
-        "then",
+        "discretization of the ring; fourier: harmonics; elements: the beam elements "
+        "of the paper; file: a round casing from a table in engine.file, for which "
+        "sections, support and damping have no effect",
     )
     harmonics: int = given(
         20,
-        "highest harmonic H; two modes a harmonic and phase",
+        "highest harmonic H; each harmonic and phase has two modes",
         symbol="H",
         ge=1,
         le=1000,
     )
     families: Literal["all", "bending"] = given(
         "all",
-        "modes of a ring of harmonics: all, or none that stretch it; those that "
-        "stretch it set the limit of the step",
+        "modes of a ring of harmonics; all: also those that stretch it, which limit "
+        "the time step; bending: only those that do not stretch it",
     )
     elements: int = given(
         40,
-        "curved beam elements of the ring; 4 degrees of freedom a node",
+        "number of curved beam elements of the ring; 4 degrees of freedom per node",
         ge=3,
         le=2000,
     )
-    thickness: Positive = given(0.0413, "radial thickness", "m")
-    width: Positive = given(0.322, "axial width", "m")
-    young: Positive = given(210e9, "Young's modulus", "Pa", symbol="E")
-    density: Positive = given(7800.0, "density", "kg/m^3", symbol="ρ")
+    thickness: Positive = given(0.0413, "radial thickness of the ring", "m")
+    width: Positive = given(0.322, "axial width of the ring", "m")
+    young: Positive = given(210e9, "Young's modulus of the ring", "Pa", symbol="E")
+    density: Positive = given(7800.0, "density of the ring", "kg/m^3", symbol="ρ")
     support_frequency: NonNegative = given(
         15.0,
-        "foundation frequency omega_c1; stiffness of the foundation k_f = rho A "
-        "omega_c1^2",
+        "frequency omega_c1 of the foundation; its stiffness is k_f = rho A omega_c1^2",
         "rad/s",
         symbol="ω_c1",
     )
     damping: NonNegative = given(0.064, "modal damping ratio xi", symbol="ξ")
     support_damping: OwnRatio = given(
         0.375,
-        "damping ratio of the modes on the support; as an elastic mounting gives; "
-        "-1: as the other modes",
+        "damping ratio of the modes in which the ring moves on its support; an "
+        "elastic mounting, for example, makes it larger than `damping`; -1: that of "
+        "the other modes",
     )
     amplitude: Finite = given(
-        0.0, "rigid: distortion A0; begins outside the blades", "m", symbol="A0"
+        0.0,
+        "amplitude A0 of the distortion of a rigid casing; must begin outside the "
+        "blades",
+        "m",
+        symbol="A0",
     )
     growth: Finite = given(
         0.0,
-        "rigid: sigma of A0 exp(sigma t); at most 5 % a step where it rises into "
-        "the blades",
+        "growth rate sigma in A0 exp(sigma t) of a rigid casing; at most 5 % per step "
+        "if it reaches the blades",
         "1/s",
         symbol="σ",
     )
     rise: NonNegative = given(
         1e-3,
-        "rigid: smooth rise of A0; 50 steps at least where it rises into the blades",
+        "time over which A0 of a rigid casing rises smoothly; at least 50 steps if it "
+        "reaches the blades",
         "s",
     )
 
@@ -352,21 +384,24 @@ class Engine(Inputs):
     RULES = OF_ENGINE
 
     name: Annotated[str, AfterValidator(printable)] = given(
-        "four_motions", "name of the engine, no control characters", max_length=200
+        "four_motions",
+        "name of the engine; a label without control characters",
+        max_length=200,
     )
     file: Annotated[str, AfterValidator(anchored)] = given(
         "",
-        "HDF5 file of a reduced rotor, used for this one; layout: that of `hpcwhirl"
-        " export-model`; one regular file of at most 2 GiB; a relative path starts "
-        "at the TOML file that names it, from --set at the working directory",
+        "HDF5 file of a reduced rotor that replaces the built-in one; its layout is "
+        "that of `hpcwhirl export-model`; a regular file of at most 2 GiB; a relative "
+        "path starts at the TOML file that names it, with --set at the working "
+        "directory",
     )
     rotation: Literal["none", "full", "auto"] = given(
         "none",
-        "what rotation adds to the rotor; none: nothing, as in the paper; full: "
-        "Coriolis, centrifugal stiffening and softening, and supports that stand; of a "
-        "rotor from file if that has them; `gap` is the clearance as `gap_at` says; "
-        "auto: none in cases with a clamped centre where these change no wave by more "
-        "than 1 % or `accuracy`, else full",
+        "effects of rotation on the rotor; none: none, as in the paper; full: "
+        "Coriolis terms, centrifugal stiffening and softening, and supports that "
+        "stand still; a rotor from file must have these terms; `gap_at` says at which "
+        "speed `gap` is measured; auto: none if the centre is clamped and no wave "
+        "changes by more than 1 % or `accuracy`, else full",
     )
     rotor: Rotor = Rotor()
     casing: Casing = Casing()
@@ -377,46 +412,50 @@ class Solver(Inputs):
 
     scheme: SchemeName = given(DEFAULT, f"integrator; {MEANINGS}")
     time_step: Positive = given(
-        1e-6, "time step; refused, with the limit, where it is not stable", "s"
+        1e-6,
+        "time step; if it is unstable it is refused, and the message gives the limit",
+        "s",
     )
     accuracy: NonNegative = given(
         0.0,
-        "if > 0: relative error of rotor frequencies that sets the step; no damped "
-        "frequency of the rotor is wrong by more; at most 0.9 of what stability, "
-        "pulse and turn allow",
+        "if > 0: largest relative error of the rotor's damped frequencies; sets the "
+        "time step, to at most 0.9 of what stability, pulse and speed allow",
     )
     truncation: NonNegative = given(
         0.0,
-        "if > 0: relative error of motions by modes left out; sets modes, and of a "
-        "ring of harmonics its harmonics and families; an estimate; of rotors of "
-        "unequal sectors and rings of elements it changes nothing; of modes alone "
-        "none are left out",
+        "if > 0: estimated relative error of motions due to modes left out; sets "
+        "modes, and for a ring of harmonics also harmonics and families; without "
+        "effect for unequal sectors, for rings of elements and for rotors given by "
+        "modes only",
     )
     modes: int = given(
         110,
-        "fixed-interface modes eta; of the Craig-Bampton reduction; not used with a"
-        " rotor from file, whose truncation counts them",
+        "number eta of fixed-interface modes in the Craig-Bampton reduction; a rotor "
+        "from file has its own number, of which truncation takes a part",
         symbol="η",
         ge=0,
     )
     plan: Literal["lean", "everything"] = given(
         "lean",
-        "what is modelled: what the scene requires, or all of it; `--explain` says "
-        "what is left out, and why",
+        "what is computed; lean: only what the scene requires; everything: all of it; "
+        "`--explain` says what is left out, and why",
     )
     until: Literal["end", "certain", "decided"] = given(
         "end",
-        "run to the end; certain: (modal) until the word is proved; decided: as end, "
-        "and a case that is undecided then goes on to twice its time, again and again, "
-        "until it is decided or has lasted longest",
+        "when a run ends; end: after its duration; certain: (scheme modal) as soon as "
+        "its word is proved; decided: after its duration, but an undecided case goes "
+        "on to twice its time, again and again, until it is decided or has reached "
+        "`longest`",
     )
     longest: Positive = given(
-        20.0, "until = decided: engine time of a case at most; at least duration", "s"
+        20.0,
+        "with until = decided: engine time of a case at most; not below duration",
+        "s",
     )
     amplitude_limit: Positive = given(
         0.1,
-        "tip displacement over R_bd, radial and tangential together, at which a run "
-        "ends",
+        "tip displacement over R_bd at which a run ends; of radial and tangential "
+        "displacement together",
     )
 
 
@@ -425,19 +464,19 @@ class Output(Inputs):
 
     traces: Literal["summary", "blades", "orbit", "full"] = given(
         "orbit",
-        "detail; summary: numbers only; blades: also numbers of how far each blade "
-        "moves, by tips every interval; orbit: centre, energy, what feeds and what "
-        "is lost; full: also all tips, each blade's impulse, the casing. Words do "
-        "not depend on it",
+        "what is kept of a run; summary: numbers only; blades: also amplitude numbers "
+        "of the blades, from the tips' positions at every interval; orbit: centre, "
+        "energy, work and losses over time; full: also all tips, each blade's impulse "
+        "and the casing; words do not depend on it",
     )
     interval: Positive = given(
-        2e-4, "time between samples; of the traces kept; words do not depend on it", "s"
+        2e-4, "time between samples of the traces; words do not depend on it", "s"
     )
     chaos: NonNegative = given(
         0.0,
-        "if > 0: revolutions after the end of a sustained case over which its largest "
-        "Lyapunov exponent, period and 0-1 test are measured; two marches more of that "
-        "length; at least 40, for a word some 200",
+        "if > 0: number of revolutions after the end of a sustained case over which "
+        "its largest Lyapunov exponent, period and 0-1 test are measured; this takes "
+        "two more runs of that length; at least 40, some 200 for a word",
         later=True,
     )
 
@@ -462,26 +501,29 @@ class Scene(Inputs, metaclass=_Told):
     engine: Engine = Engine()
     speed: Finite = given(
         410.0,
-        "rotational speed Omega; negative turns clockwise; less than half the "
-        "casing's shortest wave a step",
+        "rotational speed Omega; negative turns clockwise; per step, the rotor must "
+        "turn by less than half the casing's shortest wave",
         "rad/s",
         symbol="Ω",
     )
     nodal_diameter: int = given(
         1,
-        "lobes k of the loading; the pulse squeezes the casing on k lobes; at most "
-        "the ring's harmonics, or half its elements",
+        "number of lobes k of the loading; the pulse squeezes the casing at k lobes; "
+        "at most the highest harmonic of the ring, or half its elements",
         symbol="k",
         ge=0,
     )
     gap: NonNegative = given(1.28e-4, "blade-tip clearance; at most 10 tip radii", "m")
     gap_at: Literal["speed", "rest"] = given(
         "speed",
-        "when the gap is that: at the running speed, or at rest, from which the radial "
-        "growth of the tips takes a part; with engine.rotation full alone",
+        "speed at which the gap is measured; speed: the running speed; rest: at rest, "
+        "and the radial growth of the tips then reduces the clearance; rest only with "
+        "engine.rotation full",
         later=True,
     )
-    friction: NonNegative = given(0.1, "Coulomb coefficient mu", symbol="μ")
+    friction: NonNegative = given(
+        0.1, "Coulomb coefficient mu of friction between tips and casing", symbol="μ"
+    )
     force: NonNegative = given(
         75e3,
         "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau",
@@ -492,40 +534,47 @@ class Scene(Inputs, metaclass=_Told):
         6.3e-4, "pulse duration tau; 10 time steps at least", "s", symbol="τ"
     )
     direction: Literal["squeeze", "stretch"] = given(
-        "squeeze", "of the casing at theta = 0"
+        "squeeze",
+        "sense of the pulse at theta = 0; squeeze: the casing moves inward there; "
+        "stretch: outward",
     )
     unbalance: NonNegative = given(
         0.0,
-        "unbalance m e of the rotor, mass times radius, at the disk's centre; a force m"
-        " e Omega^2 that turns with the rotor; with engine.rotation full and a free "
-        "centre alone",
+        "unbalance m e of the rotor at the disk's centre, mass times radius; causes a "
+        "force m e Omega^2 that turns with the rotor; only with engine.rotation full "
+        "and a free centre",
         "kg m",
         symbol="m e",
         later=True,
     )
     unbalance_phase: Finite = given(
         0.0,
-        "angle of the unbalance from blade 0, in the direction of theta",
+        "angle from blade 0 to the unbalance, in the direction of theta",
         "rad",
         later=True,
     )
     branch: Annotated[str, AfterValidator(printable)] = given(
         "",
-        "side from which the case was reached; up or down, set by [branch]",
+        "direction in which the input of [branch] was swept to this case; up or down; "
+        "set by [branch]",
         max_length=100,
         later=True,
     )
     history: Annotated[str, AfterValidator(checked)] = given(
         "",
-        "cases through which it was reached; an input and its values: the first began "
-        "with its pulse, each other where the one before had ended; set by [branch]",
+        "cases that precede this one on its branch; an input and its values: the "
+        "first of them began with its pulse, each other one where the one before had "
+        "ended; set by [branch]",
         later=True,
     )
     duration: Positive = given(
-        2.5, "engine time; or revolutions > 0; words: on its last 40 %", "s"
+        2.5,
+        "engine time of the run; unless revolutions > 0; its last 40 % decide the "
+        "words",
+        "s",
     )
     revolutions: NonNegative = given(
-        0.0, "if > 0: the engine time in revolutions, not s"
+        0.0, "if > 0: engine time of the run in revolutions, not s"
     )
     solver: Solver = Solver()
     output: Output = Output()
@@ -551,7 +600,7 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def has_harmonics(self) -> bool:
-        """Whether the casing's modes are harmonics: it is no ring of elements."""
+        """Whether the casing's modes are harmonics: not a ring of elements."""
         casing = self.engine.casing
         return casing.kind == "rigid" or casing.discretization != "elements"
 

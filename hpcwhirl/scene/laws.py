@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 KEY = "distribution"
-LEAST = 2.0**-64  # least coordinate of a point: at 0 a normal law is infinite
+LEAST = 2.0**-64  # least probability: at 0 a normal law is infinite
 
 
 class Law(TableModel):
-    """A distribution: its parameters in order, and what SciPy makes of them."""
+    """A distribution: its parameters in order, and the distribution of SciPy."""
 
     RELATIVE: ClassVar[tuple[str, ...]] = ()  # parameters without the input's unit
     distribution: str

@@ -1,12 +1,13 @@
 """Answers to words that users look up, but that are no inputs."""
 
-_UNIT = "it is a unit, which a text may have"
-_LEFT_OUT = "it is not modelled; hpcwhirl manual trust tells what is left out"
+_UNIT = "it is a unit, which the text of a value may contain"
+_LEFT_OUT = "it is not modelled; hpcwhirl manual trust lists what is left out"
 _SHAFT = (
-    "the shaft is springs, see centre_stiffness, suspension_damping, cross_coupling and"
-    " stiffness_difference, a table over speed, see bearing, or a beam, see shaft"
+    "the shaft is modelled by springs, see centre_stiffness, suspension_damping, "
+    "cross_coupling and stiffness_difference; by a table over speed, see bearing; or "
+    "by a beam, see shaft"
 )
-OTHERWISE = {  # words that users look up but that are no inputs: the answer
+OTHERWISE = {  # {word that users look up but that is no input: answer}
     "rpm": f'{_UNIT}: speed = "3000 rpm"',
     "mm": f'{_UNIT}: gap = "0.8 mm"',
     "kn": f'{_UNIT}: force = "30 kN"',

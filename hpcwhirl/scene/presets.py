@@ -11,7 +11,7 @@ from hpcwhirl.errors import unknown
 from hpcwhirl.scene.files import Value, flatten, full_name
 from hpcwhirl.scene.inputs import Scene
 
-ELSEWHERE = "what it loses on other engines is not measured"
+ELSEWHERE = "its errors on other engines were not measured"
 
 
 @cache
@@ -41,7 +41,8 @@ def preset_inputs(name: str) -> dict[str, Value]:
 def preset_loss(name: str) -> str:
     """Return the measured cost and errors of a preset, in one sentence.
 
-    First those on random engines, then those of the trade-off's engines and of maps.
+    Those on random engines come first, then those on the engines of the trade-off and
+    those of maps.
     """
     texts = {"engines": ELSEWHERE, **_table()[name]}
     parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
@@ -49,7 +50,7 @@ def preset_loss(name: str) -> str:
 
 
 def preset_bounds(name: str) -> dict[str, float]:
-    """Return {quantity: relative error that nine random engines in ten stay below}."""
+    """Return {quantity: relative error not exceeded on 90 % of random engines}."""
     return dict(_table()[name].get("nine_in_ten", {}))
 
 
@@ -67,7 +68,9 @@ def loss_of(scene: Scene) -> str:
         return "not measured on rotors from file"
     equal = scene.has_harmonics and not scene.engine.rotor.is_uneven
     if not equal or scene.engine.casing.kind == "rigid":
-        return "not measured but for equal blades in a ring of harmonics: this is other"
+        return (
+            "measured only for equal blades in a ring of harmonics, unlike this engine"
+        )
     return preset_loss(preset_of(scene))
 
 

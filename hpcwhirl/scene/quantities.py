@@ -45,110 +45,129 @@ ROW: dict[str, Quantity] = {
     **_table("enum", "1", whirl="direction of the shaft's precession, static frame"),
     **_table("enum", "1", stop="why the integration ended"),
     **_as_given("speed", "nodal_diameter", "gap", "friction", "force", "pulse"),
-    **_table("f8", "s", duration="engine time asked for"),
+    **_table("f8", "s", duration="planned engine time"),
     **_as_given("solver.time_step"),
     **_table("f8", "s", sample_interval="time between samples"),
-    **_table("i8", "1", modes="fixed-interface modes eta asked for"),
-    **_table("S16", "1", scheme="time-integration scheme asked for"),
-    **_table("i8", "1", folds="sectors that move alike, of which one is marched"),
-    **_table("i8", "1", steps="steps taken"),
-    **_table("i8", "1", contacts="touchdowns of blades on the casing"),
-    **_table("f8", "N s", contact_impulse="normal impulse of all contacts"),
-    **_table("f8", "m", orbit_radius="rms distance of the centre from its mean"),
-    **_table("f8", "m", centre_peak="largest centre displacement of the evidence"),
-    **_table("f8", "s", last_contact="last instant with contact, -1 for none"),
-    **_table("f8", "s", end_time="last step", window="length of the window"),
-    **_table("f8", "1/s", growth_rate="growth of ln sqrt(energy) over the window"),
+    **_table("i8", "1", modes="number eta of fixed-interface modes, input"),
+    **_table("S16", "1", scheme="time-integration scheme, input"),
+    **_table("i8", "1", folds="number of equal sectors, of which one is integrated"),
+    **_table("i8", "1", steps="number of time steps"),
+    **_table("i8", "1", contacts="number of times that a blade began to touch"),
+    **_table("f8", "N s", contact_impulse="sum of the normal impulses of all contacts"),
+    **_table(
+        "f8", "m", orbit_radius="rms distance of the centre from its mean position"
+    ),
+    **_table(
+        "f8", "m", centre_peak="largest displacement of the centre, by the evidence"
+    ),
+    **_table("f8", "s", last_contact="time of the last contact, -1 for none"),
+    **_table("f8", "s", end_time="time of the last step", window="length of window"),
+    **_table("f8", "1/s", growth_rate="growth rate of ln sqrt(energy) over the window"),
     **_table("f8", "1/s", growth_error="standard error of growth_rate"),
     **_table("f8", "1/s", growth_rotor="as growth_rate, of the rotor's energy"),
     **_table("f8", "1/s", growth_casing="as growth_rate, of the casing's energy"),
-    **_table("f8", "1/s", growth_centre="growth of ln rms displacement of the centre"),
+    **_table(
+        "f8", "1/s", growth_centre="growth rate of the centre's ln rms displacement"
+    ),
     **_table("f8", "1/s", growth_last="as growth_rate, last quarter of the window"),
-    **_table("f8", "1", summit="ln amplitude of the rotor, end over highest before"),
-    **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-), forward positive"),
-    **_table("f8", "m2/s", orbit_area="signed area swept a second, forward positive"),
-    **_table("f8", "rad/s", line_frequency="strongest line, forward positive"),
+    **_table("f8", "1", summit="ln of rotor amplitude at the end over highest before"),
+    **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-) of forward, backward power"),
+    **_table(
+        "f8", "m2/s", orbit_area="area swept per second by the centre, forward > 0"
+    ),
+    **_table("f8", "rad/s", line_frequency="strongest line of the centre, forward > 0"),
     **_table("f8", "J", late_fed="work of rotation and friction in the window"),
     **_table("f8", "J", late_friction="work of friction in the window"),
-    **_table("f8", "J", late_rotation="its rest: transport over the ring"),
+    **_table("f8", "J", late_rotation="work of transport over the ring in the window"),
     **_table("f8", "J", late_lost="damping and impact loss in the window"),
     **_table("f8", "J", late_energy="mean energy in the window"),
-    **_table("f8", "s", load_end="end of the loading, 0 for none"),
+    **_table("f8", "s", load_end="end of the pulse, 0 for none"),
     **_table("i8", "1", late_contacts="1 if the window has contact"),
-    **_table("f8", "s", certificate="from when no contact can recur, -1 for none"),
-    **_table("f8", "m", certificate_reach="bound of all later displacements, or 0"),
-    **_table("f8", "1", ledger_error="worst break of the ledger, over throughput"),
+    **_table(
+        "f8", "s", certificate="time from which no contact can recur, -1 for none"
+    ),
+    **_table(
+        "f8", "m", certificate_reach="upper bound of displacements after it, or 0"
+    ),
+    **_table(
+        "f8", "1", ledger_error="largest error of the energy ledger, over throughput"
+    ),
     **_table("f8", "1", step_share="time step over the stability limit"),
-    **_table("f8", "1", gap_error="gaps solved less those of the bodies, relative"),
+    **_table("f8", "1", gap_error="relative difference of gaps in solver and bodies"),
     **_table(
         "f8",
         "1",
-        slip_ratio="fastest slip of a tip in contact over the speed of"
-        " rotation at the tips; from 1 on friction may have reversed",
+        slip_ratio="largest velocity of a tip in contact relative to the casing, "
+        "without Omega R, over Omega R; from 1 on a tip may have slid backward",
     ),
     **_table(
         "f8",
         "m",
-        tip_growth="radial growth of the tip that rotation pulls out most; 0 where "
-        "rotation is none",
+        tip_growth="largest radial growth of a tip by rotation; 0 if rotation is none",
     ),
-    **_table("f8", "m", gap_scale="length that the whirl floor refers to"),
+    **_table("f8", "m", gap_scale="length to which the threshold whirl_floor refers"),
     **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
-    **_table("f8", "J", ledger_damping="lost in modal damping"),
-    **_table("f8", "J", ledger_pulse="work of the loading"),
-    **_table("f8", "J", ledger_impact="lost in impacts"),
+    **_table("f8", "J", ledger_damping="energy lost in modal damping"),
+    **_table("f8", "J", ledger_pulse="work of the pulse"),
+    **_table("f8", "J", ledger_impact="energy lost in impacts"),
     **_table("f8", "J", ledger_friction="work of friction on both bodies"),
     **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
-    **_table("f8", "J", ledger_residual="what the ledger leaves open"),
+    **_table("f8", "J", ledger_residual="residual of the energy ledger"),
 }
 # variables of campaigns with output.traces = "blades" or "full"
 BLADES: dict[str, Quantity] = {
-    **_table("f8", "m", blade_amplitude="rms distance of a tip from its mean over the"
-             " window, of the blade that moves most"),
-    **_table("f8", "m", blade_peak="largest displacement of a tip, of all samples"),
+    **_table("f8", "m", blade_amplitude="rms distance of a tip from its mean in the"
+             " window, largest of all blades"),
+    **_table("f8", "m", blade_peak="largest displacement of any tip in any sample"),
     **_table("f8", "1", localisation="N sum a^4 / (sum a^2)^2 of the blades' rms: 1 if"
              " all move alike, N if one moves alone"),
 }  # fmt: skip
-# variables of campaigns with output.chaos > 0; numbers of sustained cases alone
+# variables of campaigns with output.chaos > 0; measured in sustained cases only
 CHAOS: dict[str, Quantity] = {
     **_table("enum", "1", motion="kind of a sustained motion"),
     **_table("f8", "1/s", exponent="largest Lyapunov exponent"),
-    **_table("f8", "1/s", exponent_error="half the width of its interval of 95 %"),
-    **_table("i8", "1", period="revolutions after which the motion returns best"),
-    **_table("f8", "1", return_distance="how far from where it was, over its size"),
-    **_table("f8", "1", zero_one="K of the 0-1 test: 0 of order, 1 of chaos"),
+    **_table("f8", "1/s", exponent_error="half the width of its 95 % interval"),
+    **_table("i8", "1", period="revolutions after which the motion recurs best"),
+    **_table(
+        "f8", "1", return_distance="distance after a period, over the size of motion"
+    ),
+    **_table("f8", "1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
-# variables of cases for which the tuned engine was computed, too
+# variables of cases whose tuned counterpart was computed, too
 TUNED: dict[str, Quantity] = {
     **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
              " with the same other inputs, modes and step"),
 }  # fmt: skip
 PERFORMANCE: dict[str, Quantity] = {
     **_table("f8", "s", seconds="wall time in the kernel"),
-    **_table("f8", "us", microseconds_per_step="wall time a step"),
+    **_table("f8", "us", microseconds_per_step="wall time per step"),
     **_table("i8", "1", rank="rank that computed the case"),
     **_table("S64", "1", host="host that computed the case"),
 }
 # use of time of each rank of each run, over the dimension `worker`
 SHARES: dict[str, Quantity] = {
     **_table("f8", "1", busy_fraction="worker_busy over worker_span"),
-    **_table("f8", "s", worker_busy="computing and keeping cases"),
-    **_table("f8", "s", worker_span="from the first hand-out to the end of all ranks"),
-    **_table("i8", "1", worker_run="run of the campaign", worker_rank="rank in it"),
-    **_table("i8", "1", worker_cases="cases finished by it"),
-    **_table("S64", "1", worker_host="its host"),
+    **_table("f8", "s", worker_busy="time for computing and storing cases"),
+    **_table(
+        "f8", "s", worker_span="from the first case of any rank to the end of all"
+    ),
+    **_table(
+        "i8", "1", worker_run="run of the campaign", worker_rank="rank in the run"
+    ),
+    **_table("i8", "1", worker_cases="number of cases finished by the rank"),
+    **_table("S64", "1", worker_host="host of the rank"),
 }
 STATUS: dict[str, Quantity] = {
     **_table("enum", "1", status="whether the case gave a result"),
-    **_table("S240", "1", message="why it did not"),
+    **_table("S240", "1", message="reason for no result, or a remark"),
 }
 # variables of the cases of a refined campaign
 REFINED: dict[str, Quantity] = {
     **_table("S16", "1", preset="preset whose inputs the case has"),
-    **_table("i8", "1", final="1 if no finer case of the same point has a word"),
-    **_table("i8", "1", fidelity="0: the first, 1: that which confirms"),
+    **_table("i8", "1", final="1 if no case of higher fidelity there has a word"),
+    **_table("i8", "1", fidelity="0: first fidelity, 1: confirmation"),
     **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
-    **_table("i8", "1", panel="number of the combination of all other inputs"),
+    **_table("i8", "1", panel="number of the combination of unrefined inputs"),
 }
 # time histories of cases, of shape (case, time, *axes) or (case, sample, *axes)
 TRACES: dict[str, Quantity] = {
@@ -168,68 +187,80 @@ TRACES: dict[str, Quantity] = {
     ),
     "casing": Quantity(
         "m",
-        "casing's radial displacement, static frame: of cos, sin of harmonic x angle",
+        "casing, static frame: radial displacement by harmonic, its cos and sin part",
         axes=("harmonic", "phase"),
     ),
 }
 # quantities that commands and figures derive from these
 DERIVED: dict[str, Quantity] = {
-    **_table("f8", "Hz", frequency="of a line or a mode"),
-    **_table("f8", "W", power="work a second"),
-    **_table("f8", "N/m", blade_stiffness="of a blade clamped at its root, k_blade"),
-    **_table("f8", "rad/s", critical_speed="where a line of Eq. 13 meets k Omega"),
+    **_table("f8", "Hz", frequency="frequency of a line or a mode"),
+    **_table("f8", "W", power="work per second"),
+    **_table(
+        "f8", "N/m", blade_stiffness="stiffness k_blade of a blade clamped at its root"
+    ),
+    **_table("f8", "rad/s", critical_speed="speed at which Eq. 13 holds"),
     **_table("f8", "s", time_step_limit="largest stable step of central differences"),
-    **_table("f8", "1", centre_share="of a mode's energy that moves the centre"),
+    **_table("f8", "1", centre_share="share of a mode's energy that moves the centre"),
 }
 # arrays of a model's file, by the last part of their names
 ARRAYS: dict[str, Quantity] = {
     **_table("f8", "kg", mass="reduced mass matrix"),
     **_table("f8", "N/m", stiffness="reduced stiffness matrix"),
     **_table("f8", "N s/m", damping="modal damping, D"),
-    **_table("f8", "kg", coriolis="C, skew; forces are -2 Omega C x'"),
+    **_table("f8", "kg", coriolis="C, skew-symmetric; forces are -2 Omega C x'"),
     **_table("f8", "kg m", centrifugal_load="force per unit Omega^2"),
-    **_table("f8", "kg", stress_stiffness="by tension, per unit Omega^2"),
-    **_table("f8", "kg", softening="taken from it: the mass that moves in the plane"),
-    **_table("f8", "rad/s", speeds="of stiffness_a and stiffness_b"),
-    **_table("f8", "N/m", stiffness_a="at the first of two speeds"),
-    **_table("f8", "N/m", stiffness_b="at the second"),
-    **_table("f8", "N s/m", centre_damping="of the shaft's support, which stands"),
+    **_table("f8", "kg", stress_stiffness="stiffening by tension, per unit Omega^2"),
+    **_table("f8", "kg", softening="mass matrix in the plane, subtracted from it"),
+    **_table("f8", "rad/s", speeds="the two speeds of stiffness_a and stiffness_b"),
+    **_table("f8", "N/m", stiffness_a="stiffness matrix at the first of two speeds"),
+    **_table("f8", "N/m", stiffness_b="stiffness matrix at the second of two speeds"),
+    **_table(
+        "f8", "N s/m", centre_damping="damping of the shaft's non-rotating support"
+    ),
     **_table("f8", "1/sqrt(kg)", shapes="mass-orthonormal mode shapes, by columns"),
     **_table("f8", "rad/s", omega="frequencies of the shapes"),
     **_table("f8", "1", damping_ratio="xi of each shape"),
-    **_table("i8", "1", nodal_diameter="of each shape"),
-    **_table("i8", "1", tip_radial="coordinate of each blade's radial tip"),
-    **_table("i8", "1", tip_tangential="of its tangential tip"),
-    **_table("i8", "1", centre="coordinates x_o, y_o; empty if clamped"),
-    **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial tip of each shape"),
-    **_table("f8", "1/sqrt(kg)", modal_tip_tangential="tangential tip of each shape"),
-    **_table("f8", "1/sqrt(kg)", modal_centre="centre of each shape"),
-    **_table("f8", "1", radial_rows="radial place at the blades, Omega t = 0"),
-    **_table("f8", "1", tangential_rows="tangential, Omega t = 0"),
+    **_table("i8", "1", nodal_diameter="nodal diameter of each shape"),
+    **_table("i8", "1", tip_radial="index of each tip's radial coordinate"),
+    **_table("i8", "1", tip_tangential="index of each tip's tangential coordinate"),
+    **_table("i8", "1", centre="indices of x_o and y_o; empty if clamped"),
+    **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
     **_table(
-        "i8", "1", modal_harmonic="h of each mode of a round casing; of pairs one"
+        "f8", "1/sqrt(kg)", modal_tip_tangential="tangential displacement of tips"
     ),
-    **_table("f8", "rad/s", modal_omega="frequency of each"),
-    **_table("f8", "1", modal_damping_ratio="xi of each"),
+    **_table("f8", "1/sqrt(kg)", modal_centre="displacement of the centre"),
+    **_table("f8", "1", radial_rows="casing coordinates to w at blades, Omega t = 0"),
+    **_table(
+        "f8", "1", tangential_rows="casing coordinates to u at blades, Omega t = 0"
+    ),
+    **_table(
+        "i8",
+        "1",
+        modal_harmonic="harmonic h of each mode (or pair) of a round casing",
+    ),
+    **_table("f8", "rad/s", modal_omega="frequency of each mode"),
+    **_table("f8", "1", modal_damping_ratio="xi of each mode"),
     **_table("f8", "1/sqrt(kg)", modal_radial="W of w = W cos(h theta)"),
     **_table(
-        "f8", "1/sqrt(kg)", modal_tangential="U of u = U sin(h theta); turn, if h = 0"
+        "f8",
+        "1/sqrt(kg)",
+        modal_tangential="U of u = U sin(h theta); for h = 0 a rotation",
     ),
 }
 AXES = {
     "case": Quantity("1", "case of the campaign"),
     "worker": Quantity("1", "rank of a run"),
     "cell": Quantity("1", "cell that is not split"),
-    "vertex": Quantity("1", "corner of it, the last refined input fastest"),
+    "vertex": Quantity("1", "corner of a cell, the last refined input fastest"),
     "point": Quantity("1", "point of a boundary"),
     "line": Quantity("1", "line of a boundary"),
-    "twin": Quantity("1", "twin of a case, perturbed"),
+    "twin": Quantity("1", "perturbed twin of a case"),
     "time": Quantity("s", "time of the sample"),
     "sample": Quantity("1", "number of the sample"),
     "xy": Quantity("1", "0: X_o, 1: Y_o"),
     "blade": Quantity("1", "blade"),
     "component": Quantity("1", "0: radial, 1: tangential"),
-    "harmonic": Quantity("1", "waves around the casing"),
+    "harmonic": Quantity("1", "number of waves around the casing"),
     "phase": Quantity("1", "0: cos, 1: sin"),
 }
 

@@ -20,8 +20,8 @@ class Quantity:
     kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
     axes : axes of a trace in addition to case and sample
     rules : further explanation of an input, or ""
-    later : whether an input is newer than others: it is part of a digest only if it is
-        not the default, so that cases from before it existed keep their digests
+    later : whether an input was added after the first release: it is part of a digest
+        only if it is not the default, so that older cases keep their digests
     """
 
     unit: str

@@ -1,7 +1,7 @@
 """Warnings about valid inputs that look as if given in another unit.
 
 Each warning is evaluated on the columns of a design, without a scene per case, and is
-one line, however many cases it is true of.
+one line, for any number of cases.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from hpcwhirl.scene.batch_validation import Columns, Condition, Many, end_times
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.table import Table
 
-MOST_FRICTION = 1.0  # dry metal on metal: 0.1 to 0.8
-MOST_TIP_SPEED = 1000.0  # m/s; engines and turbines: 300 to 600
-MOST_SLENDER = 0.5  # length over diameter of a film that is short
-MOST_GAPS = 5.0  # gaps by which a pulse may move the casing before it ends
+MOST_FRICTION = 1.0  # usual for dry metal on metal: 0.1 to 0.8
+MOST_TIP_SPEED = 1000.0  # m/s; usual for engines and turbines: 300 to 600
+MOST_SLENDER = 0.5  # length over diameter up to which a film counts as short
+MOST_GAPS = 5.0  # gaps by which a pulse may move the casing while it lasts
 RPM = 30.0 / math.pi  # rpm per rad/s
 
 
 class _Remark(NamedTuple):
-    """A warning: the inputs it depends on, its condition, and its text."""
+    """A warning: inputs on which it depends, condition, and text."""
 
     inputs: tuple[str, ...]
     holds: Condition
@@ -52,7 +52,7 @@ def _pushed(get: Columns) -> Any:
     The mode w = cos k theta, u = -sin k theta / k has m = pi R rho A (1 + 1 / k^2) and
     omega^2 = (k^2 - 1)^2 k^2 / (k^2 + 1) E I / (rho A R^4) + omega_c1^2 of the support.
     F sin(pi t / tau) moves a free mass by F tau^2 / (pi m), and a mass on a spring by
-    at most 1.77 F / (m omega^2): the estimate is the smaller of both.
+    at most 1.77 F / (m omega^2); the estimate is the smaller one.
     """
 
     def of(name: str) -> Any:
@@ -80,7 +80,9 @@ _REMARKS = (
     _Remark(
         ("friction",),
         lambda get: np.greater(get("friction"), MOST_FRICTION),
-        lambda get: f"friction is {get('friction'):g}: it is a coefficient, no percent",
+        lambda get: (
+            f"friction is {get('friction'):g}: it is a coefficient, not a percentage"
+        ),
     ),
     _Remark(
         ("speed", "engine.rotor.radius"),
@@ -129,7 +131,7 @@ _LOAD = _Remark(
 
 
 def load_remarks(cases: Many | Scene) -> list[str]:
-    """Return the warning of a pulse that moves the casing by many gaps: a list of <= 1.
+    """Return a list of one warning if the pulse moves the casing by many gaps.
 
     Parameters
     ----------
@@ -149,14 +151,14 @@ def remarks(cases: Many | Scene) -> list[str]:
 
 
 def _all_told(table: tuple[_Remark, ...], cases: Many | Scene) -> list[str]:
-    """Return the texts of the warnings that hold for at least one case."""
+    """Return the texts of the warnings that apply to at least one case."""
     many = Many(cases, Table.of([{}])) if isinstance(cases, Scene) else cases
     with np.errstate(over="ignore"):
         return [line for remark in table if (line := _line(remark, many))]
 
 
 def _line(remark: _Remark, many: Many) -> str:
-    """Return a warning's text for the first case that it holds for; "" for none."""
+    """Return a warning's text for the first case to which it applies; "" for none."""
     case = many.first_where(remark.holds, remark.inputs)
     if case is None:
         return ""

@@ -21,11 +21,11 @@ def anchored(file: str, folder: Path | str = "") -> str:
         return ""
     try:
         path = str((Path(folder) / file).resolve())
-        path.encode()  # since results store it
+        path.encode()  # results store it as UTF-8
     except UnicodeEncodeError:
         msg = f"a path must be UTF-8, got {shown(file)}"
         raise ValueError(msg) from None
-    except (OSError, RuntimeError, ValueError) as failed:  # a loop, NUL, no directory
+    except (OSError, RuntimeError, ValueError) as failed:  # circular links, NUL
         msg = f"no file can be named {shown(file)}: {failed}"
         raise ValueError(msg) from None
     return printable(path)

@@ -15,10 +15,10 @@ from typing import Any
 
 from hpcwhirl.errors import shown
 
-AS_THE_REST = -1.0  # damping ratio that stands for that of the other modes
-NO_BLADE = -1  # number of the blade that is lost where none is
-MOST_STEPS = 1e13  # steps of a case, at most
-MOST_GAP = 10.0  # gap over tip radius, at most
+AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
+NO_BLADE = -1  # value of lost_blade for "none"
+MOST_STEPS = 1e13  # largest number of steps of a case
+MOST_GAP = 10.0  # largest gap over tip radius
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def choose(condition: Any, yes: Any, no: Any) -> Any:
 
 
 def end_time(duration: Any, revolutions: Any, speed: Any) -> Any:
-    """Return the engine time of a run, s: of its revolutions if > 0, else `duration`.
+    """Return the engine time of a run, s: in revolutions if > 0, else `duration`.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _lobes_refused(
     return f"nodal_diameter must be <= {most} on a ring of {what}, got {lobes}"
 
 
-STANDING = (  # inputs of supports that only rotation full has, 0 without
+STANDING = (  # inputs of supports that only rotation full allows, else 0
     "cross_coupling",
     "stiffness_difference",
     "damping_difference",
@@ -111,7 +111,7 @@ def _told(usual: str | int) -> str | int:
 
 
 def _of_turning(name: str, usual: str | int) -> Rule:
-    """Return the rule that a rotor's input must be `usual` where rotation is none."""
+    """Return the rule that a rotor's input must be `usual` if rotation is none."""
     return Rule(
         ("rotation", f"rotor.{name}"),
         lambda rotation, value: (rotation != "none") | (value == usual),
@@ -135,7 +135,7 @@ def _of_beams(name: str, usual: str | int) -> Rule:
 
 
 def _of_moving(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input must be `usual` where the centre is clamped."""
+    """Return the rule that an input must be `usual` if the centre is clamped."""
     return Rule(
         ("centre", name),
         lambda centre, value: (centre != "clamped") | (value == usual),
@@ -154,7 +154,7 @@ def _beside_a_table(name: str, usual: str | int) -> Rule:
     )
 
 
-WHOLE = (  # inputs that only a rotor with rotation full has, and their value without
+WHOLE = (  # (input that only rotation full allows, its value otherwise)
     ("shaft", "springs"),
     ("lost_blade", NO_BLADE),
     ("bearing", ""),
@@ -211,8 +211,8 @@ OF_ENGINE = (
         ),
         lambda _, own, least: (
             f"rotor.suspension_damping must be >= damping ({least}), "
-            "or -1, where rotation is not none: a damper that stands gives the rest, "
-            f"got {own}"
+            "or -1, where rotation is not none: the excess is due to a damper that "
+            f"does not rotate, got {own}"
         ),
     ),
     Rule(
@@ -240,8 +240,8 @@ OF_SCENE = (
         ("engine.rotation", "gap_at"),
         lambda rotation, at: (rotation != "none") | (at == "speed"),
         lambda _, at: (
-            "gap_at must be speed where engine.rotation is none, which pulls no tips "
-            f"out, got {at}"
+            "gap_at must be speed where engine.rotation is none, in which tips do not "
+            f"grow, got {at}"
         ),
     ),
     Rule(

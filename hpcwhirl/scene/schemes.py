@@ -21,17 +21,18 @@ class Scheme:
     ----------
     name : value of solver.scheme, and name of its file
     meaning : explanation for users
-    order : order of a free mode's error in the time step; infinite: no error
+    order : order, in the time step, of the error of a free mode; infinite: no error
     nominal : computing time of a step of 22 blades, s, assumed before any measurement
     folds : whether one of many equal sectors may be computed alone; schemes that do
         not fold serve as reference for those that do
-    settles : whether a run may end by a certificate, the rest in closed form
+    settles : whether the rest of a run may be computed in closed form after a
+        certificate that no contact can recur
     flies : whether it jumps over steps in which no blade can touch
-    cyclic : whether it refuses rotors and rings that the cyclic kernel cannot compute
-    matrices : whether it integrates coordinates with M, D and K, not modes
-    stands : whether supports may differ by direction
-    turns : `nominal` with engine.rotation = "full", s, taken for "auto", too
-    uneven : how many times as long a step of unequal sectors takes
+    cyclic : whether it uses the cyclic kernel, and so refuses other rotors and rings
+    matrices : whether it integrates coordinates with M, D and K instead of modes
+    stands : whether supports in the static frame may differ by direction
+    turns : `nominal` with engine.rotation = "full", s, assumed for "auto", too
+    uneven : factor by which a step of unequal sectors takes longer
     """
 
     name: str
@@ -82,6 +83,6 @@ NAMES = tuple(SCHEMES)
 if TYPE_CHECKING:
     SchemeName = str
 else:
-    SchemeName = Literal[NAMES]  # computed: type checkers see `str`
+    SchemeName = Literal[NAMES]  # computed, so that type checkers see `str`
 DEFAULT = NAMES[0]
 MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from hpcwhirl.scene.table import Axis
 
 MOST_CASES = 10_000_000
-LARGEST = 1e300  # limit of a range's numbers, so that differences stay finite
+LARGEST = 1e300  # largest number of a range, so that differences are finite
 _VALUES = "[values], {start, stop, step} or {start, stop, num}"
 KEYS = {  # {table: documentation of its keys, which are any inputs}
     "sweep": Key(
         "values of an input; cases are every combination of all of them", _VALUES
     ),
     "zip": Key(
-        "values of inputs that change together", "as in [sweep], all of one length"
+        "values of inputs that change together", "as in [sweep], all of equal length"
     ),
     "cases": Key(
         "inputs of one case; [[cases]] stands before each, or above all tables cases = "
@@ -69,7 +69,7 @@ class Range(TableModel):
         if self.step is not None and not (
             self.step and 0 <= width / self.step <= MOST_CASES
         ):
-            msg = f"takes a step that leads from start to stop, got {got}"
+            msg = f"needs a step that leads from start to stop, got {got}"
             raise ValueError(msg)
         return self
 
@@ -79,7 +79,7 @@ class Range(TableModel):
             import numpy as np  # not needed to list the tables
 
             return [float(v) for v in np.linspace(self.start, self.stop, self.num)]
-        # by decimals: 0.1, 0.2, 0.3 are the numbers that a list would give
+        # decimals give the same numbers 0.1, 0.2, 0.3 as a list
         a, b, d = (Decimal(str(v)) for v in (self.start, self.stop, self.step))
         count = int((b - a) / d + Decimal("1e-9")) + 1
         whole = isinstance(self.start, int) and isinstance(self.step, int)
@@ -159,7 +159,7 @@ def check_count(cases: float, told: str) -> None:
     Parameters
     ----------
     cases : number of cases
-    told : beginning of the text on what was given, such as "got"
+    told : text before the number in the message, such as "got"
     """
     if cases > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"

@@ -1,9 +1,9 @@
 """The inputs that each case of a design sets, computed from the case number.
 
-A table is a sequence of blocks; a block is the product of axes, the last of which
-varies fastest; an axis is a set of inputs that change together. So a grid of a million
-cases stores only the values of its axes, a zip or drawn numbers are stored as columns,
-and a list of cases as one block for each run of cases that set the same inputs.
+A table is a sequence of blocks. A block is the product of axes, the last of which
+varies fastest. An axis is a set of inputs that change together. So a grid of a million
+cases stores only the values of its axes; a zip or drawn numbers are stored as columns,
+and a list of cases as a block for each sequence of cases that set the same inputs.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ Settings = dict[str, Any]
 Values = Sequence[Any] | NDArray[np.float64]
 Cases = NDArray[np.int64]
 Item = TypeVar("Item")
-MOST_LABELS = 1 << 62  # product of labels that an int64 holds
-LONG = 4096  # number of values from which on they are stored as an array
+MOST_LABELS = 1 << 62  # largest product of label counts, so that it fits an int64
+LONG = 4096  # number of values from which a column becomes an array
 
 
 class OfCases(Sequence[Item]):
@@ -233,7 +233,7 @@ class Table(OfCases[Settings]):
                 yield {n: value for part in parts for n, value in part.items()}
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another sequence has equal settings of every case."""
+        """Return whether another sequence has equal settings for every case."""
         if not isinstance(other, Sequence):
             return NotImplemented
         if len(self) != len(other):
@@ -251,9 +251,10 @@ class Table(OfCases[Settings]):
         return tuple(dict.fromkeys(names))
 
     def first_of(self, names: Iterable[str]) -> Cases:
-        """Return cases that have every combination of some inputs, ascending.
+        """Return cases that cover every combination of some inputs' values, ascending.
 
-        In a single block those at the first place of all other axes; else all cases.
+        For a single block, these are the cases at the first place of all other axes;
+        otherwise all cases.
         """
         if len(self.blocks) != 1:
             return np.arange(len(self))

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from hpcwhirl.errors import InputError, as_table, nearest, shown, unknown
 
-PRESET = "preset"  # a key of [solver] alone
+PRESET = "preset"  # a key that only [solver] has
 UNKNOWN_WORD = "unknown_word"  # type of a pydantic error with `word` and `known`
 
 
@@ -80,7 +80,10 @@ def _allowed(field: Any) -> str:
 
 
 class TableModel(BaseModel):
-    """Base: frozen, strict about unknown keys and types, built when first used."""
+    """Base class of tables: frozen, strict about unknown keys and types.
+
+    Pydantic builds the validator of a table when it is first used.
+    """
 
     model_config = ConfigDict(
         frozen=True,
@@ -113,7 +116,9 @@ class TableModel(BaseModel):
         except ValidationError as failed:
             errors = failed.errors(include_url=False)
             wrong = [one for one in errors if one["type"] == "extra_forbidden"]
-            error = (wrong or errors)[0]  # a misspelt key explains a missing one
+            error = (wrong or errors)[
+                0
+            ]  # a misspelt key may be why another one is missing
             tell = name or (lambda own: f"{where} {own}")
             raise cls._refused(error, where, tell) from None
 

@@ -3,8 +3,8 @@
 Plain numbers of inputs are in SI; the library is imported only for a text with a unit.
 Decimal arithmetic avoids rounding: "0.8 mm" gives the same number as 0.8e-3.
 
-What people read, tables and pictures, is in practical units, mm and kN, or in those
-asked for by `showing`; what programs read, CSV, JSON and results, is in SI.
+Tables and pictures for people are in practical units, mm and kN, or in those set by
+`showing`; CSV, JSON and results for programs are in SI.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ MEASURE = re.compile(
     r"\s*((?>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*((?:1/|[^\s\d]).*?)\s*"
 )
 ANGULAR = "rad/s"
-# units of an angular speed that count revolutions: UDUNITS would read 1 Hz as 1 rad/s
+# units of an angular speed that count revolutions, for which UDUNITS would take 1 Hz
+# as 1 rad/s
 CYCLES = {
     "Hz": "cycle/s", "kHz": "1000 cycle/s", "rev/s": "cycle/s", "rev/min": "rpm",
     "1/min": "rpm", "deg/s": "degree/s",
@@ -35,7 +36,7 @@ USUAL = (
 )  # fmt: skip
 TURNING = {ANGULAR, "rpm", *CYCLES}
 PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # SI unit: unit shown, factor
-AS_SHOWN, AS_STORED = "practical", "si"  # words beside the names of units
+AS_SHOWN, AS_STORED = "practical", "si"  # accepted instead of names of units
 Found = TypeVar("Found")
 _asked: ContextVar[tuple[str, ...]] = ContextVar("asked", default=(AS_SHOWN,))
 
@@ -90,10 +91,10 @@ def showing(asked: Sequence[str]) -> Iterator[None]:
 def shown_in(unit: str) -> tuple[str, float]:
     """Return the unit in which to show numbers of an SI unit, and the factor to it.
 
-    That is the first unit set by `showing` that measures the same quantity, where
-    `AS_SHOWN` stands for those of `PRACTICAL`; without one, the SI unit and 1. Numbers
-    without unit ("1") are never converted, and only an angular speed, in rad/s, is
-    shown in revolutions or cycles.
+    It is the first unit set by `showing` that measures the same quantity, where
+    `AS_SHOWN` stands for those of `PRACTICAL`; if there is none, the SI unit with
+    factor 1. Numbers without unit ("1") are never converted, and only an angular speed,
+    rad/s, is shown in revolutions or cycles.
     """
     for asked in _asked.get():
         if asked == AS_STORED:
@@ -118,7 +119,7 @@ def _shown(unit: str, asked: str) -> float:
 
 
 def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
-    """Return the units of an option ``--units mm,rpm``, those for pictures if None.
+    """Return the units of an option ``--units mm,rpm``; the practical ones if None.
 
     Parameters
     ----------
@@ -162,7 +163,7 @@ def _factor(given: str, wanted: str) -> Decimal:
 
 
 def _of(source: Any, wanted: str, refused: str) -> Decimal:
-    """Return the factor from a unit to another one; both must have the same zero.
+    """Return the factor from one unit to another one with the same zero.
 
     Parameters
     ----------

@@ -6,8 +6,8 @@ A new word is a line here and its rules. Results store a word as its index in `E
 (`analysis.regimes.Thresholds`) and quantities derived from both, see `DEFINED`; the
 HTML page evaluates them, too.
 
-Lightness falls from `missing` to `failed` in steps of at least 11 (CIE L*), so that
-print in grey keeps the words apart, and no two colours come close to the colour-blind;
+Lightness decreases from `missing` to `failed` in steps of at least 11 (CIE L*), so that
+words differ in grey print, and all colours differ for the colour-blind;
 `tests/scene/test_palette.py` measures both. A letter says the same without colour.
 """
 
@@ -28,7 +28,7 @@ class Look:
     ink : colour of a letter or marker on that fill
     letter : letter that stands for the word
     marker : Matplotlib's marker of a point
-    told : text in a legend
+    told : text in legends
     line : colour of thin lines and dots on white, if the fill is too light for them
     """
 
@@ -65,21 +65,21 @@ BAD = {  # cases without a regime
     "failed": Look("#0C0C0C", "#FFFFFF", "!", "X", "failed"),
     "missing": Look("#FFFFFF", "#000000", "·", ".", "not computed", "#BBBBBB"),
 }
-SHOWN = REGIMES | BAD  # all words by which a case is shown
-WHIRLS = {  # words of maps whose colour shows the whirl
+SHOWN = REGIMES | BAD  # all words that may stand for a case
+WHIRLS = {  # words of maps coloured by whirl
     "forward": Look("#2F6DB3", "#FFFFFF", "F", "^", "forward"),
     "mixed": Look("#4BA386", "#000000", "M", "o", "mixed"),
     "backward": Look("#F0AE45", "#000000", "B", "v", "backward"),
     "none": Look("#DBD9DD", "#000000", "–", ".", "no whirl"),
 }
-MOTIONS = {  # words of sustained motions where output.chaos asks for them
+MOTIONS = {  # words of sustained motions if output.chaos > 0
     "periodic": Look("#2F6DB3", "#FFFFFF", "P", "s", "periodic"),
     "quasi-periodic": Look("#4BA386", "#000000", "Q", "o", "quasi-periodic"),
     "chaotic": Look("#F0AE45", "#000000", "C", "^", "chaotic"),
     "untold": Look("#8D8D8D", "#000000", "?", "D", "not told"),
     "none": Look("#DBD9DD", "#000000", "–", ".", "not sustained"),
 }
-# {variable: its words}; each is stored as its index
+# {variable: its words}; a word is stored as its index
 ENUMS = {
     "status": ("ok", "failed", "missing", "timeout", "crashed"),
     "outcome": ("none", "completed", "stopped", "unstable", "overloaded"),
@@ -96,18 +96,18 @@ OPEN = (
     "undecided",
     "divergent",
 )  # regimes that may change in a longer run, see is_open
-TOLD = {  # message for a case with an outcome
+TOLD = {  # {outcome: message for a case}
     "overloaded": "the swing of the pulse, not growth, moved the tips to the amplitude "
     "limit; lower force or pulse, or raise amplitude_limit"
 }
 
-BEYOND_FILM = (  # message for a case that has a word all the same
+BEYOND_FILM = (  # message for a case that still has a word
     "the centre moved farther than film_clearance, where the housing would stop it"
 )
 
 
 def word_of(status: str, outcome: str, regime: str) -> str:
-    """Return the word of `SHOWN` by which a case is shown and counted everywhere.
+    """Return the word of `SHOWN` that stands for a case in maps, tables and counts.
 
     It is the regime or, without one, `overloaded`, `unstable`, `failed` (for any
     reason) or `missing`.
@@ -153,7 +153,7 @@ RULES = {
     # Unstable: not finite, no solution of the contact problem, a ledger that does not
     # close or an energy below zero, which a stable scheme does not have, gaps that are
     # not those of the bodies, a step at or above the limit. No regime, no whirl then,
-    # and none of what the swing of the pulse moved too far.
+    # nor for a case that the swing of the pulse moved too far.
     "outcome": (
         Rule("unstable", ("stop == 'nonfinite'",)),
         Rule("unstable", ("stop == 'complementarity'",)),
@@ -169,7 +169,7 @@ RULES = {
     "regime": (
         # rotation and friction carried the tips to the amplitude limit, not the load
         Rule("divergent", ("stop == 'amplitude'",)),
-        # what is loaded by the pulse within the window
+        # loaded by the pulse within the window
         Rule("undecided", ("begin < load_end",)),
         # no contact can recur; or at rest
         Rule("damped", ("certificate >= 0",)),
@@ -200,17 +200,17 @@ RULES = {
                 "not steady_rub",
             ),
         ),
-        # fed by contact what is lost, the energy turned over, and no change
+        # contact feeds what is lost, losses turn the energy over, and nothing changes
         Rule("sustained", ("clear", "largest_change <= drift", *KEPT_UP)),
         Rule("sustained", ("not clear", "largest_change <= unclear", *KEPT_UP)),
-        # the same of casing and shaft, which contact alone moves steadily, while waves
-        # of the blades wander: with rotation, often for longer than the window
+        # the same for casing and shaft, which only contact moves steadily, while waves
+        # of the blades vary slowly: with rotation, often for longer than the window
         Rule("sustained", ("steady_rub", "rise_of_both <= rise", *KEPT_UP)),
-        # anything else, such as falling while still touching
+        # anything else, such as decaying while still touching
         Rule("undecided"),
     ),
-    # not by the signed area, which weighs each line's power with its frequency: a small
-    # fast line would outweigh a large slow one that turns the other way
+    # not by the signed area, which weights each line's power with its frequency: a
+    # small fast line would outweigh a large slow one that turns the other way
     "whirl": (
         Rule("none", ("orbit_radius < whirl_floor * gap_scale",)),
         Rule("forward", ("whirl_ratio > direction",)),
@@ -221,10 +221,11 @@ RULES = {
 # The same for `motion`, where output.chaos asks for it; `turn` is a revolution, s.
 MOTION_RULES = (
     Rule("none", ("regime != 'sustained'",)),
-    # measured over too little, or ended at a limit
+    # measured over too short a time, or ended at a limit
     Rule("untold", ("not (exponent_error >= 0)",)),
     Rule("untold", ("not (zero_one <= 1)",)),
-    # twins part: the exponent is above zero with its interval, and the walk diffuses
+    # neighbouring motions diverge: the exponent is above zero with its interval, and
+    # the walk of the 0-1 test diffuses
     Rule(
         "chaotic",
         (
@@ -233,7 +234,7 @@ MOTION_RULES = (
             "zero_one > diffuse",
         ),
     ),
-    # twins stay together, and the section is a few points, or a curve
+    # neighbouring motions stay together, and the section is a few points, or a curve
     Rule("periodic", ("return_distance <= returns", "exponent * turn <= calm")),
     Rule(
         "quasi-periodic",

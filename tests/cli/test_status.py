@@ -295,7 +295,7 @@ def test_a_page_of_other_words_is_called_stale(finished, tmp_path, capsys, facts
     assert f"stale: report.html: hpcwhirl report {out}\n" in told
     (out / "results.h5").write_bytes(b"torn")
     assert main(["status", str(out)]) == 0
-    assert "stale: not known of report.html: " in capsys.readouterr().out
+    assert "stale: report.html cannot be checked: " in capsys.readouterr().out
 
 
 def test_durations_are_written_as_people_write_them():

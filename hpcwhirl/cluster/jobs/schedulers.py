@@ -143,7 +143,7 @@ def _pbs_again(request: Request) -> Lines:
     return [
         "used=${HPCWHIRL_REQUEUES:-0}",
         'if [ "$used" -lt "$most_requeues" ]; then',
-        "  # qrerun is for operators: submit a new job, of an array only this element",
+        "  # qrerun is for operators: submit a new job, of an array this element",
         f"  sed '/^#PBS -J /d' {shlex.quote(request.script)} |",
         f"    qsub -v {variables}"
         + (',HPCWHIRL_SHARD=$shard"' if request.array else '"'),
