@@ -68,9 +68,7 @@ def loss_of(scene: Scene) -> str:
         return "not measured on rotors from file"
     equal = scene.has_harmonics and not scene.engine.rotor.is_uneven
     if not equal or scene.engine.casing.kind == "rigid":
-        return (
-            "measured only for equal blades in a ring of harmonics, unlike this engine"
-        )
+        return "not measured: presets were tried on equal blades in a ring of harmonics"
     return preset_loss(preset_of(scene))
 
 
