@@ -22,7 +22,7 @@ class StartOptions(NamedTuple):
 
     Attributes
     ----------
-    fresh : whether an existing directory is renamed and the campaign starts over
+    fresh : whether an existing directory is renamed, so that the campaign starts over
     extend : s, end time to which undecided cases are extended; None: no extension
     """
 
@@ -37,27 +37,27 @@ def begin(
     stopping: Stopping,
     start: StartOptions,
 ) -> Claim:
-    """Claim and prepare a campaign's directory; return the claim. Rank 0 alone calls.
+    """Claim and prepare a campaign's directory; return the claim. Only rank 0 calls.
 
     Parameters
     ----------
-    design, folder, policy : the campaign
+    design, folder, policy : design, directory and options of the campaign
     stopping : ends the wait for other processes
     start : options for the start
 
     Raises
     ------
     InputError
-        where the directory is another campaign's, or another run computes there
+        if the directory belongs to another campaign, or another run computes there
     """
     asking = asking_of(stopping, take_over=policy.take_over)
     if start.fresh and folder.exists():
-        with claimed(folder, CAMPAIGN, asking) as old:  # no shard may be at it
+        with claimed(folder, CAMPAIGN, asking) as old:  # waits until no shard uses it
             old.check()
             aside = put_aside(folder)
             if aside:
                 old.moved(aside)
-                say(f"what was in {folder} is now {aside}")
+                say(f"the former {folder} is now {aside}")
     own = claim(folder, claim_of(policy.shard), asking)
     try:
         mends = "failed" in policy.retry
@@ -71,7 +71,7 @@ def begin(
 
 
 def _tell_stopped(folder: Path, design: Design) -> None:
-    """Print how many cases ended at the amplitude limit: no extension helps them."""
+    """Print how many cases ended at the amplitude limit, which no extension changes."""
     cases = {
         int(case)
         for _, told in told_by(folder, design.digests)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 INTERNAL = 70
 FLAGS = ("fresh", "take_over")
-NO_OPTIONS = ("out", "report")  # of [campaign]
+NO_OPTIONS = ("out", "report")  # keys of [campaign] that are no options here
 OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
 
 
@@ -52,11 +52,11 @@ class Call:
     options: Mapping[str, Any]
 
     def run(self, comm: Communicator | None) -> xarray.Dataset:
-        """Run on all ranks; where one of several breaks, end them all."""
+        """Run on all ranks and return the results; if one rank fails, end all ranks."""
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
             found: Path | WhirlError | int
-            if comm.size == 1:  # nobody waits for it: the caller's process lives on
+            if comm.size == 1:  # no other rank waits: raise in the caller's process
                 found = self._run(Session(ALONE, stopping))
             else:
                 found = together(comm, stopping, self._run, _tell_broken)
@@ -64,7 +64,7 @@ class Call:
             sys.exit(found)
         if not isinstance(found, Path):
             raise found
-        data = hpcwhirl.open_results(found)  # which registers `data.hpcwhirl`
+        data = hpcwhirl.open_results(found)  # also registers `data.hpcwhirl`
         if comm.rank == 0 and self.function is not None:
             _tell_unmeasured(data)
         return data
@@ -77,10 +77,10 @@ class Call:
         return session.run(self._prepared, _concluded, measure)
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
-        """Return this rank's measure, or the error if that of any rank is wrong.
+        """Return this rank's measure, or the error if the measure of any rank is wrong.
 
-        Ranks with different functions would mix their numbers in one campaign, so this
-        is called by all ranks before a directory is made.
+        Ranks with different functions would mix their numbers in one campaign, so all
+        ranks call this before a directory is made.
         """
         measure, wrong = None, None
         try:
@@ -96,11 +96,11 @@ class Call:
         return measure, failure
 
     def _prepared(self) -> Prepared:
-        """Return the campaign that all ranks will run; called on rank 0 alone."""
+        """Return the campaign that all ranks will run; only rank 0 calls."""
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
-        folder = Path(given).absolute()  # wherever a measure may go
+        folder = Path(given).absolute()  # a measure may change the working directory
         policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
         check_folder(folder)
         start = StartOptions(fresh=bool(self.options.get("fresh")))

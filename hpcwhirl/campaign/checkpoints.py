@@ -29,12 +29,12 @@ from hpcwhirl.store.directory.states import (
     write_state,
 )
 
-FITS = "model, kernel or compiler"  # what a fingerprint is of, as a user is told
-MOTIONS = f"motion by {CODE}"  # whose rounding later cases depend on
+FITS = "model, kernel or compiler"  # what a fingerprint identifies, for messages
+MOTIONS = f"motion by {CODE}"  # later cases depend on its rounding
 
 
 def end_name(digest: str) -> str:
-    """Return the name by which the last motion of a case is stored."""
+    """Return the name under which the last motion of a case is stored."""
     return f"{digest}-end"
 
 
@@ -50,9 +50,11 @@ class Checkpoints:
 
     def __init__(self, folder: Path, every: float, say: Callable[[str], None]) -> None:
         self.folder, self.every, self.say = folder, every, say
-        self.kept = stored_states(folder)  # one listing, not a look a case
+        self.kept = stored_states(folder)  # the directory is listed only once
         self.mute = False
-        self.saved: dict[str, float] = {}  # digest: the case's seconds at that time
+        self.saved: dict[
+            str, float
+        ] = {}  # {digest: seconds of the case when it was saved}
 
     def set_out(self, digest: str, course: Course) -> None:
         """Continue a case from its saved state, if there is one that fits.
@@ -62,7 +64,7 @@ class Checkpoints:
         """
         try:
             arrays = read_state(self.folder, digest, {}) if digest in self.kept else {}
-        except StoreError:  # told below
+        except StoreError:  # printed below
             arrays = {}
         if arrays:
             course.set_out(*steps_of(arrays))
@@ -71,7 +73,7 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Continue a march from the saved state of its case, if one fits."""
+        """Restore a march from the saved state of its case, if one fits."""
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
@@ -86,16 +88,17 @@ class Checkpoints:
         self.saved[digest] = march.seconds
 
     def _arrays(self, digest: str, march: March) -> Arrays | None:
-        """Return the arrays of a saved state, and set the march to its sectors.
+        """Return the arrays of a saved state, None if there is none.
 
-        The state may be that of one sector or of all. None: there is no state.
+        The state may be that of one sector or of all; the march is folded or unfolded
+        to match it.
         """
         try:
             return read_state(self.folder, digest, {FITS: fingerprint(march)})
         except StoreError:
             if march.lean.model.folds == 1:
                 raise
-        march.unfold()  # as a case does that one of many sectors does not tell
+        march.unfold()  # the case may have been unfolded before it was saved
         try:
             return read_state(self.folder, digest, {FITS: fingerprint(march)})
         except StoreError:
@@ -107,25 +110,25 @@ class Checkpoints:
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; where that fails, the case can start anew."""
+        """Save the state of a case; if that fails, the case can start anew."""
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))
 
     def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Write a state of a march, `arrays`, which may be an earlier one."""
+        """Save `arrays`, the present state of a march or an earlier one."""
         self._write(digest, {FITS: fingerprint(march)}, arrays)
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Write the motion in which a case has ended; None: nothing goes on from it."""
+        """Save the last motion of a case; None: no case can continue from it."""
         arrays: Arrays = {}
         if motion is not None:
             arrays = {n: np.atleast_1d(part) for n, part in motion._asdict().items()}
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return whether the end of a case is kept, and the motion in which it is."""
-        try:  # whichever rank kept it
+        """Return whether the end of a case is stored, and its last motion."""
+        try:  # any rank may have saved it
             arrays = read_state(self.folder, end_name(digest), {FITS: MOTIONS})
         except StoreError as failed:
             self.say(f"{failed}: the cases before it are integrated again")
@@ -137,7 +140,7 @@ class Checkpoints:
         return True, Motion(**parts, angle=angle)
 
     def drop_end(self, digest: str) -> None:
-        """Remove the motion in which a case has ended."""
+        """Remove the stored last motion of a case."""
         if digest:
             drop_state(self.folder, end_name(digest))
 
@@ -154,7 +157,7 @@ class Checkpoints:
         """Let case `after` continue from the state of `digest` if it has none."""
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # it can start anew
-                if hand_over(self.folder, digest, after):  # whichever rank kept it
+                if hand_over(self.folder, digest, after):  # any rank may have saved it
                     self.kept |= {digest, after}
 
     def drop(self, digest: str) -> None:

@@ -1,4 +1,4 @@
-"""Integrate one case of a campaign, from its last checkpoint to its end or a stop."""
+"""Integration of one case of a campaign, from its last checkpoint to an end or stop."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def late(march: March, limit: float) -> LateError:
     share = march.steps / march.total
     return LateError(
         f"more than {limit:g} s of computing, {share:.1%} of the case: a greater "
-        "--case-limit with --retry timeout goes on from there"
+        "--case-limit with --retry timeout continues from there"
     )
 
 
@@ -57,9 +57,9 @@ def compute(
     Parameters
     ----------
     case, digest : the case, and the digest by which its state is stored
-    checkpoints : storage of its state; the caller removes it after the case
-    limit : most computing time of the case in all runs together, s
-    between : called between slices; may raise `Stop`
+    checkpoints : storage of its state; the caller removes the state afterwards
+    limit : longest computing time of the case in all runs together, s
+    between : called between slices of the integration; may raise `Stop`
     keep : whether the last state is saved if the regime may change in a longer run
 
     Raises

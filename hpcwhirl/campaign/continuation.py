@@ -1,12 +1,12 @@
-"""Cases that begin where others have ended: the motion that they begin with.
+"""Cases that begin with the last motion of another case.
 
-The motion is a function of the case's inputs alone: its `history` says through which
-cases it was reached. A campaign keeps the motion in which each case of a branch has
-ended until the next one has ended, too; where it is lost, the cases before are
-integrated again, with the same result.
+This motion depends on the case's inputs only: its `history` names the preceding cases.
+A campaign stores the last motion of each case of a branch until the next case has
+ended, too. If it is lost, the preceding cases are integrated again, with the same
+result.
 
-A case that diverges, that does not run to its end or cannot be integrated leaves no
-motion: the next one begins anew, with its pulse.
+A case that diverges, that does not run to its end, or that cannot be integrated leaves
+no motion: the next one begins anew, with its pulse.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ Ended = tuple[Mapping[str, Any], March]
 
 
 class Ends(Protocol):
-    """Where the motions are kept in which cases have ended."""
+    """Storage of the last motions of cases."""
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return whether a case is known to have ended, and in which motion."""
+        """Return whether a case is known to have ended, and its last motion."""
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Keep the motion in which a case has ended, None for none."""
+        """Store the last motion of a case, None for none."""
 
 
 class NoEnds:
-    """Keeps nothing."""
+    """Storage that stores nothing."""
 
     def read(self, _: str) -> tuple[bool, Motion | None]:
-        """Return that nothing is known."""
+        """Return (False, None): nothing is known."""
         return False, None
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Keep nothing."""
+        """Do nothing."""
 
 
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
-    """Return the motion in which a case has ended, None if nothing goes on from it.
+    """Return the last motion of a case, None if no case can continue from it.
 
-    row : its result, see `campaign.simulate.Result`
+    row : result of the case, see `campaign.simulate.Result`
     """
     lost = row["outcome"] != "completed" or row["regime"] == "divergent"
     return None if lost else march.motion()
@@ -59,13 +59,14 @@ def begun(
     march: Callable[[Case, Motion | None], Ended],
     ends: Ends,
 ) -> Begin:
-    """Return a case as it is integrated, and the motion that it begins with.
+    """Return a case as it will be integrated, and the motion with which it begins.
 
     Parameters
     ----------
     case : the case
-    march : integrates a case from a motion to its end; returns row and last march
-    ends : where the motions are kept in which cases have ended
+    march : function that integrates a case from a motion to its end and returns its row
+        and last march
+    ends : storage of the last motions of cases
     """
     left, motion, scene = list[Scene](), None, case.given
     while (before := case_before(scene)) is not None:
@@ -91,5 +92,5 @@ def _ended(
 ) -> Motion | None:
     try:
         return end_of(*march(_going_on(resolve(scene), motion), motion))
-    except InputError:  # it failed as a row
+    except InputError:  # that case failed
         return None

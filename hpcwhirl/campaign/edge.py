@@ -1,11 +1,11 @@
 """The motion on the edge between two words of one scene, see `analysis.edge_tracking`.
 
-Two pulses, weaker and stronger, leave the engine in two states whose motions have
-different words. Between these states the boundary of two basins is followed. A state's
-side is the word of its continuation by the rules of every other case, judged on
-the motion after that state alone: a threshold on energy would have to be chosen for
-each engine, and an edge motion's energy rises and falls. A proof that contact cannot
-recur or the amplitude limit end a continuation early.
+A weaker and a stronger pulse leave the engine in two states whose motions have
+different words. Between these states the boundary of two basins is followed. The side
+of a state is the word of the motion that continues from it, by the same rules as for
+any case, applied to that motion only. (A threshold on energy would have to be chosen
+for each engine, and the energy of an edge motion rises and falls.) A continuation ends
+early at a proof that contact cannot recur, or at the amplitude limit.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from hpcwhirl.scene.schemes import SCHEMES
 Floats = NDArray[np.float64]
 USUAL = Thresholds()
 AFTER = 2.0  # durations of the pulse after which its states are taken
-ROWS = 2  # of evidence in a stride: a sixth of a period of the centre's fastest line
-LOOKS = 3  # times `look` after which a side is not told
-LATER = 0.5  # share of the motion followed, its last part, that numbers are of
+ROWS = 2  # rows of evidence in a stride, a sixth of a period of the fastest line
+LOOKS = 3  # times `look` after which an undecided side counts as unknown
+LATER = 0.5  # last part of the motion that is followed, from which numbers are taken
 Tell = Callable[[str], None] | None
 CAN_TELL = ("damped", "sustained", "divergent")
 
@@ -47,11 +47,13 @@ class Tracking:
 
     Attributes
     ----------
-    span : how long the edge is followed, s
-    look : time after which a state's side is judged, s, up to `LOOKS` times as long
-    begin : when the pulses' states are taken, s; 0: after two durations of the pulse
-    near, far : distances relative to the motion, as square roots of energy, down to
-        which states are bisected, and from which they are bisected again
+    span : time over which the edge is followed, s
+    look : time after which the side of a state is determined, s; up to `LOOKS` times as
+        long if it is undecided
+    begin : time at which the states after the pulses are taken, s; 0: after two
+        durations of the pulse
+    near, far : distances of the two states, as square roots of energy relative to the
+        motion, at which bisection ends (near) and at which it is repeated (far)
     """
 
     span: float = 1.0
@@ -78,7 +80,7 @@ TRACKING = Tracking()
 
 
 class Moment(NamedTuple):
-    """A state, and the rows of evidence of the stride before it, (rows, columns)."""
+    """A state, and the evidence of the stride that leads to it, (rows, columns)."""
 
     state: Any
     rows: Floats
@@ -86,7 +88,7 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True)
 class Leaving:
-    """A motion that leaves the edge: its word; (n,) time, s; orbit radius, m."""
+    """A motion that leaves the edge: word; time, s, and orbit radius, m, (n,) each."""
 
     word: str
     time: Floats
@@ -102,14 +104,15 @@ class Edge:
     time : (n,), s, since the start of the pulses
     centre : (n, 2), m, STATIC frame
     energy : (n,), J, kinetic + strain of both bodies
-    pieces : (n,), number of the piece that a row is of: between pieces states are
-        bisected again
-    low, high : the motions of both sides, which leave it
-    numbers : {name: value}: `begin`, `end`, s; of the later half `orbit_radius`, m (rms
-        about the mean), `orbit_change` (change of radius from its first to its second
-        half, over it), `turning_rate`, rad/s (mean of the centre's polar angle),
-        `whirl_ratio`, `line_frequency`, rad/s, `contact_share` (of steps); of all
-        `leaving_rate`, 1/s, at which the sides part, `bisections`, `pieces`, `widened`
+    pieces : (n,), number of the piece to which a row belongs; between pieces the states
+        were bisected again
+    low, high : the motions on both sides, which leave the edge
+    numbers : {name: value}: `begin`, `end`, s; from the later half of the motion
+        `orbit_radius`, m (rms about the mean), `orbit_change` (relative change of
+        radius from the first to the second part of that half), `turning_rate`, rad/s
+        (mean rate of the centre's polar angle), `whirl_ratio`, `line_frequency`, rad/s,
+        `contact_share` (share of steps); from the whole motion `leaving_rate`, 1/s, at
+        which the two sides separate, and the counts `bisections`, `pieces`, `widened`
     """
 
     time: Floats
@@ -122,18 +125,18 @@ class Edge:
 
 
 class Continued:
-    """Motions of one scene without further load, as `analysis.edge_tracking.Motions`.
+    """Motions of a scene after its pulse; implements `analysis.edge_tracking.Motions`.
 
     Parameters
     ----------
-    march : of the scene, with all sectors; it is used up
-    look : time after which a motion is judged, s, up to `LOOKS` times
+    march : march of the scene with all sectors; its state is overwritten
+    look : time after which a motion gets its word, s; up to `LOOKS` times if undecided
 
     Attributes
     ----------
     words : (low, high), words of the sides; set once they are known
-    stride : steps between two states of a motion that is followed
-    judged : number of continuations
+    stride : number of steps between two states of a motion that is followed
+    judged : number of continuations integrated
     """
 
     def __init__(self, march: March, look: float) -> None:
@@ -147,19 +150,19 @@ class Continued:
         self._rest = copy_of(still)
 
     def between(self, low: Moment, high: Moment, share: float) -> Moment:
-        """Return the state between two states at the same time."""
+        """Return the state between two states at one time; share 0: low, 1: high."""
         put_between(self.march, low.state, high.state, share)
         return Moment(copy_of(self.march), low.rows[:0])
 
     def distance(self, low: Moment, high: Moment) -> float:
-        """Return sqrt(E) of the difference of two states over that of the first."""
+        """Return sqrt(energy) of the difference of two states over that of one."""
         self._rest.counter[contact.STEP] = low.state.counter[contact.STEP]
         size = distance(self.march, self._rest, low.state)
         apart = distance(self.march, low.state, high.state)
         return apart / size if size > 0.0 else math.inf
 
     def ahead(self, moment: Moment) -> Moment | None:
-        """Return the state a stride later; None where the run ends before."""
+        """Return the state a stride later; None if the run ends before."""
         start = self._put(moment)
         rows = int(self.march.counter[contact.JUDGED])
         self.march.reach(start + self.stride)
@@ -173,16 +176,17 @@ class Continued:
         return int(self.march.counter[contact.STOP]) != contact.RUNNING
 
     def side(self, moment: Moment) -> int:
-        """Return the side of the boundary that a state is on, by its word."""
+        """Return the side of the boundary on which a state lies, by its word."""
         word = self.word(moment)
         if word not in CAN_TELL:
             return OPEN
         return LOW if word == self.words[0] else HIGH
 
     def word(self, moment: Moment) -> str:
-        """Return the word of a state's continuation, the longest if none is a side's.
+        """Return the word of the motion that continues from a state.
 
-        A run that reaches the amplitude limit is divergent.
+        It is the first word that is one of the two sides', else that of the longest
+        continuation. A run that reaches the amplitude limit is divergent.
         """
         start, word = self._put(moment), ""
         self.judged += 1
@@ -196,7 +200,7 @@ class Continued:
         return word
 
     def leaving(self, moment: Moment) -> Leaving:
-        """Return how the motion from a state goes on, and its word."""
+        """Return the motion that continues from a state, and its word."""
         start, word = self._put(moment), self.word(moment)
         later = since(self.march.history(), start * self.step)
         radius = np.hypot(*later.judged.centre.T)
@@ -215,9 +219,10 @@ class Continued:
 
 
 def since(history: History, start: float) -> History:
-    """Return a history without what was before `start`, s, which becomes its time 0.
+    """Return a history from `start`, s, on, which becomes its time 0.
 
-    Samples are left out; the ledger is that of the whole run.
+    Only evidence is shifted and cut: samples are unchanged, and the ledger is that of
+    the whole run.
     """
     judged = history.judged
     rows = judged.time > start
@@ -238,7 +243,7 @@ def since(history: History, start: float) -> History:
 def edge(
     scene: Scene, low: float, high: float, how: Tracking = TRACKING, tell: Tell = None
 ) -> Edge:
-    """Return the motion on the edge between the words that two pulses lead to.
+    """Return the motion on the edge between the words to which two pulses lead.
 
     Parameters
     ----------
@@ -250,9 +255,9 @@ def edge(
     Raises
     ------
     InputError
-        where both pulses lead to one word, or to none within the time given
+        if both pulses lead to the same word, or one to no word within the time given
     analysis.edge_tracking.LostEdgeError
-        where the edge is lost
+        if the edge is lost
     """
     start = how.begin or AFTER * scene.pulse
     longer = how.span + LOOKS * how.look
@@ -278,11 +283,11 @@ def edge_between(
 
     Parameters
     ----------
-    motions : of the scene
+    motions : motions of the scene
     ends : two states at the same step
-    how : times and distances; `look` is that of the motions
+    how : times and distances; `look` must be that of the motions
     told : name of the states in messages
-    tell, errors : as of `edge`
+    tell, errors : as for `edge`
     """
     low, high = map(motions.word, ends)
     _check_words((low, high), told)
@@ -300,25 +305,32 @@ def edge_between(
 
 
 def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
-    """Return a march with all sectors, at rest until a pulse, up to after it."""
+    """Return a march with all sectors that was integrated through its pulse.
+
+    Parameters
+    ----------
+    scene, force : the scene, and the force of the pulse, N
+    start : time at which it stops, s
+    longer : further time that it can be integrated, s
+    """
     settings: dict[str, Any] = {"force": force, "duration": start + longer}
     settings |= {"revolutions": 0.0, "until": "certain", "traces": "summary"}
     march = March(resolve(apply_settings(scene, settings)))
     march.unfold()
     goal = math.ceil(start / march.scene.solver.time_step)
-    if SCHEMES[march.scene.solver.scheme].flies:  # a jump ends at a row of evidence
+    if SCHEMES[march.scene.solver.scheme].flies:  # jumps end at rows of evidence
         goal = -(-goal // march.beat) * march.beat
     march.reach(goal)
     if march.done:
         msg = (
             f"after {start:g} s the motion of a pulse of {force:g} N has ended already"
         )
-        raise InputError(f"{msg}: begin earlier, or choose pulses nearer the edge")
+        raise InputError(f"{msg}: begin earlier, or choose pulses nearer to the edge")
     return march
 
 
 def _check_words(words: tuple[str, ...], told: str) -> None:
-    """Raise InputError unless two words name two sides."""
+    """Raise InputError unless two words name two different sides."""
     if words[0] == words[1]:
         msg = f"no edge: {told} lead to the same word, {words[0]}"
         raise InputError(msg)
@@ -332,14 +344,14 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
 
 
 def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
-    """Return the edge with its numbers and the two sides that leave it."""
+    """Return the edge with its numbers and the two motions that leave it."""
     scene, beat = motions.march.scene, motions.march.beat
     states = [moment for piece in found.pieces for moment in piece[1:]]
     number = [n for n, piece in enumerate(found.pieces) for m in piece[1:]
               for _ in m.rows]  # fmt: skip
     rows = np.concatenate([moment.rows for moment in states])
     begin = int(found.pieces[0][0].state.counter[contact.STEP])
-    first = -(-(begin + 1) // beat)  # the first row of evidence beyond it
+    first = -(-(begin + 1) // beat)  # the first row of evidence after it
     time: Floats = (first + np.arange(float(len(rows)))) * (beat * motions.step)
     centre = static_frame(rows[:, : contact.OF_ROTOR], scene.speed * time)
     energy = rows[:, contact.OF_ROTOR] + rows[:, contact.OF_CASING]
@@ -374,7 +386,7 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 
 
 def _share(pieces: list[list[Moment]]) -> float:
-    """Return the share of steps with contact in the last pieces, half of the steps."""
+    """Return the share of steps with contact in the last half of the steps."""
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)
     strides = 0

@@ -1,4 +1,7 @@
-"""Compute jobs on one rank and journal the records; a failed case is a record, too."""
+"""Computation of jobs on one rank, and journaling of their records.
+
+A failed case has a record, too.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.results.measured import WHY_NOT
 
-MOST_TOLD = 5  # failures that a rank prints; the others are rows all the same
+MOST_TOLD = 5  # number of failures that a rank prints; all have rows
 
 
 @dataclass
@@ -46,10 +49,10 @@ class RankContext:
 
     Attributes
     ----------
-    journal, running : this rank's journal and its note of the cases in flight
+    journal, running : this rank's journal, and its note of the cases being computed
     checkpoints : saved states of unfinished cases
     child : interpreter that computes isolated cases
-    suspects : cases to isolate, since they were in flight when two processes died
+    suspects : cases to isolate, since they were being computed when two processes died
     """
 
     rank: int
@@ -67,7 +70,7 @@ class Evaluator:
 
     Parameters
     ----------
-    design : of the campaign
+    design : design of the campaign
     context : files and limits of this rank
     extended : s, end times to which undecided cases are continued
     """
@@ -80,8 +83,8 @@ class Evaluator:
         self.limit = context.policy.limit
         self.where = {"rank": context.rank, "host": socket.gethostname()}
         self.told = 0
-        self.lost = False  # whether what was computed could not be kept
-        self.beside = array("d")  # s, of each result beside its kernel
+        self.lost = False  # whether results could not be written
+        self.beside = array("d")  # s, time of each result beyond its kernel
 
     def warm(self, cases: Sequence[int]) -> None:
         """Compile the kernels that some cases need, by one step of one case each."""
@@ -106,7 +109,7 @@ class Evaluator:
         for case in cases:
             scene = self.design.scene(case)
             folds = 1
-            with suppress(WhirlError):  # a file that cannot be read fails as a row
+            with suppress(WhirlError):  # such a case fails later, with a record
                 folds = folds_of(scene)
             kinds.setdefault((scene.solver.scheme, folds), case)
         return list(kinds.values())
@@ -127,9 +130,10 @@ class Evaluator:
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return the overhead of a result beyond its kernel, s: median, first extra.
+        """Return the overhead of a result beyond its kernel, s: median; first extra.
 
-        The first result takes longer: it builds models and tables that others share.
+        The first result takes longer by the extra, since it builds models and tables
+        that others share.
         """
         if not self.beside:
             return 0.0, 0.0
@@ -138,7 +142,7 @@ class Evaluator:
 
     def keep_due(self) -> None:
         """Write records that are due while this rank waits for work."""
-        with suppress(Stop):  # which everyone sees
+        with suppress(Stop):  # other code sees the request, too
             self._writing(self.context.journal.keep_due)
 
     def keep(self) -> bool:
@@ -187,7 +191,7 @@ class Evaluator:
     def _isolated(
         self, computed: Computation, between: Callable[[], None], *, keep: bool
     ) -> Result:
-        self.context.checkpoints.kept.add(computed.digest)  # which the child may keep
+        self.context.checkpoints.kept.add(computed.digest)  # the child may save it
         return self.context.child.compute(
             computed.scene, computed.digest, self.limit, between, keep=keep
         )
@@ -195,9 +199,9 @@ class Evaluator:
     def _fail(
         self, computed: Computation, failed: Exception, seconds: float
     ) -> Completion:
-        """Journal why a case failed, and print it if it is of the first `MOST_TOLD`.
+        """Journal why a case failed; print the first `MOST_TOLD` reasons.
 
-        seconds : time until it failed
+        seconds : computing time until it failed
         """
         status = "failed"
         if isinstance(failed, LateError):
@@ -208,7 +212,7 @@ class Evaluator:
         record = self._record(computed) | {"status": status, "message": message}
         record["performance"] = self.where | {"seconds": seconds}
         self._append(record, {})
-        if status != "timeout":  # which may go on from its state
+        if status != "timeout":  # a timeout may continue from its state
             self._drop(computed.digest)
         where = f"{self.where['host']}, rank {self.where['rank']}"
         name = told(computed, self.design.name(computed.job.case))
@@ -220,9 +224,9 @@ class Evaluator:
         return head | {"ended": time.time()} | computed.facts
 
     def _keep(self, computed: Computation, result: Result, *, keep: bool) -> Completion:
-        """Journal a result; if the engine file has changed meanwhile, a failure.
+        """Journal a result, or a failure if the engine file has changed meanwhile.
 
-        keep : whether the saved state of a case that a longer run may decide is kept
+        keep : whether the saved state is kept if a longer run may decide the case
         """
         if changed := self._changed(computed.job.case):
             return self._fail(computed, changed, float(result.performance["seconds"]))
@@ -257,7 +261,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Print one of the first `MOST_TOLD` problems of this rank."""
+        """Print a problem of this rank, if it is among the first `MOST_TOLD`."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)
@@ -268,7 +272,7 @@ class Evaluator:
         self._writing(lambda: self.context.journal.append(record, traces))
 
     def _writing(self, write: Callable[[], None]) -> None:
-        """Write; on a full disk, ask the campaign to stop."""
+        """Call `write`; if the disk is full, ask the campaign to stop."""
         try:
             write()
         except MissingFileError as failed:

@@ -43,17 +43,17 @@ class Ending:
     Attributes
     ----------
     complete : whether all cases have ended and results were written
-    cases : of the campaign
-    failed : cases without a result, for any reason, once the campaign is complete; of
-        this shard alone while other shards are not complete
-    missing : failed cases that have no record at all
+    cases : number of cases of the campaign
+    failed : number of cases without a result, for any reason, when the campaign is
+        complete; those of this shard while other shards are not complete
+    missing : number of failed cases that have no record at all
     results : path of results.h5
     reason : reason for an early stop
     gave_up : whether it stopped after `max_fails` failures
     piloted : whether it was a pilot whose time was up
-    left : cases of other shards without a result so far
-    lasting : whether the same command would fail again for the same reason
-    gathered : False if results.h5 already held everything
+    left : number of cases of other shards without a result so far
+    lasting : whether the same command would stop again for the same reason
+    gathered : whether results.h5 was written; False if it was up to date
     """
 
     complete: bool
@@ -72,14 +72,14 @@ class Ending:
 def conclude(
     design: Design, folder: Path, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
-    """Gather the results of a complete campaign; a full disk stops it.
+    """Gather the results of a complete campaign; a full disk is an early stop.
 
-    A shard gathers only if it is the last one. Otherwise it counts as failed if one of
-    its own cases has no result; cases of other shards do not matter.
+    A shard gathers only if it is the last one to be complete. The other shards count
+    only their own failures.
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
-    more = bool(work.extended or design.twins)  # a row may be there nevertheless
+    more = bool(work.extended or design.twins)  # such cases may still have a row
     if comm.rank == 0 and (more or shard):
         plan = replace(design.manifest(), extended=list(work.extended))
         planner = planner_of(folder, plan)
@@ -89,11 +89,11 @@ def conclude(
         return of_shard
     try:
         results, fresh = _gathered(design, folder, comm, work, asking)
-    except (BrokenOffError, NoRoomError) as error:  # the same on every rank
+    except (BrokenOffError, NoRoomError) as error:  # raised on every rank
         return _stopped(cases, error)
     except (MissingFileError, StoreError) as error:
         return replace(_stopped(cases, error), lasting=True)
-    # of the file: what was published is what is told
+    # counted in the published file
     count: dict[str, int] = {}
     if comm.rank == 0:
         count = count_statuses(results)
@@ -153,7 +153,7 @@ def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
 
 
 def _as_text(given: str) -> str:
-    """Return a text as UTF-8 allows it; other bytes of a path are escaped."""
+    """Return a text that UTF-8 can encode; other bytes of a path are escaped."""
     return given.encode("utf-8", "backslashreplace").decode()
 
 
@@ -170,7 +170,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return {preset, its loss} if all cases have the inputs of one preset, else {}."""
+    """Return {"preset": name, ...: loss} if all cases have one preset, else {}."""
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}
@@ -178,7 +178,7 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 
 
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
-    """Return the root attributes on the origin of results."""
+    """Return the root attributes that describe the origin of results."""
     hosts = sorted(set(comm.allgather(socket.gethostname())))
     now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {

@@ -1,10 +1,10 @@
 """The fingerprint of a user's function, which changes with its file, code and values.
 
-Two parts: the SHA-256 of the source files that the function and what it names are
-written in, and that of the bytecode and of all values in reach: defaults, closures,
-arguments of `functools.partial`, attributes, class constants and the globals that its
-code names. What is not seen: other modules, that is what an installed package holds and
-what a user's own module imports in turn.
+It has two parts: the SHA-256 of the source files in which the function, and the
+functions that it names, are written; and the SHA-256 of the bytecode and of all values
+in reach: defaults, closures, arguments of `functools.partial`, attributes, class
+constants and the globals that the code names. It does not cover other modules:
+installed packages, and modules that a user's own module imports.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ import numpy as np
 from hpcwhirl.errors import InputError, shown
 
 CALL = "__call__"
-INNER = ("__wrapped__", "py_func", "pyfunc")  # of wraps and lru_cache, njit, vectorize
+# attributes in which wraps and lru_cache, njit, vectorize keep the function
+INNER = ("__wrapped__", "py_func", "pyfunc")
 PLAIN = (int, float, complex, str, bytes, bool, type(None), type(...))
 SLOTS = (GetSetDescriptorType, MemberDescriptorType, weakref.ReferenceType)
 UNTOLD = {"__dict__", "__weakref__", "__doc__", "__module__", "__firstlineno__"}
@@ -47,8 +48,8 @@ OWN = Path(__file__).parents[1]
 VERSION = "version"
 MOST_LETTERS = 200
 REMEDY = (
-    'give version="1", and another one whenever what the measure does is another: '
-    "then that alone is compared"
+    'give version="1", and another version whenever the measure changes: '
+    "then only versions are compared"
 )
 
 
@@ -62,19 +63,19 @@ def fingerprint(function: Any, version: object = None) -> str:
     Parameters
     ----------
     function : a function, method, partial function or callable object
-    version : a text or whole number by which its user tells one from another; None:
-        source, code and values decide
+    version : a text or whole number that the user changes with the function; None:
+        source, code and values are compared
 
     Returns
     -------
     "version TEXT", or the interpreter, the SHA-256 of code and values, and that of the
-    source files, parted by colons
+    source files, separated by colons
 
     Raises
     ------
     InputError
-        where the version is none, or none is given and something in reach of the
-        function has no value to be compared, or its source is not there
+        if the version is invalid, or if none is given and something in reach of the
+        function has no comparable value, or its source cannot be read
     """
     if version is not None:
         return f"{VERSION} {_checked(version)}"
@@ -91,7 +92,7 @@ def fingerprint(function: Any, version: object = None) -> str:
 
 
 def difference(was: str, now: str) -> str:
-    """Return a text on how two fingerprints differ, "" if not as far as is known.
+    """Return a text on how two fingerprints differ, "" for no known difference.
 
     Code and values are compared only if both are from the same version of Python.
     """
@@ -106,7 +107,7 @@ def difference(was: str, now: str) -> str:
 
 
 def _checked(version: object) -> str:
-    """Return a version as text."""
+    """Return a version as text, after checking it."""
     text = str(version) if isinstance(version, int | str) else ""
     if isinstance(version, bool) or not 0 < len(text) <= MOST_LETTERS:
         msg = "version must be a whole number or a text of 1 to "
@@ -118,12 +119,12 @@ def _checked(version: object) -> str:
 
 
 def _source_of(function: Any) -> None:
-    """Raise where the source of what is called cannot be read.
+    """Check that the source of a function can be read.
 
     Raises
     ------
     _UnknownError
-        saying of which function
+        naming the function
     """
     called = function
     while not isinstance(called, FunctionType):
@@ -155,7 +156,7 @@ def _is_function(given: Any) -> bool:
 
 
 def _attribute(given: Any, name: str) -> Any:
-    """Return an attribute that an object has of its own, else None."""
+    """Return an attribute of an object itself, not of its class; else None."""
     try:
         return getattr(given, name, None)
     except Exception:  # noqa: BLE001 - what a user's property raises is no attribute
@@ -176,7 +177,7 @@ def _name(given: Any) -> str:
 
 
 def _text_of(code: CodeType) -> str:
-    """Return the source file of a code; of a notebook, its cell."""
+    """Return the text of a code object's source file; in a notebook, of its cell."""
     linecache.checkcache(code.co_filename)
     return "".join(linecache.getlines(code.co_filename))
 
@@ -194,7 +195,7 @@ def _is_own(module: str) -> bool:
     file = getattr(sys.modules.get(module), "__file__", None)
     if module == "__main__":
         return True
-    if file is None:  # of a notebook, or built in
+    if file is None:  # of a notebook, or built-in
         return str(module).partition(".")[0] not in sys.stdlib_module_names
     path = Path(file).resolve()
     return not any(path.is_relative_to(folder) for folder in _installed())
@@ -206,13 +207,13 @@ class _Walk:
     def __init__(self) -> None:
         self.sources: set[str] = set()  # SHA-256 of each file
         self._known: dict[int, str] = {}
-        self._kept: list[Any] = []  # so that no other object gets a number known here
+        self._kept: list[Any] = []  # kept alive, so that their ids are not reused
         self._open: set[int] = set()
 
     def digest(self, given: Any) -> str:
-        """Return the SHA-256 of a value, by content, never by place in memory."""
+        """Return the SHA-256 of a value, by its content, never by its address."""
         number = id(given)
-        if number in self._open:  # it holds itself
+        if number in self._open:  # it contains itself
             return f"around {type(given).__qualname__}"
         if number not in self._known:
             self._open.add(number)
@@ -227,7 +228,7 @@ class _Walk:
         return self._known[number]
 
     def _parts(self, given: Any) -> Iterator[str]:
-        """Yield the texts that a value is hashed as."""
+        """Yield the texts that are hashed for a value."""
         kind = type(given)
         yield f"{kind.__module__}.{kind.__qualname__}"
         if kind in PLAIN:
@@ -257,19 +258,19 @@ class _Walk:
         return self._of_object(given)
 
     def _of_descriptor(self, given: Any) -> Iterator[str]:
-        """Yield the functions of a property, of a static or class method."""
+        """Yield the functions of a property, or of a static or class method."""
         names = ("fget", "fset", "fdel", "func", "__func__")
         yield from (self.digest(_attribute(given, name)) for name in names)
 
     def _state(self, given: Any) -> str:
-        """Return the attributes that functions and wrappers carry, a digest."""
+        """Return a digest of the attributes of a function or wrapper."""
         own = {n: v for n, v in vars(given).items() if n not in UNTOLD}
         return self.digest(own)
 
     def _of_function(self, given: FunctionType) -> Iterator[str]:
         yield f"{given.__module__}.{given.__qualname__}"
         if not _is_own(given.__module__) and not given.__closure__:
-            return  # of an installed package: taken as it is
+            return  # of an installed package: not followed
         yield from self._of_code(given.__code__)
         yield self.digest((given.__defaults__, given.__kwdefaults__))
         yield self._state(given)
@@ -323,7 +324,7 @@ class _Walk:
     def _of_object(self, given: Any) -> Iterator[str]:
         own = _is_own(type(given).__module__)
         inner = None if own else _wrapped(given)
-        if inner is not None:  # what else it holds is what it has compiled or kept
+        if inner is not None:  # the rest is compiled code and caches
             yield self.digest(inner)
         else:
             yield self.digest(type(given))
@@ -343,12 +344,12 @@ WAYS: tuple[tuple[Any, Callable[[_Walk, Any], Iterator[str]]], ...] = (
 
 
 def _reduced(given: Any) -> Iterator[Any]:
-    """Yield the parts of which pickle would rebuild an object; nothing is rebuilt.
+    """Yield the parts from which pickle would rebuild an object; nothing is rebuilt.
 
     Raises
     ------
     _UnknownError
-        where it is nothing that can be copied, as an open file
+        if the object cannot be pickled, such as an open file
     """
     if isinstance(given, MethodType):
         yield from (given.__func__, given.__self__)

@@ -11,8 +11,8 @@ from hpcwhirl.campaign.work_queue import LAST, LONGEST_FIRST, Order, WorkQueue
 from hpcwhirl.planner.jobs import Completion, Job, JobCode
 from hpcwhirl.planner.planner import Jobs, Planner
 
-USUAL = 1  # turn of a job
-FOLLOWING = 2  # refined cases go out before coarse ones: more may follow from them
+USUAL = 1  # priority of a job
+FOLLOWING = 2  # priority of refined cases, from which others may follow
 
 
 class JobQueue(WorkQueue):
@@ -25,7 +25,7 @@ class JobQueue(WorkQueue):
     code : numbers by which jobs are sent to ranks
     costs : predicted costs of the planner's rows
     ranks : number of ranks that share the work
-    order : order of handing out; its `last` holds case numbers
+    order : order in which jobs are handed out; its `last` holds case numbers
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class JobQueue(WorkQueue):
 
     @property
     def may_grow(self) -> bool:
-        """Whether jobs at work may lead to others."""
+        """Whether running jobs may lead to others."""
         return self.left > 0 and not self.dropped and not self.planner.is_plain
 
     def job(self, unit: int) -> Job:
@@ -58,7 +58,7 @@ class JobQueue(WorkQueue):
         return self.code.encode(self.job(unit))
 
     def hear(self, unit: int, end: Completion) -> None:
-        """Take in the completion of a job."""
+        """Record the completion of a job, and add the jobs that follow from it."""
         following = self.planner.complete(self.job(unit), end)
         if not following:
             return

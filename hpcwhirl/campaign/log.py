@@ -4,6 +4,6 @@ import sys
 
 
 def say(text: str) -> None:
-    """Write a plain line on stderr at once."""
+    """Write a line of plain text on stderr, and flush it."""
     sys.stderr.write(f"hpcwhirl: {text}\n")
     sys.stderr.flush()

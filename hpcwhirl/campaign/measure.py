@@ -36,12 +36,12 @@ from hpcwhirl.store.results.measured import VALUES, WHY_NOT, one_case
 if TYPE_CHECKING:
     import xarray
 
-LONGEST = 240  # bytes of a reason
+LONGEST = 240  # largest number of bytes of a reason
 ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "meaning")}'
 
 
 class _EndError(Exception):
-    """Raised where a user's function would end the process of the campaign."""
+    """Raised instead of ending the campaign's process by a user's function."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Measure:
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:
         """Return the entries of a record: the numbers, or the reason for none.
 
-        What the function raises, `sys.exit` and `os._exit` included, is no failure of
-        the case, whose words do not depend on it: its variables are NaN, and
-        `measure_message` tells why. `KeyboardInterrupt` alone is let through.
+        An exception of the function, even by `sys.exit` or `os._exit`, is no failure of
+        the case, whose words do not depend on it: the variables become NaN, and
+        `measure_message` says why. Only `KeyboardInterrupt` is passed on.
         """
         try:
             with _guarded():
@@ -110,7 +110,7 @@ def _guarded() -> Iterator[None]:
 
     os._exit = refuse  # type: ignore[assignment]
     try:
-        with np.errstate():  # put back what it sets
+        with np.errstate():  # restores settings of NumPy
             yield
     finally:
         os._exit = leave
@@ -138,8 +138,8 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
     Raises
     ------
     InputError
-        if it is no function, has no fingerprint, its variables are not declared, or one
-        has a name that results use already
+        if it is no function or has no fingerprint, if its variables are not declared,
+        or if one has a name that results already use
     """
     if function is None and variables is None:
         if version is not None:

@@ -23,8 +23,8 @@ from hpcwhirl.store.directory.owner import (
     shard_claim,
 )
 
-LONG_AGO = 3600.0  # s, after which nobody still writes a small file
-PICTURES = ("map.", "report.")  # what their names begin with
+LONG_AGO = 3600.0  # s, longer than writing a small file can take
+PICTURES = ("map.", "report.")  # beginnings of their names
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
@@ -54,20 +54,20 @@ def owned(
     stopping: Stopping,
     own: Claim | None,
 ) -> Iterator[None]:
-    """Hold rank 0's claim on a directory, and ask this run to stop if it is lost.
+    """Hold rank 0's claim on a directory; ask this run to stop if the claim is lost.
 
     Parameters
     ----------
     folder : the campaign's directory
-    shard : shard that this run computes; None: all
-    comm : of all ranks; every one must call
-    stopping : of this process
-    own : claim that rank 0 has already, which is not released; None: make a new one
+    shard : shard that this run computes; None: all cases
+    comm : communicator of all ranks, each of which must call
+    stopping : handler of stop requests of this process
+    own : claim that rank 0 already has, which is not released here; None: make one
 
     Raises
     ------
     InputError
-        on every rank, where another run computes there
+        on every rank, if another run computes there
     """
     new, error = None, None
     if own is None and comm.rank == 0:
@@ -90,7 +90,7 @@ def owned(
 
 def _tidy(own: Claim, *, shared: bool) -> None:
     """Remove incomplete files that earlier runs left when they died."""
-    # Other shards may be writing now; nobody takes so long for a small file.
+    # Other shards may be writing now, but a small file never takes that long.
     own.check()
     begun = own.path.stat().st_mtime
     older = begun - LONG_AGO if shared else math.inf
@@ -98,5 +98,5 @@ def _tidy(own: Claim, *, shared: bool) -> None:
         sweep(place, older=older)
     sweep(own.folder, NAME, older)
     sweep_notes(own.folder, older)
-    for stem in PICTURES:  # which `map` and `report` may be writing now, too
+    for stem in PICTURES:  # commands `map` and `report` may be writing these now
         sweep(own.folder, stem, min(older, begun))

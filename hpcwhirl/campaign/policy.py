@@ -1,4 +1,4 @@
-"""Options of running a campaign that change no result: limits, retries, isolation."""
+"""Options of a run that change no result: limits, retries, isolation."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hpcwhirl.scene.campaign_tables import Campaign, walltime_seconds
 
 
 class Policy(Campaign):
-    """Options of one call: those of [campaign], and those of the call alone.
+    """Options of one call: those of [campaign], and further ones.
 
     Attributes
     ----------
     seconds : wall time until this call stops, s; None: no limit
     shard : part of the cases to compute; the last shard to end gathers
     take_over : whether claims of processes on other machines count as dead
-    pilot : computing time after which a pilot stops, s; its cases lie evenly over all
+    pilot : computing time after which a pilot stops, s; its cases are spread evenly
     """
 
     seconds: float | None = None
@@ -35,7 +35,7 @@ class Policy(Campaign):
         take_over: bool = False,
         pilot: float | None = None,
     ) -> Self:
-        """Return the options of a call that begins now."""
+        """Return the options of a call that starts now."""
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
         own["pilot"] = pilot
@@ -43,5 +43,5 @@ class Policy(Campaign):
 
     @property
     def limit(self) -> float:
-        """Most computing time of a case, s; infinite by default."""
+        """Longest computing time of a case, s; infinite by default."""
         return math.inf if self.case_limit is None else self.case_limit

@@ -30,13 +30,13 @@ from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 from hpcwhirl.store.directory.runs import why_stopped
 
 Floats = NDArray[np.float64]
-PATIENCE = 3.0  # longest cases after which a rank that finished none counts as gone
+PATIENCE = 3.0  # a rank that finished no case for this many longest cases is gone
 LEAST_PATIENCE = 60.0  # s
 
 
 @dataclass(frozen=True)
 class Computing:
-    """What a rank computes now.
+    """The cases that a rank computes now.
 
     Attributes
     ----------
@@ -61,17 +61,18 @@ class Progress:
     Attributes
     ----------
     cases, done, failed, left : numbers of cases
-    ranks : number of ranks that finished a case lately
-    rate : cases/h of these ranks; None before the first of them
+    ranks : number of ranks that finished a case recently
+    rate : cases per hour of these ranks; None before the first case has ended
     eta : time left at that rate, by predicted cost, s; None if unknown
     kernel_share : share of these ranks' time spent in the kernel, up to their last
         case; the busy fraction in results also counts writing records
     stopped : `STOP` if that file exists, else why the last run stopped early, if known
-    core_hours, core_hours_left : kernel time spent, cases computed twice included; left
+    core_hours : kernel time spent, including cases computed twice, h
+    core_hours_left : predicted kernel time of the cases left, h
     idle_for : time since the last case finished, s; None before the first
     regimes : {regime: cases}
-    statuses : {status: cases} of those that have ended; outcomes without a regime
-        count separately
+    statuses : {status: number of ended cases}; outcomes without a regime count
+        separately
     running : what each rank computes now, the longest running first
     grows : whether refined cases may still be added
     dropped : cases left out because of a budget
@@ -121,11 +122,11 @@ class Worker:
 
 
 def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
-    """Return the work and times of the rank of a journal; None if it has no times.
+    """Return work and times of the rank that wrote a journal; None without times.
 
-    A rank computes one case at a time: when a case ends, it has run for at least the
-    computing seconds of all its cases so far. Of the starting times that this gives,
-    the earliest is taken.
+    A rank computes one case at a time: when a case ends, the rank has run for at least
+    the computing time of all its cases so far. Each case so gives an upper limit of the
+    starting time, and the earliest is taken.
 
     Parameters
     ----------
@@ -146,25 +147,25 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
 
 def seconds_of(record: Record) -> float:
-    """Return the seconds that a case took."""
+    """Return the computing time of a case, s."""
     return float(record.get("performance", {}).get("seconds", 0.0))
 
 
 def status_of(end: Completion) -> str:
-    """Return the status of an ended case, or its outcome if that has no regime."""
+    """Return the status of an ended case, or its outcome if it has no regime."""
     return end.outcome if end.outcome in NO_REGIME else end.status
 
 
 def computing(
     folder: Path, digests: Sequence[str], ends: Mapping[str, float], now: float
 ) -> list[Computing]:
-    """Return what each rank computes, without cases that have ended since.
+    """Return the cases that each rank computes, without those that have ended since.
 
     Parameters
     ----------
-    folder, digests : of the campaign and its plan
-    ends : {digest: s since 1970, when it ended}
-    now : s since 1970
+    folder, digests : the campaign's directory, and the digests of its plan
+    ends : {digest: time at which the case ended, s since 1970}
+    now : present time, s since 1970
     """
     known, found = CaseIndex(digests), []
     for note in notes(folder):
@@ -182,7 +183,7 @@ def computing(
 
 
 def predicted_work(manifest: Manifest) -> Floats:
-    """Return the steps of each case; 1 for all if the step is not an input."""
+    """Return the number of steps of each case; 1 if the time step is not an input."""
     table, base = manifest.table, manifest.base
     cases = np.arange(len(table))
 
@@ -196,9 +197,9 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the ranks that seem to be at work: whose last case ended recently.
+    """Return the ranks that seem to be working, since their last case ended recently.
 
-    Recently is compared with the rank that ended one last.
+    "Recently" is relative to the last case that ended on any rank.
 
     longest : computing time of the longest case, s
     """
@@ -212,18 +213,18 @@ class Seen:
 
     Parameters
     ----------
-    folder, manifest : of the campaign
+    folder, manifest : the campaign's directory and its manifest
 
     Attributes
     ----------
     manifest : plan with all cases that refinement has asked for so far
-    work : (cases,), steps
-    workers : one of each journal that has times
+    work : (cases,), number of steps of each case
+    workers : one for each journal that has times
     open : (cases,), whether a job of a case or of its twins is left
-    without : cases without a result, or that failed in an extension
-    regimes, statuses : {word: cases}, see `Progress`
-    ends : {digest: s since 1970} of ended cases, at least of those in notes
-    spent, longest : time of all computations, and of the longest, s
+    without : number of cases without a result, or that failed in an extension
+    regimes, statuses : {word: number of cases}, see `Progress`
+    ends : {digest: s since 1970} of ended cases, at least of those in heartbeats
+    spent, longest : time of all computations, and of the longest one, s
     """
 
     def __init__(self, folder: Path, manifest: Manifest) -> None:
@@ -269,8 +270,8 @@ class Seen:
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
         """Add the work of the rank that wrote a journal; one entry per record.
 
-        case : number in the plan, -1 for none
-        ended, seconds : s since 1970, and computing time, s
+        case : (records,), number in the plan, -1 for none
+        ended, seconds : (records,), s since 1970, and computing time, s
         """
         work = np.zeros(len(case))
         work[case >= 0] = self.work[case[case >= 0]]
@@ -316,7 +317,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     Raises
     ------
     MissingFileError, StoreError
-        where it is no campaign directory, or its manifest is damaged
+        if `folder` is no campaign directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
     seen = Seen(folder, read_manifest(folder))
@@ -369,7 +370,7 @@ def stopped(folder: Path, left: int, running: Sequence[Computing]) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Return a duration as people write it: ``42 s``, ``3 min``, ``5 h 20 min``."""
+    """Return a duration as text: ``42 s``, ``3 min``, ``5 h 20 min``."""
     whole = round(seconds)
     if whole < 120:
         return f"{whole} s"

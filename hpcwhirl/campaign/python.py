@@ -1,7 +1,7 @@
 """`hpcwhirl.campaign(...)`: the command `campaign` from a notebook or a script.
 
-It imports nothing before it is called, so that a command handles signals from its
-start.
+It imports nothing before it is called, so that a command can install its signal
+handlers first.
 """
 
 from __future__ import annotations
@@ -31,43 +31,42 @@ def campaign(
 ) -> xarray.Dataset:
     """Integrate or continue a campaign and return its results.
 
-    It does what `hpcwhirl campaign` does, without maps and page: finished cases are
-    kept and never integrated twice, and the results are the same bits for any number of
+    It does what `hpcwhirl campaign` does, except for maps and page: finished cases are
+    kept and never integrated twice, and results are equal bit for bit for any number of
     ranks. Under `mpirun -n 8 python my.py` every rank calls it and gets the results.
 
     Parameters
     ----------
-    design : a `Design`, or whatever `Design.of` takes: a TOML file, a mapping of its
-        tables, a `Scene`; None: the campaign that runs where no file is given
-    out : directory of the campaign; an old one is continued (default ``campaign``)
+    design : a `Design`, or anything that `Design.of` accepts: a TOML file, a mapping of
+        its tables, a `Scene`; None: the default campaign
+    out : directory of the campaign; an existing one is continued (default ``campaign``)
     measure : your own function of a case, whose numbers become variables of the
-        results. It is given an `xarray.Dataset`, which has what `open_results` has of
-        that case, traces over `time` included, as copies that cannot be written to,
-        and all inputs as `attrs`. Where it raises or would end the program, its
-        variables are NaN and `measure_message` says why. A directory takes no numbers
-        of another function: the source file that defines it (in a notebook, its cell)
-        and the values that it uses are compared, so a file of its own suits it best.
-        Not seen: other modules, that is installed packages and what your own modules
-        import
+        results. Its argument is an `xarray.Dataset` with all that `open_results` has of
+        that case, including traces over `time`, as read-only copies, and with all
+        inputs as `attrs`. If it raises, or would end the program, its variables are NaN
+        and `measure_message` says why. A directory refuses numbers of another function:
+        the source file that defines it (in a notebook, its cell) and the values that it
+        uses are compared, so it is best kept in a file of its own. Other modules are
+        not compared: installed packages, and modules that your own modules import
     variables : {name: unit} or {name: (unit, meaning)} of all that `measure` returns;
-        a directory keeps the variables that it was begun with
-    version : of the measure, to be compared instead of its source and values, such as
-        "2"; needed where those cannot be known
+        they cannot change in an existing directory
+    version : version of the measure, such as "2", which is compared instead of its
+        source and values; needed if these cannot be determined
     comm : an MPI communicator; None: all ranks that were started, or this process
-    options : those of the command: `retry`, `walltime`, `case_limit`, `max_fails`,
+    options : options of the command: `retry`, `walltime`, `case_limit`, `max_fails`,
         `isolate`, `save_every`, `patience`, `fresh`, `take_over`
 
     Returns
     -------
-    xarray.Dataset over `case`, read from the file as it is asked for, see
-    `open_results`; a case without a result is one by its `status`, not an error
+    xarray.Dataset over `case`, read from the file on access, see `open_results`; a case
+    without a result is no error: its `status` says so
 
     Raises
     ------
     InputError
-        naming what is wrong, what was got and what is allowed; nothing was computed
+        naming the input, its value and what is allowed; nothing was computed
     StoppedError
-        where it ended early; finished cases are kept and the same call continues
+        if it ended early; finished cases are kept, and the same call continues
 
     Examples
     --------

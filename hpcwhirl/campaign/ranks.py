@@ -1,13 +1,14 @@
-"""Distribute jobs over ranks; rank 0 hands out and computes, alone or with others.
+"""Distribution of jobs over ranks; rank 0 hands out jobs and computes, too.
 
-The first units go out together. From then on messages are point to point: a worker
-asks for its next units when it begins those it has, and reports in that message what
-it has finished, so that it does not wait; rank 0 answers between the slices of its own
-case. With many ranks or short cases an answer is several units, see `WorkQueue.bundle`.
+The first units go out together. From then on messages are point to point: a worker asks
+for its next units when it begins those that it has, so that it need not wait, and
+reports in the same message what it has finished; rank 0 answers between the slices of
+its own case. With many ranks or short cases an answer has several units, see
+`WorkQueue.bundle`.
 
-Every message is received: each question has one answer, and each worker gets one HALT,
-when the campaign is to stop or has ended, and ends no sooner. Under `srun --mpi=pmi2`
-a message that nobody has received hangs its sender in MPI's end.
+Every message is received: each question has one answer, and each worker ends only after
+one HALT, which it gets when the campaign stops or has ended. Under `srun --mpi=pmi2`,
+an unreceived message would make its sender hang in MPI_Finalize.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from hpcwhirl.errors import MissingFileError
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.directory.runs import Share, write_run
 
-ASK, HUNGRY, BYE = "ask", "hungry", "bye"  # worker to rank 0, in a message
-WORK, HALT = 11, 12  # rank 0 to worker, as a tag
-IDLE = 1e-3  # s between looks while there is nothing to do
+ASK, HUNGRY, BYE = "ask", "hungry", "bye"  # words in messages from worker to rank 0
+WORK, HALT = 11, 12  # tags of messages from rank 0 to worker
+IDLE = 1e-3  # s between checks for messages while there is nothing to do
 
 
 class Evaluate(Protocol):
@@ -39,8 +40,8 @@ class Evaluate(Protocol):
 
 
 Notice = Callable[[int, Any], None]
-Unit = tuple[int, int]  # its number in the queue, and what a rank is sent of it
-Done = tuple[int, Any, float]  # the number of a unit, how it ended, its seconds
+Unit = tuple[int, int]  # (number in the queue, task that is sent to a rank)
+Done = tuple[int, Any, float]  # (number of a unit, its completion, its seconds)
 
 
 @dataclass
@@ -49,9 +50,10 @@ class Tally:
 
     Attributes
     ----------
-    busy : time of computing and writing cases, s; on rank 0 without serving others
-    span : time from the first hand-out until all ranks have ended, s
-    cases : computations finished here, of twins and later stages, too
+    busy : time spent on computing and writing cases, s; on rank 0 without serving
+        others
+    span : time from the first units sent until all ranks have ended, s
+    cases : number of computations finished here, including twins and later stages
     beside, first : overhead of a computation beyond its kernel, s: the median, and the
         extra of the first one
     waits : function called repeatedly while this rank waits for others
@@ -100,12 +102,12 @@ def map_ranks(
 
     Parameters
     ----------
-    queue : units to hand out; used on rank 0 alone
+    queue : units to hand out; used on rank 0 only
     evaluate : computes and journals a unit on the rank that calls it
     notice : called on rank 0 for every finished unit
-    stopping : whether this process has been asked to end
-    comm : of all ranks
-    tally : of this rank, filled here
+    stopping : returns whether this process was asked to stop
+    comm : communicator of all ranks
+    tally : use of this rank's time, filled here
 
     Returns
     -------
@@ -156,7 +158,7 @@ class _Root:
         return self.queue.left == 0
 
     def next(self, evaluate: Evaluate) -> None:
-        """Compute a unit, or wait for units in progress, which may add others."""
+        """Compute a unit, or wait for running units, which may add others."""
         self.between()
         if self.queue:
             (unit,) = self.units([self.queue.take()])
@@ -191,7 +193,7 @@ class _Root:
         self.dismiss()
 
     def dismiss(self) -> None:
-        """Tell every worker to end, also one that has said it is done."""
+        """Send HALT to every worker, even to those that have finished."""
         for rank in range(1, self.comm.size):
             self.comm.send(None, dest=rank, tag=HALT)
 
@@ -224,7 +226,7 @@ class _Root:
 
 
 class _Worker:
-    """Any other rank: asks for units in advance, computes, and reports."""
+    """Any rank but 0: asks for units in advance, computes, and reports."""
 
     def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
         self.stopping, self.comm, self.tally = stopping, comm, tally
@@ -241,7 +243,7 @@ class _Worker:
                     self.between()
                 units = self.wait()
         except Stop:
-            self.wait()  # the answer to the question asked ahead, always open here
+            self.wait()  # a question is always open here: receive its answer
         self.tell(BYE)
         while not self.halted:
             self.tally.wait()
@@ -284,9 +286,9 @@ def keep_shares(
     Parameters
     ----------
     folder : the campaign's directory
-    run : its number
-    tally : of this rank
-    comm : of all ranks
+    run : number of the run
+    tally : use of this rank's time
+    comm : communicator of all ranks
     stopped : reason for an early stop of this rank; "": none
     """
     own = {"rank": comm.rank, "host": socket.gethostname(), "cases": tally.cases}
@@ -300,7 +302,7 @@ def keep_shares(
         try:
             why = next((why for _, why in gathered if why), "")
             write_run(folder, run, shares, why)
-        except MissingFileError as full:  # a full disk: results do without
+        except MissingFileError as full:  # results do not need it
             say(f"the ranks' times were not kept: {full}")
 
 

@@ -1,4 +1,4 @@
-"""Begin or continue a campaign directory, or rename it to start over."""
+"""Beginning, continuing and renaming a campaign's directory."""
 
 from __future__ import annotations
 
@@ -55,16 +55,16 @@ def prepare(
     design : the campaign
     folder : its directory
     extend : end time to which undecided cases are extended, s; None: as before
-    mends : whether another measure is allowed, for cases that have no numbers yet
+    mends : whether another measure is allowed, for cases without numbers of it
     check : raises if another process has taken over the directory; see
         `store.directory.owner.Claim.check`
 
     Raises
     ------
     InputError
-        naming the value that differs from the one the directory was begun with, or
-        the limit that the time step of every case is above; or where a file STOP
-        keeps the campaign stopped
+        if an input differs from the one that the directory was begun with, if the time
+        step of every case is above its limit, or if a file STOP keeps the campaign
+        stopped
     """
     refuse_stop_file(folder)
     old, manifest = None, design.manifest()
@@ -81,7 +81,7 @@ def prepare(
 
 
 def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
-    """Refuse a function other than the one whose numbers the directory has."""
+    """Refuse a function other than that whose numbers the directory holds."""
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
     changed = difference(was, now)
     if changed:
@@ -102,13 +102,13 @@ def extended(
     ----------
     design : the campaign
     times : end times so far, ascending
-    time : the further one, which may repeat the last
+    time : the further end time, which may be equal to the last one
     folder : the campaign's directory, for messages
 
     Raises
     ------
     InputError
-        where it is shorter than the last one, or no longer than any case lasts anyway
+        if it is shorter than the last one, or no case would last longer
     """
     last = times[-1] if times else 0.0
     if time < last:
@@ -126,7 +126,7 @@ def extended(
 def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
     """Return the end times, s, to which undecided cases of a directory are extended.
 
-    extend : a further one, s; None for none
+    extend : a further end time, s; None for none
     """
     if extend is not None and (design.grows or design.is_branched):
         raise InputError(FIXED if design.grows else OF_BRANCH)
@@ -135,19 +135,19 @@ def extended_by(design: Design, folder: Path, extend: float | None) -> list[floa
 
 
 def as_begun(design: Design, folder: Path) -> Design:
-    """Return the design with the draws that its directory has, if it has some.
+    """Return the design with the draws stored in its directory, if there are any.
 
     Raises
     ------
     InputError
-        where more draws are asked for, but this version of SciPy draws other numbers
+        if more draws are asked for, but this version of SciPy draws other numbers
     """
     sample = design.sample
     if sample is None or not (folder / NAME).exists():
         return design
     old = read_manifest(folder)
     if old.base.get(SAMPLE) != sample.plan():
-        return design  # refused by name when the directory is prepared
+        return design  # refused later, when the directory is prepared
     kept, own = drawn_axis(old), drawn_axis(design.manifest())
     if is_begun_by(kept, own) or is_begun_by(own, kept):
         return design
@@ -167,7 +167,7 @@ def planned(folder: Path) -> Design:
     Raises
     ------
     InputError
-        for a refined campaign, and for one with a user's function, which is in no file
+        for a refined campaign, and for one with a user's function, which no file has
     """
     plan = read_manifest(folder)
     if plan.refine:
@@ -189,14 +189,14 @@ def planned(folder: Path) -> Design:
 def check_steps(design: Design) -> None:
     """Refuse a campaign in which the time step is too large for every case.
 
-    The limit of the time step depends on the structures, eta and the gap alone, so
-    one case of each is tried, smallest step first, until one is accepted. After
-    `MOST_TRIED` models the campaign is accepted; cases that are wrong fail later.
+    The limit of the time step depends only on the structures, eta and the gap, so one
+    case of each is tried, smallest step first, until one is accepted. After
+    `MOST_TRIED` models the campaign is accepted; invalid cases fail later.
 
     Raises
     ------
     InputError
-        the first refusal, with its limit, where every case is refused
+        the error of the first case, with its limit, if every case is refused
     """
     distinct = _models(design)
     refusal = None
@@ -227,7 +227,7 @@ def _models(design: Design) -> list[int]:
 
 def check_folder(folder: Path) -> None:
     """Raise InputError if a campaign directory cannot be made or written."""
-    place = Path(os.path.realpath(folder))  # Path.resolve raises where links go around
+    place = Path(os.path.realpath(folder))  # Path.resolve raises for circular links
     if place.exists() and not place.is_dir():
         msg = f"--out must be a directory, got the file {folder}"
         raise InputError(msg)
@@ -244,7 +244,7 @@ def put_aside(folder: Path) -> Path | None:
     Raises
     ------
     InputError, MissingFileError
-        where it is the working directory, or cannot be renamed
+        if it is the working directory, or cannot be renamed
     """
     if not (folder / NAME).exists():
         return None

@@ -1,4 +1,4 @@
-"""Run a campaign: plan what is left, distribute it, journal it, gather it."""
+"""Running a campaign: plan the jobs left, distribute and journal them, gather."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Claim
 
-PROGRESS_EVERY = 5.0  # s, at first
-PROGRESS_SHARE = 0.02  # of the time spent so far, later
-PROGRESS_RAREST = 300.0  # s
+PROGRESS_EVERY = 5.0  # s between progress lines, at first
+PROGRESS_SHARE = 0.02  # later, in parts of the time spent so far
+PROGRESS_RAREST = 300.0  # s, longest time between progress lines
 
 
 def run_campaign(
@@ -39,23 +39,23 @@ def run_campaign(
     stopping: Stopping | None = None,
     own: Claim | None = None,
 ) -> Ending:
-    """Integrate what is left of a campaign and gather its results.
+    """Integrate the cases left in a campaign and gather its results.
 
-    Every rank of `comm` must call; `prepare` has been called by one.
+    Every rank of `comm` must call, after one has called `prepare`.
 
     Parameters
     ----------
     design : the campaign
     folder : its directory
-    comm : of all ranks
+    comm : communicator of all ranks
     policy : limits, retries, isolation; the same on every rank
-    stopping : handler of stop requests; None: one is made while this runs
-    own : rank 0's claim on the directory; None: one is made while this runs
+    stopping : handler of stop requests; None: one is made for this call
+    own : rank 0's claim on the directory; None: one is made for this call
 
     Raises
     ------
     InputError
-        where another run computes there
+        if another run computes there
     """
     policy = policy or Policy()
     node = node_of(comm)
@@ -67,7 +67,7 @@ def run_campaign(
             design, folder, comm, node, policy, stopping
         )
         stopping.settled = complete
-        if complete:  # a signal does not interrupt what is left to do
+        if complete:  # from now on signals are ignored
             asking = asking_of(stopping, take_over=policy.take_over)
             return conclude(design, folder, comm, work, asking)
         reasons = comm.allgather(stopping.reason)
@@ -89,14 +89,14 @@ def _computed(
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
-    """Compute what is left; return (work, whether complete, whether it gave up)."""
+    """Compute the jobs left; return (work, whether complete, whether it gave up)."""
     work, queue = work_of(design, folder, policy, comm)
     names = design.measure.variables if design.measure else ()
     with context_of(folder, work, comm, policy, stopping, names) as context:
         evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
-        if policy.pilot is not None:  # counted from where nothing compiles any more
+        if policy.pilot is not None:  # its time counts from here, without compiling
             stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
@@ -113,7 +113,10 @@ def context_of(
     stopping: Stopping,
     measured: Iterable[str] = (),
 ) -> Iterator[RankContext]:
-    """Open files and helpers of this rank; `measured`: names of user variables."""
+    """Open files and helpers of this rank.
+
+    measured : names of the variables of the user's function
+    """
     rank = comm.rank
     checkpoints = Checkpoints(folder, policy.save_every, say)
     child = Child(folder, policy.save_every)
@@ -145,19 +148,19 @@ def _compute(
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
     """Compile on one rank of each node; the others read its cache."""
     if node.rank == 0:
-        with suppress(Stop):  # the ranks will see it, too
+        with suppress(Stop):  # the ranks will see the request, too
             evaluate.warm(work.kinds)
     node.Barrier()
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return one line on the number of cases, and on those not to be computed."""
+    """Return one line: the number of cases, and of those that need not be computed."""
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
         so_far = " so far, and those that their words ask for"
     of = f" of {cases} in shard {shard}" if shard else ""
     kept = len(work.mine) - work.cases
-    already = f", {kept} already there" if kept else ""
+    already = f", {kept} already computed" if kept else ""
     alone = len(work.suspects)
     apart = f", {alone} of two crashes apart" if alone else ""
     return f"{len(work.mine)} cases{so_far}{of}{already}{apart}"
@@ -173,7 +176,7 @@ class _Report:
 
     @property
     def gave_up(self) -> bool:
-        """Whether as many cases have failed on this call as `max_fails`."""
+        """Whether `max_fails` cases have failed in this call."""
         most = self.context.policy.max_fails
         return most is not None and self.failed >= most
 

@@ -1,7 +1,7 @@
 """The steps of a campaign call in their order, for the command and for Python.
 
-Rank 0 prepares the design, claims the directory and makes or continues it; all ranks
-learn what to run, or the error; all run; rank 0 finishes while it still holds the
+Rank 0 prepares the design, claims the directory, and makes or continues it; all ranks
+receive what to run, or the error; all run; rank 0 finishes while it still holds the
 claim. If one rank fails unexpectedly, all are ended, since they would wait for it.
 """
 
@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 
 def nothing(_design: Design) -> None:
-    """Do nothing: default for `begun`."""
+    """Do nothing; the default of `begun`."""
 
 
 class Prepared(NamedTuple):
@@ -37,7 +37,7 @@ class Prepared(NamedTuple):
 
     Attributes
     ----------
-    design, folder, policy : the campaign
+    design, folder, policy : design, directory and options of the campaign
     start : options for the start
     """
 
@@ -53,11 +53,11 @@ class Session:
 
     Attributes
     ----------
-    comm : of all ranks
+    comm : communicator of all ranks
     stopping : handler of stop requests and signals
     watchdog : ends ranks that hang after a stop request; None: no watchdog
-    folder : the campaign's directory, None before this rank knows it
-    claim : on the directory, which rank 0 holds while the campaign runs
+    folder : the campaign's directory; None before this rank knows it
+    claim : claim on the directory, which rank 0 holds while the campaign runs
     """
 
     comm: Communicator
@@ -67,7 +67,7 @@ class Session:
     claim: Claim | None = None
 
     def on_root(self, action: Callable[[], T]) -> T | WhirlError:
-        """Return on every rank what rank 0's action returns, or its WhirlError."""
+        """Return on every rank the value of rank 0's action, or its WhirlError."""
         done: T | WhirlError | None = None
         if self.comm.rank == 0:
             try:
@@ -91,13 +91,11 @@ class Session:
         ----------
         prepare : called on rank 0
         conclude : called on rank 0 with the outcome and the prepared campaign
-        measure : this rank's function of the user
-        begun : called on rank 0 once the directory is claimed and prepared
+        measure : the user's function on this rank
+        begun : called on rank 0 when the directory is claimed and prepared
 
-        Returns
-        -------
-        on every rank what `conclude` returns, or the WhirlError that rank 0 met before
-        or after the run
+        Returns ------- on every rank, the value of `conclude`, or the WhirlError that
+        rank 0 raised before or after the run
         """
         with ExitStack() as stack:
 
@@ -116,7 +114,7 @@ class Session:
             return self.on_root(lambda: conclude(ending, prepared))
 
     def _run(self, prepared: Prepared, measure: Measure | None) -> Ending:
-        """Integrate and gather on all ranks."""
+        """Integrate the cases and gather the results, on all ranks."""
         design, self.folder, policy, _ = prepared
         if self.watchdog is not None:
             self.watchdog.seconds = policy.patience
@@ -140,7 +138,7 @@ def together(
     ----------
     comm, stopping : see `Session`
     call : called on every rank
-    tell : prints the exception; returns the exit code of all ranks
+    tell : prints the exception and returns the exit code for all ranks
     """
     with Watchdog(stopping, Policy().patience, comm) as watchdog:
         session = Session(comm, stopping, watchdog)

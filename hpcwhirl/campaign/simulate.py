@@ -1,4 +1,4 @@
-"""One case: a scene in, a row of numbers and its traces out. No MPI, no files."""
+"""One case: from a scene to a row of numbers and traces, without MPI and files."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ class Result:
     ----------
     row : numbers of the motion, the same bits on every computation
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
-        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; in full also
+        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
         `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
         (n, H + 1, 2), m, STATIC frame; empty for `summary`
-    performance : numbers that depend on the machine and the day
+        performance : numbers that depend on the machine and its load
     """
 
     row: dict[str, Value]
@@ -71,7 +71,7 @@ class Result:
         InputError
             if no orbit was kept, as with traces = "summary"
         """
-        import importlib  # pictures are made in a room above this one
+        import importlib  # the room `report` may not be imported here
 
         draw = importlib.import_module("hpcwhirl.report.accessor").plot_result
         return draw(self, transient=transient)
@@ -118,8 +118,8 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
 def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) -> Course:
     """Return the course of a scene, before its first step.
 
-    Where the scene has a history, the cases before it are integrated; arguments as of
-    `simulate`.
+    If the scene has a history, the preceding cases are integrated here; arguments as
+    for `simulate`.
     """
 
     def march(case: Case, start: Motion | None) -> Ended:
@@ -130,24 +130,24 @@ def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) ->
 
 
 class Course:
-    """A case in progress: one march, then longer ones while it is undecided.
+    """A case in progress: one march, then longer marches while it is undecided.
 
-    A case that lasts longer has, bit for bit, the row and the traces of one that was
-    asked for that long: a longer march goes on from the last row of evidence, or where
-    it would have been marched otherwise (see `fingerprint`) begins anew.
+    A case that lasts longer has, bit for bit, the row and the traces of a case with
+    that duration: a longer march continues from the last row of evidence, or starts
+    anew if it would have been integrated differently (see `fingerprint`).
 
     Parameters
     ----------
-    case : its input `until` decides how long it is marched
-    start : the motion that it begins with, see `March`
-    keep : whether `last` is kept of the longest march, too, for an extension
+    case : the case; its input `until` decides how long it is integrated
+    start : the motion with which it begins, see `March`
+    keep : whether `last` is stored for the longest march, too, for an extension
 
     Attributes
     ----------
-    march : the present one
+    march : the present march
     last : state at the last row of evidence of the march that gave the result; None if
         no longer march can continue from it
-    twins : those that measure the motion after the case's end, while they do
+    twins : twins that measure chaos after the end of the case; None at other times
     """
 
     @one_thread()
@@ -161,7 +161,7 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return a new march to the end time of this number."""
+        """Return a new march to the end time with this number."""
         if number == 0:
             return March(self.case, self.start)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
@@ -171,12 +171,12 @@ class Course:
 
     @property
     def seconds(self) -> float:
-        """Computing time of the march, and of its twins while these measure, s."""
+        """Computing time of the march and of the twins that measure chaos, s."""
         return self.march.seconds + (self.twins.seconds if self.twins else 0.0)
 
     @property
     def done(self) -> bool:
-        """Whether there is nothing left to march but to longer end times."""
+        """Whether the present march has reached its end time."""
         return self.march.done and self.twins is None
 
     @one_thread()
@@ -194,9 +194,9 @@ class Course:
         *,
         measure: bool = True,
     ) -> Result:
-        """March until the regime is decided or the longest end time is reached.
+        """Integrate until the regime is decided or the longest end time is reached.
 
-        measure : whether the motion is measured afterwards, if the case asks for it
+        measure : whether chaos is measured afterwards, if `output.chaos` > 0
         """
         results = self.results(between_slices)
         result = next(results)
@@ -208,10 +208,10 @@ class Course:
     def _with_motion(
         self, result: Result, between_slices: Callable[[], None] | None
     ) -> Result:
-        """Return a result with the numbers of chaos and their word, if asked for.
+        """Return a result with the numbers of chaos and the word `motion`, if wanted.
 
-        They follow from the state at the case's end alone: a case that is stopped
-        meanwhile measures them anew.
+        They depend only on the state at the end of the case: if the run is stopped
+        meanwhile, they are measured again from the beginning.
         """
         asked, row = self.case.given.output.chaos, result.row
         if asked == 0.0:
@@ -238,7 +238,7 @@ class Course:
 
     @one_thread()
     def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
-        """March to the end time of the present march; return its result."""
+        """Integrate the present march to its end time; return its result."""
         march, self.last = self.march, None
         if self.keep or self.number + 1 < len(self.ends):
             march.reach(march.last_row, between_slices)
@@ -248,7 +248,7 @@ class Course:
 
     @one_thread()
     def _go_on(self) -> None:
-        """Begin the next longer march, from the last one's state if it passes there."""
+        """Begin the next longer march, if possible from the state of the last one."""
         self.number += 1
         old, self.march = self.march, self._march(self.number)
         if old.lean.model.folds != self.march.lean.model.folds:
@@ -290,7 +290,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return what must be told with the word of a case: its outcome, its film's limit.
+    """Return remarks on the word of a case: on its outcome, on the limit of its film.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Results of a single case, written as those of a campaign of one case."""
+"""Results of a single case, written like those of a campaign of one case."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from hpcwhirl.store.results.gather import gather
 
 
 def write_case(path: Path, design: Design, result: Result) -> None:
-    """Write the results of a campaign of one case, whole or not at all.
+    """Write the results of a campaign of one case, atomically.
 
     The file is gathered beside `path`, as for a campaign, and renamed.
 
     Parameters
     ----------
     path : file to replace
-    design : of one case
-    result : of the case
+    design : design of one case
+    result : result of the case
 
     Raises
     ------
     MissingFileError, StoreError
-        where it cannot be written; what was there stays
+        if it cannot be written; an older file stays
     """
     name = design.digest(0)
     performance = {"rank": 0, "host": socket.gethostname(), **result.performance}

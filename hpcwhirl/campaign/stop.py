@@ -1,4 +1,4 @@
-"""Early stop of a campaign: by signals, time limits, the file STOP, or a rank."""
+"""Early stop of a campaign: by signals, time limits, the file STOP, or another rank."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from hpcwhirl.errors import InputError
 
 SIGNALS = early_signals.SIGNALS
 FILE = "STOP"  # in the campaign's directory
-MARGIN = 60.0  # s kept free before a wall-time ends, at most a tenth of it
-LOOK_EVERY = 1.0  # s between looks for the file
-BREAK_EVERY = 0.2  # s between looks while something cannot be cut into slices
+MARGIN = 60.0  # s reserved before a wall-time ends, but at most a tenth of it
+LOOK_EVERY = 1.0  # s between checks for the file
+BREAK_EVERY = 0.2  # s between checks during work without slices
 PILOT_OVER = "the pilot is over"
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 
@@ -39,8 +39,8 @@ class Stopping:
     Attributes
     ----------
     reason : reason for the stop; "": no stop was requested
-    settled : whether all cases are computed; the rest is then not ended by force
-    began : start of time limits, monotonic clock, s
+    settled : whether all cases are computed; the process is then not ended by force
+    began : time from which limits count, monotonic clock, s
     """
 
     def __init__(self) -> None:
@@ -54,11 +54,11 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, folder: Path | None, seconds: float | None) -> None:
-        """Also stop at the file STOP, and after some time.
+        """Also stop if the file STOP exists, and after some time.
 
         Parameters
         ----------
-        folder : directory of `STOP`; None: another rank of this node looks for it
+        folder : directory of `STOP`; None: another rank of this node checks for it
         seconds : time from `began` until the stop, s; None: no limit
         """
         self._looked = time.monotonic()
@@ -82,7 +82,7 @@ class Stopping:
             self.ask(PILOT_OVER)
         elif self._file is not None and now - self._looked >= LOOK_EVERY:
             self._looked = now
-            with suppress(OSError):  # a file server that does not answer: later
+            with suppress(OSError):  # the file server does not answer: try again later
                 if self._file.exists():
                     self.ask(f"{self._file} is there")
         return bool(self.reason)
@@ -99,15 +99,15 @@ class Stopping:
     def ignore(self) -> None:
         """Ignore all signals from now on, until the process ends.
 
-        What is left is the end of the interpreter, which drops Python's handlers, and
-        of MPI, which may wait for other ranks.
+        It is called before the interpreter ends, which drops Python's handlers, and
+        MPI, which may wait for other ranks.
         """
         for name in self._before:
             signal.signal(name, signal.SIG_IGN)
         self._before.clear()
 
     def __enter__(self) -> Self:
-        """Install the signal handlers; only a main thread can."""
+        """Install the signal handlers, which only the main thread can do."""
         if threading.current_thread() is threading.main_thread():
             for name in SIGNALS:
                 self._before[name] = signal.signal(name, self._hear)
@@ -132,7 +132,7 @@ class _Alarm:
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         del number, frame
-        if self._at_it:  # a check that receives a message must not be cut in two
+        if self._at_it:  # never interrupt a check that receives a message
             return
         self._at_it = True
         try:
@@ -146,10 +146,10 @@ class _Alarm:
 
 @contextmanager
 def breakable(check: Callable[[], None]) -> Iterator[None]:
-    """Context in which a timer calls `check`, so that Stop interrupts any line.
+    """Context in which a timer calls `check`, so that Stop may be raised in any line.
 
-    Compiling a kernel takes up to a minute and building a model may take seconds,
-    both without slices. Nothing inside may write to the campaign's files.
+    It is for work without slices: compiling a kernel takes up to a minute, building a
+    model may take seconds. Nothing inside may write to the campaign's files.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -161,13 +161,13 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
     try:
         yield
     except Exception:
-        if alarm.told:  # a compiler may make another error of it
+        if alarm.told:  # the compiler may have replaced the exception
             raise alarm.told from None
         raise
     finally:
         try:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
-        finally:  # also where the last tick came just now
+        finally:  # even if the last tick came just now
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before or signal.SIG_DFL)
             sys.unraisablehook = hook
@@ -176,8 +176,7 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
 def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
     """Pass an unraisable exception on to `hook`, unless it is Stop.
 
-    A tick during a callback of the compiler cannot raise; the next tick, a moment
-    later, can.
+    During a callback of the compiler a tick cannot raise; the next tick can.
     """
     if not isinstance(lost.exc_value, Stop):
         hook(lost)
@@ -195,9 +194,9 @@ def time_left(
 ) -> float | None:
     """Return the time until a stop, s; None for no limit.
 
-    The nearer of a wall-time that begins now and the end of the Slurm job counts,
-    less a margin in which states are saved. PBS, LSF, SGE and Flux give a job no
-    reliable end time: there, use `--walltime`.
+    It is the time until a wall-time that begins now has passed or the Slurm job ends,
+    whichever is earlier, less a margin for saving states. PBS, LSF, SGE and Flux give a
+    job no reliable end time: use `--walltime` there.
 
     Parameters
     ----------

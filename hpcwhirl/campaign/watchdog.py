@@ -1,8 +1,8 @@
 """Watchdog: a job ends after a stop request even if one of its ranks hangs.
 
-A rank that is stuck in a case, or stopped, answers nobody, and all others would wait
+A rank that is stuck in a case, or suspended, does not answer, and all others would wait
 for it. So a thread watches the clock; it runs even while this process waits in MPI,
-where no signal handler does.
+where signal handlers do not run.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from hpcwhirl.campaign.stop import SIGNALS, Stopping
 from hpcwhirl.launch import ALONE, Communicator, end_all
 
 STOPPED = 75
-LOOK_EVERY = 0.25  # s
-AFTER_ROOT = 2.0  # s that other ranks wait longer: rank 0 tells, if it can
+LOOK_EVERY = 0.25  # s between checks
+AFTER_ROOT = 2.0  # s that other ranks wait longer, so that rank 0 can report
 
 
 class Watchdog:
@@ -29,9 +29,9 @@ class Watchdog:
 
     Parameters
     ----------
-    stopping : the stop request; once it is settled, nothing is ended
+    stopping : handler of stop requests; once it is settled, nothing is ended
     seconds : time from the request until the end, s
-    comm : of all ranks
+    comm : communicator of all ranks
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Watchdog:
     def _watch(self) -> None:
         asked: float | None = None
         while not self._over.wait(LOOK_EVERY):
-            heard = self._heard()  # also what no handler has been told of yet
+            heard = self._heard()  # also signals that no handler has seen yet
             if asked is None and (heard or self.stopping.reason):
                 asked = time.monotonic()
             limit = self.seconds + (AFTER_ROOT if self.comm.rank else 0.0)
@@ -65,15 +65,15 @@ class Watchdog:
         """End all ranks; finished cases and saved states are kept."""
         whom = "ranks" if self.comm.size > 1 else "case"
         say(
-            f"not all {whom} have stopped {self.seconds:g} s after they were asked to: "
-            "ended without them; what was finished is kept, the same command continues"
+            f"not all {whom} have stopped {self.seconds:g} s after the request: ended "
+            "without them; finished cases are kept, the same command continues"
         )
         self.last()
         end_all(self.comm, STOPPED)
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:
-        """Start the thread; only a main thread can be woken by signals."""
+        """Start the thread; only for the main thread, which alone gets signals."""
         for end in (self._read, self._write):
             os.set_blocking(end, False)
         if threading.current_thread() is threading.main_thread():
@@ -83,7 +83,7 @@ class Watchdog:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """End the thread."""
+        """Stop the thread."""
         if self._before is not None:
             signal.set_wakeup_fd(self._before)
         self._over.set()

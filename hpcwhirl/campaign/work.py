@@ -1,4 +1,4 @@
-"""The jobs left in a campaign, and the share of this run: planned by rank 0."""
+"""The jobs left in a campaign, and the share of this run, planned by rank 0."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import drop_state, stored_states
 from hpcwhirl.store.results.measured import WHY_NOT
 
-CRASHES = 2  # of processes that a case was in flight at, from when on it is isolated
+CRASHES = 2  # number of processes that died during a case, from which it is isolated
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Work:
     ----------
     jobs, cases : number of jobs left so far, and of cases with jobs left
     kinds : one case of each kind that may need a kernel of its own
-    suspects : cases to isolate, since they were in flight when two processes died
-    mine : all cases of this run, that is of its shard
+    suspects : cases to isolate, since they were being computed when two processes died
+    mine : all cases of this run, that is, of its shard
     run : number of the run
     extended : end times to which undecided cases are extended, s
     plan : identity of the plan to which case numbers refer
@@ -61,7 +61,7 @@ class Work:
 def work_of(
     design: Design, folder: Path, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
-    """Return the work of all ranks, and the queue, which is empty but on rank 0."""
+    """Return the work of all ranks, and the queue, which is empty except on rank 0."""
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
         work, queue = _planned(design, folder, policy, comm.size)
@@ -71,7 +71,7 @@ def work_of(
 def _planned(
     design: Design, folder: Path, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
-    """Return the work left in a directory, and its queue."""
+    """Return the work that is left in a directory, and its queue."""
     extended, costs = read_manifest(folder).extended, costs_of(design)
     plan = replace(design.manifest(), extended=extended)
     mine = share(costs.steps, policy.shard)
@@ -138,7 +138,9 @@ def _tidy(folder: Path, ended: Mapping[str, Completion]) -> None:
 
     States of cases with an open regime stay, for longer runs.
     """
-    for name in stored_states(folder) & ended.keys():  # killed before tidying
+    for name in (
+        stored_states(folder) & ended.keys()
+    ):  # left by a process that was killed
         if ended[name].status != "timeout" and not ended[name].is_open:
             drop_state(folder, name)
     forget_crashes(folder, set(ended))
@@ -151,16 +153,16 @@ def _suspects(
     jobs: Jobs,
     extended: Sequence[float],
 ) -> frozenset[int]:
-    """Return the cases that were in flight when two processes died.
+    """Return the cases that were being computed when two processes died.
 
-    One of them may have killed its process. They are computed last, each in a process
-    of its own: a case that kills it again is `crashed`, others get their result.
+    Such a case may have killed the processes. They are computed last, each in a process
+    of its own: a case that kills it again is `crashed`, the others get their result.
 
     Parameters
     ----------
-    folder, design, planner : of the campaign
-    jobs : that are left
-    extended : s, see `computation`
+    folder, design, planner : the campaign's directory, design and planner
+    jobs : jobs that are left
+    extended : end times of the extensions, s
     """
     names = {name for name, count in crashes(folder).items() if count >= CRASHES}
     if not names:
@@ -185,14 +187,15 @@ def share(
 ) -> Sequence[int]:
     """Return the cases of a shard; without one, all.
 
-    The most expensive case goes first, each to the shard with the least load so far, so
-    that loads differ by at most one case. It depends on the costs of all cases alone,
-    not on what has been computed: every shard finds its own share by itself.
+    Cases are assigned in order of decreasing cost, each to the shard with the least
+    load so far, so that loads differ by at most one case. The result depends only on
+    the costs of all cases, not on what has been computed, so every shard finds its
+    share by itself.
 
     Parameters
     ----------
     costs : (n,), predicted cost of each case, any unit
-    shard : whose cases to return
+    shard : shard whose cases are returned
     """
     if shard is None:
         return range(len(costs))

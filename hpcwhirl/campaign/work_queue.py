@@ -1,4 +1,4 @@
-"""The queue of units of work, the longest first, and the open questions of workers."""
+"""The queue of units of work, the longest first, and the open requests of workers."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.cost import Costs
 
-SORTED_ANEW = 20_000  # units at most: some 30 ms, in which rank 0 answers nobody
-EVERY = 8  # sorted anew when 1/EVERY of what is left has been learned
-SHORTEST = 0.05  # s that a worker should be busy with one answer, at least
-A_RANK = 1e-3  # s of the same for each rank: 20 times what rank 0 spends on an answer
-MOST = 128  # units of an answer: a message that needs no consent of its receiver
-LEAST_A_RANK = 1e-4  # s of an answer, whatever is fair: twice what an answer takes
-FASTEST = 1e-4  # s, of a unit whatever is predicted
-FAIR = 4  # an answer is at most this part of an even share of the units left
+SORTED_ANEW = 20_000  # largest queue sorted again: 30 ms, in which rank 0 is silent
+EVERY = 8  # sorted again when 1/EVERY of the units left have become known
+SHORTEST = 0.05  # s, least work in an answer to a worker
+A_RANK = 1e-3  # s, the same, times the number of ranks: 20 times rank 0's time for it
+MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
+LEAST_A_RANK = 1e-4  # s, least work times ranks, even if unfair: twice an answer's time
+FASTEST = 1e-4  # s, least predicted time of a unit
+FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949
-LAST = 0  # turn of units that go out after all others
-Answers = list[tuple[int, list[int]]]  # to a rank: its next units
+LAST = 0  # priority of units that go out after all others
+Answers = list[tuple[int, list[int]]]  # (rank, its next units) each
 Cases = NDArray[np.int64]
 
 
 def scattered(count: int) -> NDArray[np.int64]:
-    """Return the numbers 0 .. count - 1 in an order of which any part is spread evenly.
+    """Return 0 .. count - 1 in an order of which any part is spread evenly.
 
-    The order goes in steps of about 0.618 count, modulo count, coprime to it.
+    It goes in steps of about 0.618 count, coprime to count, modulo count.
     """
     step = max(round(GOLDEN * count), 1)
     while math.gcd(step, count) > 1:
@@ -43,8 +43,8 @@ class Order(NamedTuple):
     Attributes
     ----------
     last : units that are handed out after all others
-    even : whether the first units lie evenly over all cases; else the longest goes
-        first
+    even : whether the first units are spread evenly over all cases; otherwise the
+        longest goes first
     """
 
     last: Collection[int] = ()
@@ -61,10 +61,10 @@ class WorkQueue:
 
     Parameters
     ----------
-    rows : (units,), row of the case of each unit in `costs`
-    costs : of the cases; updated with every finished unit
+    rows : (units,), row in `costs` of each unit's case
+    costs : predicted costs of the cases; updated with every finished unit
     ranks : number of ranks that share the work
-    order : of handing out
+    order : order in which units are handed out
     """
 
     def __init__(
@@ -79,19 +79,19 @@ class WorkQueue:
         self.least = LEAST_A_RANK * ranks
         self.rows, self.predicted = array("q"), array("d")
         self.unfinished, self.turn = array("b"), array("b")
-        self.queue = array("q")  # handed out from its end
+        self.queue = array("q")  # units are handed out from its end
         self.dropped = False
         self.left = 0
-        self.told = self.took = 0.0  # s, of finished units
-        self.stale = True  # predictions are from before anything finished
+        self.told = self.took = 0.0  # s, predicted and actual time of finished units
+        self.stale = True  # whether predictions are nominal ones
         self.learned = 0
-        turn = np.ones(len(rows), dtype=np.int8)  # the highest goes out first
+        turn = np.ones(len(rows), dtype=np.int8)  # the highest priority goes out first
         turn[list(order.last)] = LAST
         own = np.asarray(rows, dtype=np.int64)
         self.add(own, turn, costs.predict(own))
 
     def expected(self, rows: Cases) -> NDArray[np.float64]:
-        """Return the time, s, that a further unit of each case is expected to take.
+        """Return the expected time of a further unit of each case, (m,), s.
 
         rows : (m,), rows of the cases in `costs`
         """
@@ -107,8 +107,8 @@ class WorkQueue:
 
         Parameters
         ----------
-        rows : (m,), row of the case of each unit in `costs`
-        turn : (m,), units with a higher one go out first
+        rows : (m,), row in `costs` of each unit's case
+        turn : (m,), priority of each unit; higher ones go out first
         predicted : (m,), time of each unit, s
         """
         first, count = len(self.rows), len(rows)
@@ -138,12 +138,12 @@ class WorkQueue:
     def bundle(self, most_units: int = MOST) -> list[int]:
         """Return the next units for one answer to a worker; empty at the end.
 
-        One unit, or as many short ones as keep the worker busy while rank 0 answers all
-        other workers.
+        It is one unit, or as many short ones as keep the worker busy while rank 0
+        answers all other workers.
 
         Parameters
         ----------
-        most_units : of the answer
+        most_units : largest number of units
         """
         most = min(MOST, max(len(self.queue) // (FAIR * self.ranks), 1))
         out: list[int] = []
@@ -160,22 +160,22 @@ class WorkQueue:
     def first(self) -> list[list[int]]:
         """Return the first units of each rank, at most an even share of all.
 
-        None for rank 0, which takes units one by one.
+        Rank 0 gets none, since it takes units one by one.
         """
         even = min(MOST, max(len(self.queue) // self.ranks, 1))
         return [[], *(self.bundle(even) for _ in range(self.ranks - 1))]
 
     @property
     def may_grow(self) -> bool:
-        """Whether units in progress may add others."""
+        """Whether running units may add others."""
         return False
 
     def task(self, unit: int) -> int:
-        """Return the number by which a rank is sent a unit."""
+        """Return the number of the task that is sent to a rank for a unit."""
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Take in the completion of a unit."""
+        """Record the completion of a unit; nothing follows from it here."""
 
     def drop(self) -> None:
         """Hand out nothing more, not even units that are added later."""
@@ -183,7 +183,7 @@ class WorkQueue:
         del self.queue[:]
 
     def finished(self, unit: int, seconds: float) -> None:
-        """Learn the time of a finished unit, s; sort the queue again if that pays."""
+        """Record the time of a finished unit, s; sort the queue again if worth it."""
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds
@@ -219,22 +219,22 @@ class WorkQueue:
 
 
 class Questions:
-    """Open questions of the workers; without messages and clock.
+    """Open requests of the workers; pure bookkeeping, without messages and clock.
 
-    A worker asks in advance and is answered at once. Only the last units, one a rank,
-    are kept for workers that have nothing to do; else one could wait behind the long
-    case of a busy rank while others idle.
+    A worker asks in advance and is answered at once. Only the last units, one for each
+    rank, are reserved for workers without work; otherwise a unit could wait behind the
+    long case of a busy rank while other ranks idle.
 
     Parameters
     ----------
     queue : units to hand out
-    ranks : number of ranks, rank 0 included
+    ranks : number of ranks, including rank 0
     """
 
     def __init__(self, queue: WorkQueue, ranks: int) -> None:
         self.queue, self.ranks = queue, ranks
-        self.open: dict[int, None] = {}  # ranks in the order of their questions
-        self.idle: dict[int, None] = {}  # those of them that have nothing left to do
+        self.open: dict[int, None] = {}  # ranks in the order of their requests
+        self.idle: dict[int, None] = {}  # those of them without work
 
     def ask(self, rank: int) -> Answers:
         """Return the answers that are due after a rank has asked in advance."""
@@ -244,7 +244,7 @@ class Questions:
     def hungry(self, rank: int) -> Answers:
         """Return the answers that are due after a rank has run out of work.
 
-        If it has been answered meanwhile, nothing is due to it.
+        If its request was answered meanwhile, there is none for it.
         """
         if rank in self.open:
             self.idle[rank] = None

@@ -48,7 +48,7 @@ class Server:
                 self._answer(asked)
 
     def _next(self) -> Record | None:
-        """Return the next request, None at the end; a late stop request is skipped."""
+        """Return the next request, None at the end; late stop requests are skipped."""
         while True:
             line, found, rest = self._come.partition(b"\n")
             if found:
@@ -63,7 +63,7 @@ class Server:
             self._come += part
 
     def _between(self) -> None:
-        """Raise Stop if the parent requests it; end if the parent has ended."""
+        """Raise Stop if the parent requests it; exit if the parent has ended."""
         if not select.select([self._source], [], [], 0.0)[0]:
             return
         part = os.read(self._source, 65536)
@@ -75,7 +75,7 @@ class Server:
             raise Stop
 
     def _warm(self, asked: Record) -> None:
-        with contextlib.suppress(Exception):  # it will fail as a row
+        with contextlib.suppress(Exception):  # this case will fail
             March(resolve(apply_settings(Scene(), asked["warm"]))).warm()
         self._send({"status": "warm"})
 
@@ -110,8 +110,8 @@ class Server:
 
 
 def main() -> None:
-    """Serve requests on stdin and stdout; other output goes to stderr."""
-    for name in SIGNALS:  # the parent says when to stop
+    """Serve requests on stdin, answer on stdout; other output goes to stderr."""
+    for name in SIGNALS:  # only the parent requests a stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()
     without_mpi()

@@ -1,8 +1,8 @@
-"""Isolated cases: each in another interpreter, so that a crash ends the case alone.
+"""Isolated cases: computed in another interpreter, so that a crash ends only the case.
 
-The child is a fresh process, never a fork of a process that has begun MPI. It serves
-one case after the other: a request is a line with CRC, an answer such a line and the
-bytes of the traces. It ends when its input ends, and so with its parent.
+The child is a new process, never a fork of a process that has initialized MPI. It
+computes one case after the other: a request is a line with CRC; an answer is such a
+line and the bytes of the traces. It ends when its input ends, and so with its parent.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.packing import unpacked
 from hpcwhirl.store.directory.record import Record
 
-LOOK_EVERY = 0.01  # s, as between slices
-PATIENCE = 3.0  # s for a child to keep its state at a stop
-GRACE = 10.0  # s beyond a case's limit that a child may be busy elsewhere
+LOOK_EVERY = 0.01  # s between checks, as between slices
+PATIENCE = 3.0  # s that a child has to save its state at a stop
+GRACE = 10.0  # s beyond a case's limit, for work outside the kernel
 STOP = b"stop\n"
 MODULE = "hpcwhirl.campaign.worker_main"
 
@@ -62,12 +62,13 @@ class Child:
         *,
         keep: bool = False,
     ) -> Result:
-        """Return the result of a case, `compute` in the child.
+        """Return the result of a case, computed by `compute` in the child.
 
         Raises
         ------
         DiedError, FailedError, LateError
-            the case's fate; `Stop` where `between` raises it and no result came
+            if the case crashes, fails or exceeds its limit; `Stop` if `between` raises
+            it and no result has arrived
         """
         asked: Record = {"scene": flatten(scene), "digest": digest, "keep": keep}
         asked["limit"] = limit if limit < math.inf else None
@@ -96,7 +97,7 @@ class Child:
         self._reap()
 
     def _begin(self) -> subprocess.Popen[bytes]:
-        # a session of its own: Ctrl-C is for the parent, which tells the child
+        # a session of its own: only the parent gets Ctrl-C, and stops the child
         self._process = subprocess.Popen(
             interpreter(MODULE), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             bufsize=0, start_new_session=True,
@@ -117,7 +118,7 @@ class Child:
         return process.wait()
 
     def _send(self, line: bytes) -> None:
-        """Write to the child; if it has died, reading its answer fails."""
+        """Write a line to the child; if it has died, reading the answer will fail."""
         process = self._process
         if process is not None and process.stdin is not None:
             with contextlib.suppress(OSError):
@@ -150,7 +151,7 @@ class Child:
     def _look(
         self, process: subprocess.Popen[bytes], between: Callable[[], None]
     ) -> tuple[Record, bytes] | None:
-        """Return a complete answer, or None after a short wait."""
+        """Return an answer if it is complete, or None after a short wait."""
         if process.stdout is None:
             return None
         pipe = process.stdout.fileno()
@@ -171,7 +172,7 @@ class Child:
         return answer
 
     def _death(self, between: Callable[[], None]) -> DiedError:
-        """Return the error of a dead child; `between` may raise Stop before."""
+        """Return the error for a dead child, unless `between` raises Stop first."""
         code = self._reap()
         between()
         return DiedError(f"the case's process {fate(code)}")

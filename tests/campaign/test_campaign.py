@@ -207,7 +207,7 @@ def test_more_cases_of_the_same_inputs_may_be_added(tmp_path, capsys):
     first = records(out)
     file.write_text(SHORT.replace("410]", "410, 350]"))
     assert main(["campaign", str(file), "--out", str(out)]) == 0
-    assert "9 cases, 6 already there" in capsys.readouterr().err
+    assert "9 cases, 6 already computed" in capsys.readouterr().err
     assert len(records(out)) == 9
     assert all(record in records(out) for record in first)
 

@@ -98,7 +98,7 @@ def test_starting_over_deletes_nothing(run, tmp_path, monkeypatch):
     code, err = run(SHORT + SPEEDS, "--set", "gap=2e-4", "--fresh")
     assert code == 0
     aside = tmp_path / "out.2"
-    assert f"what was in {out} is now {aside}" in err
+    assert f"the former {out} is now {aside}" in err
     for path, content in old.items():
         assert (aside / path).read_bytes() == content
     assert len(records(out)) == 2

@@ -1,10 +1,10 @@
 """Forecast of a campaign: wall time on a number of ranks, bytes on disk.
 
 The number of steps follows from the inputs. The time of a step, the overhead of a case
-beyond its steps and the share of cases that end early are learned from the finished
-cases in the directory, such as those of a pilot; without any, the scheme's nominal time
-of a step is taken. The range covers the uncertainty of this sample and `APART`, the
-relative difference between two runs.
+beyond its steps, and the share of cases that end early are learned from the finished
+cases in the directory, such as those of a pilot; if there are none, the scheme's
+nominal time of a step is used. The range covers the uncertainty of this sample and
+`APART`, the relative difference between two runs.
 """
 
 from __future__ import annotations
@@ -39,18 +39,19 @@ from hpcwhirl.store.directory.runs import COSTS, read_runs
 from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 
-LITTLE = 0.1  # share of a run, of which less tells nothing of the rest
-APART = 0.25  # relative, between one run and the next on a shared machine
-SIDES = 2.0  # standard errors of a range
-GUESSED = 2.0  # times more or fewer cases may follow from words than a few tell
-# s on the machine where `LOADED` s passed until the program had begun: of all, a row, a
-# byte of traces; of a map, a case of it; of a page, a case with traces on it
+LITTLE = 0.1  # share of a run below which it says nothing about the rest
+APART = 0.25  # relative difference of two runs on a shared machine
+SIDES = 2.0  # half the width of a range, in standard errors
+GUESSED = 2.0  # factor of uncertainty of the number of refined cases
+# Times, s, on the machine where the program started in `LOADED` s: for gathering in
+# total, per row and per byte of traces; for a map, and per case of it; for a page, and
+# per case with traces on it.
 LOADED, LAUNCHED, WARMED = 0.27, 0.6, 0.18
-BESIDE = 1e-3  # of a case beside its kernel, while none has ended
+BESIDE = 1e-3  # s, time of a case beyond its kernel, before any has ended
 GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
 DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
-KEEPING = ("orbit", "full")  # details with traces
+KEEPING = ("orbit", "full")  # values of output.traces that keep traces
 Floats = NDArray[np.float64]
 
 
@@ -62,18 +63,20 @@ class Forecast:
     ----------
     cases, left : number of planned cases, and of those without a result; for refined
         cases see `more`
-    steps : steps of the cases left, if none ends early
+    steps : number of steps of the cases left, if none ends early
     seconds : kernel time of the cases left on one core, s; a case with `until =
         "decided"` counts up to the next time at which its regime is determined
-    most : upper bound, s: no early end, and every undecided case runs to `longest`
-    range : lower and upper limit of `seconds` by measured cases; None: none measured
+    most : upper bound of `seconds`: no case ends early, every undecided one runs to
+        `longest`
+    range : lower and upper limit of `seconds` by finished cases; None: there are none
     computations : number of cases and twins left
-    overhead : time of a core for each computation beyond its kernel, s
-    before, after : {stage: s} before and after the cases, independent of the ranks
+    overhead : time of each computation beyond its kernel, s
+    before, after : {stage: s} of the stages before and after the cases, whose time does
+        not depend on the number of ranks
     launch : time until several ranks are connected, s
     more : refined cases left: (expected, least, most); (0, 0, 0) if there are none
     beyond : refined cases that have ended
-    finished : number of finished cases that the forecast is learned from
+    finished : number of finished cases from which the forecast is learned
     longest : kernel time of the longest case, s
     disk : bytes of the whole campaign, if no case ends early
     """
@@ -127,10 +130,10 @@ def forecast(
     ----------
     design : the campaign
     folder : its directory; the forecast learns from finished cases in it
-    shard : counts the cases of this shard alone; None: all cases
+    shard : shard whose cases count; None: all cases
     extended : end times to which undecided cases are extended, s
     started, loaded : time from the start of this process until its inputs were checked,
-        and until it began to read them, s; None: its age now
+        and until it began to read them, s; None: the age of the process
     """
     since, step = age(), time_steps(design)
     started = since if started is None else started
@@ -173,15 +176,15 @@ def forecast(
 def age() -> float:
     """Return the age of this process, s."""
     ticks = begun(os.getpid())
-    if ticks is None:  # no Linux
+    if ticks is None:  # not Linux
         return time.process_time()
     return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
 
 
 def _pace(loaded: float) -> float:
-    """Return how much slower this machine is than that of the constants above.
+    """Return the factor by which this machine is slower than that of the constants.
 
-    loaded : s, from the start of this process until it began to read its inputs
+    loaded : time from the start of this process until it began to read its inputs, s
     """
     return min(max(loaded / LOADED, 0.3), 10.0)
 
@@ -225,9 +228,9 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 
 
 def _beside(folder: Path, pace: float) -> tuple[float, float]:
-    """Return the overhead of a case beyond its kernel, and what a rank's first adds, s.
+    """Return the overhead of a case beyond its kernel, and the first one's extra, s.
 
-    Measured by the last run that recorded it; nominal before any has.
+    They are those of the last run that recorded them, or nominal ones.
     """
     shares = [share for share in read_runs(folder) if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
@@ -238,12 +241,12 @@ def _beside(folder: Path, pace: float) -> tuple[float, float]:
 
 
 def _mean(found: Forecast) -> float:
-    """Return the mean kernel time of a coarse case that is left, s."""
+    """Return the mean kernel time of the coarse cases that are left, s."""
     return found.seconds / max(found.computations, 1.0)
 
 
 def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
-    """Return a forecast to which the refined cases are added."""
+    """Return a forecast with the refined cases added."""
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
     most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
@@ -275,19 +278,19 @@ def longest_of(design: Design, extended: Sequence[float]) -> Floats:
 def spans_of(
     design: Design, ended: Ended, longest: Floats, mine: Sequence[int]
 ) -> tuple[list[int], Floats]:
-    """Return the coarse cases with jobs left, and the time that these cover.
+    """Return the coarse cases with jobs left, and the engine time of these jobs.
 
     Parameters
     ----------
-    design, ended : of the campaign
+    design, ended : design of the campaign, and its completed jobs
     longest : see `longest_of`
     mine : the cases to consider
 
     Returns
     -------
-    cases : ascending
-    spans : (cases, 2), least and most engine time of the jobs left of each case and its
-        twins, over its end time; without twins in a refined campaign
+    cases : numbers of the cases, ascending
+    spans : (cases, 2), least and largest engine time of the jobs left of each case and
+        its twins, over its end time; in a refined campaign without twins
     """
     planner, twins = ended.planner(), design.twins
     jobs = planner.ahead()
@@ -299,7 +302,7 @@ def spans_of(
     for place in np.flatnonzero(jobs.stage).tolist():
         at = int(jobs.row[place]), int(jobs.stage[place])
         least[place], most[place] = _span(design, ended.plan.extended, *at)
-    if twins and not design.grows:  # which follow
+    if twins and not design.grows:  # twins follow later
         first = jobs.twin == 0
         least[first] *= 1 if twins.is_late else 1 + twins.count
         most[first] *= 1 + twins.count
@@ -311,7 +314,7 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return the least and the most engine time of the stages from `stage` on.
+    """Return the least and the largest engine time of the stages from `stage` on.
 
     Both are relative to the first end time of the case.
 
@@ -341,7 +344,7 @@ def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
 def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
     """Return number and interval, s, of samples, see `case.limits.step_counts`.
 
-    They are 0 and NaN for a case without a time step, which will fail.
+    They are 0 and NaN for a case that has no time step and will fail.
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
@@ -349,7 +352,7 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of one sample} of each case with the largest traces."""
+    """Return {trace: shape of a sample} of cases whose traces may be the largest."""
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)
@@ -357,14 +360,14 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
         short = {"duration": 20 * step, "revolutions": 0.0, "interval": step}
         try:
             traces = simulate(apply_settings(scene, short)).traces
-        except WhirlError:  # it will fail as a row
+        except WhirlError:  # this case will fail
             continue
         found.append({name: values.shape[1:] for name, values in traces.items()})
     return found
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return the cases with most blades or harmonics for each setting of traces."""
+    """Return the cases with most blades or harmonics, for each detail of traces."""
     found = set[int]()
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

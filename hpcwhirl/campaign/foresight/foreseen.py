@@ -1,4 +1,4 @@
-"""Estimate of how many refined cases will follow, from the regimes known so far."""
+"""Estimate of the number of refined cases that will follow, from known regimes."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.refinement.growth import Address
 from hpcwhirl.store.directory.completions import Ended
 
-MOST = 200_000  # cases of a guess
+MOST = 200_000  # largest number of cases simulated for an estimate
 
 
 @dataclass(frozen=True)
 class Beyond:
-    """The refined cases of a campaign, that is those beyond the coarse level.
+    """Numbers of the refined cases of a campaign, those beyond the coarse level.
 
     Attributes
     ----------
-    ended : number that have ended
-    count : expected number that are left
-    guessed : part of `count` that known regimes do not request yet
-    most : number left if every cell is split
+    ended : number of cases that have ended
+    count : expected number of cases that are left
+    guessed : part of `count` that known regimes do not require yet
+    most : number of cases left if every cell is split
     steps, seconds : steps, and kernel time on one core, s, of `count` cases
     most_seconds : kernel time of `most` cases, s
     """
@@ -41,7 +41,7 @@ class Beyond:
 
 
 class Known(NamedTuple):
-    """A case that has ended: its regime, None without one, and its kernel time, s."""
+    """A case that has ended: its regime, or None, and its kernel time, s."""
 
     word: str | None
     seconds: float
@@ -52,9 +52,9 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
     Parameters
     ----------
-    design : of the campaign
-    ended : what has ended in its directory
-    mean : kernel time of a coarse case, used if none has finished, s
+    design : design of the campaign
+    ended : completed jobs in its directory
+    mean : kernel time of a coarse case, s, used if no refined case has finished
     """
     known, asked = _known(design, ended)
     words: dict[Address, str | None] = {a: one.word for a, one in known.items()}
@@ -74,7 +74,7 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return the cases that have ended, and how many refined cases they request."""
+    """Return the cases that have ended, and how many refined cases they require."""
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
     for row, end in planner.ends.items():
@@ -118,8 +118,8 @@ def followers(design: Design, words: Mapping[Address, str | None]) -> tuple[int,
     """Return the number of refined cases of each fidelity, by nearest known regimes.
 
     The rule of refinement is applied as if every case had the regime of the nearest
-    known case. If these lie evenly, boundaries are about as long as real ones; where
-    regimes are scattered, they are too short.
+    known case. If known cases are spread evenly, the boundaries are about as long as
+    the real ones; if regimes are scattered, they are too short.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The table [branch]: the cases of sweeps in which each begins where the last ended."""
+"""The table [branch]: sweeps in which each case begins where the one before ended."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hpcwhirl.scene.swept import axes_of
 from hpcwhirl.scene.table import Axis
 
 BRANCH, HISTORY = "branch", "history"  # inputs of a case
-APART = ("zip", "cases", "sample", "refine", "twins")  # tables that it goes not with
+APART = ("zip", "cases", "sample", "refine", "twins")  # tables that exclude [branch]
 FIXED = (
     "--extend and [branch]: each case begins where the one before it has ended; "
     'until = "decided" in [solver] goes on at once'
@@ -25,7 +25,7 @@ def axes_with_branches(
     grid: dict[str, list[Any]],
     zipped: dict[str, list[Any]],
 ) -> list[Axis]:
-    """Return the axes of a grid; that of a branch last, so that its cases are together.
+    """Return the axes of a grid, the branch last, so that its cases are contiguous.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def axes_with_branches(
     Raises
     ------
     InputError
-        naming the key of [branch], what it got and what is allowed
+        naming the key of [branch], its value and what is allowed
     """
     if BRANCH not in document:
         return axes_of(grid, zipped)

@@ -22,10 +22,11 @@ class Computation:
     ----------
     job : the job
     scene, digest : the scene to integrate, and its digest
-    before : digest of the stage before, whose last state it continues; "": none
-    facts : entries of its record: digest of the case, number of the twin, end time, s
-    lasts : whether a longer run may follow, for which its last state is saved
-    follows : digest of the case in whose last motion it begins; "": none
+    before : digest of the stage before, whose last state is continued; "": none
+    facts : further entries of the record: digest of the case, number of the twin, end
+        time, s
+    lasts : whether the last state is saved, since a longer run may follow
+    follows : digest of the case with whose last motion it begins; "": none
     """
 
     job: Job
@@ -44,7 +45,7 @@ def computation(
 
     Parameters
     ----------
-    design, job : of the campaign
+    design, job : design of the campaign, and one of its jobs
     extended : end times of the extensions, s, ascending
     """
     scene, own = design.scene(job.case), design.digest(job.case)

@@ -1,8 +1,8 @@
 """Predicted costs of cases, learned from finished cases with similar inputs.
 
-Regimes differ in seconds a step, and a case that diverges ends early: both are learned
-as one factor on a nominal cost. Costs decide what is handed out first and when a
-campaign ends, never a result.
+The time of a step depends on the regime, and a case that diverges ends early: both are
+learned as one factor on a nominal cost. Costs decide the order of cases and predicted
+times, never a result.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.scene.table import Values, listed
 
 Floats = NDArray[np.float64]
-NEAREST = 4  # finished cases that a prediction is taken from
-MOST_KNOWN = 4096  # finished cases that are looked at
-APART = 10.0  # between two words, where the whole range of a number is 1
-CLOSE = 1e-4  # squared distance below which neighbours count alike
-AT_ONCE = 1 << 16  # cases whose neighbours are looked for together
-MOST_MODELS = 512  # that are asked for their time step
-# inputs that no step depends on, and those that it does where they are extreme alone
+NEAREST = 4  # number of finished cases from which a prediction is taken
+MOST_KNOWN = 4096  # largest number of finished cases considered
+APART = 10.0  # distance of two words, where the whole range of a number is 1
+CLOSE = 1e-4  # squared distance below which neighbours have equal weight
+AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
+MOST_MODELS = 512  # largest number of models built to get their time step
+# inputs on which the time step does not depend, or only if they are extreme
 STEPLESS = frozenset({
     "direction", "duration", "revolutions", "solver.scheme", "solver.plan",
     "solver.until", "solver.longest", "solver.amplitude_limit",
@@ -47,9 +47,9 @@ class Costs:
 
     Parameters
     ----------
-    nominal : (n,), s, of each case before any has finished
+    nominal : (n,), s, cost of each case before any has finished
     places : (n, d), scaled swept inputs of each case, or `Places`
-    steps : (n,), steps of each case without an early end
+    steps : (n,), number of steps of each case without an early end
     """
 
     def __init__(
@@ -63,12 +63,12 @@ class Costs:
 
     @classmethod
     def unknown(cls) -> Costs:
-        """Return empty costs, for ranks that hand nothing out."""
+        """Return empty costs, for ranks that do not hand out cases."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, cases: Sequence[int], seconds: float) -> None:
-        """Learn the time that some cases took together, s."""
-        if len(cases) == 1:  # nearly always, and rank 0 hears of all
+        """Record the time that some cases took together, s."""
+        if len(cases) == 1:  # nearly always; a fast path for rank 0
             alone = float(self.nominal[cases[0]])
             if alone > 0.0 and math.isfinite(seconds):
                 self.factor[cases[0]] = seconds / alone
@@ -79,7 +79,7 @@ class Costs:
             self.factor[chosen] = seconds / expected
 
     def learn_all(self, seconds: Floats) -> None:
-        """Learn the times of all cases, (n,), s; NaN for unfinished ones."""
+        """Record the times of all cases, (n,), s; NaN for unfinished ones."""
         known = np.isfinite(seconds) & (self.nominal > 0.0)
         self.factor[known] = seconds[known] / self.nominal[known]
 
@@ -92,7 +92,7 @@ class Costs:
         known = np.flatnonzero(np.isfinite(self.factor))
         if not len(known) or not len(chosen):
             return self.nominal[chosen]
-        from scipy.spatial import cKDTree  # on rank 0 alone
+        from scipy.spatial import cKDTree  # needed on rank 0 only
 
         known = known[:: -(-len(known) // MOST_KNOWN)]
         nearest = np.arange(1, 1 + min(NEAREST, len(known)))
@@ -110,19 +110,19 @@ class Costs:
 class RefinedCosts(Costs):
     """Costs of a refined design's cases, in the rows of its planner.
 
-    Refined cases are appended as the planner requests them. Their nominal cost is that
-    of the nearest coarse case; that of the second fidelity is scaled by the ratio of a
-    first such case in its panel.
+    Refined cases are appended when the planner asks for them. Their nominal cost is
+    that of the nearest coarse case; for the second fidelity it is multiplied by the
+    ratio of costs found for the first such case of the panel.
 
     Parameters
     ----------
-    design : of the campaign
+    design : design of the campaign
     coarse : costs of its coarse cases
     """
 
     def __init__(self, design: Design, coarse: Costs) -> None:
         own = coarse.places[np.arange(len(coarse.places))]
-        more = np.zeros((len(own), 1))  # where the fidelities lie apart
+        more = np.zeros((len(own), 1))  # a further coordinate separates the fidelities
         super().__init__(coarse.nominal, np.hstack([own, more]), coarse.steps)
         self.factor = coarse.factor
         self.design = design
@@ -171,12 +171,13 @@ class RefinedCosts(Costs):
 class Places:
     """Scaled swept inputs of cases, computed from the case numbers.
 
-    The distinct numbers of an input are spread evenly over 0 .. 1; words and lists are
-    `APART`, so that another scheme's cases are asked only where no others are known.
+    The distinct numbers of an input are spread evenly over 0 .. 1. Different words or
+    lists are `APART`, so that cases of another scheme, for example, count only if no
+    others are known.
 
     Parameters
     ----------
-    design : of the cases
+    design : design of the campaign
     """
 
     def __init__(self, design: Design) -> None:
@@ -219,7 +220,7 @@ def costs_of(design: Design, step: Floats | None = None) -> Costs:
         get = many.all(cases)
         steps[cases] = end_times(get) / step[cases]
         seconds[cases] = steps[cases] * _nominal(get)
-    steps[np.isnan(step)] = seconds[np.isnan(step)] = 0.0  # they will fail as rows
+    steps[np.isnan(step)] = seconds[np.isnan(step)] = 0.0  # these cases will fail
     return Costs(seconds, Places(design), steps)
 
 
@@ -247,10 +248,11 @@ def _nominal(get: Columns) -> Any:
 def time_steps(design: Design) -> Floats:
     """Return the time step of each case, s; NaN for cases without a model.
 
-    Where an accuracy asks for steps, one case is asked for all that have the same
-    model, friction, speed, gap and load; of more than `MOST_MODELS` such kinds, one for
-    all of a model and friction; of more of these so many, evenly, and the others are
-    taken for the nearest of them.
+    If `accuracy` sets the step, it is determined for one case of each kind, that is
+    with equal model, friction, speed, gap and load. If there are more than
+    `MOST_MODELS` such kinds, only model and friction make a kind; if there are still
+    more, `MOST_MODELS` cases are chosen evenly, and the others have the step of the
+    nearest one.
     """
     many = design.columns
     steps = many.values("solver.time_step").astype(float)
@@ -272,16 +274,16 @@ def time_steps(design: Design) -> Floats:
 
 
 def _asked_step(design: Design, case: int) -> float:
-    with suppress(WhirlError):  # it will fail as a row
+    with suppress(WhirlError):  # this case will fail
         return float(design.resolved(case).step)
     return math.nan
 
 
 def _kinds(many: Many) -> NDArray[np.int64]:
-    """Return labels of cases, equal for cases that are taken to have the same step."""
+    """Return labels, (cases,), equal for cases that count as having the same step."""
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)
-    ends = MOST_MODELS + 1, len(kind)  # mostly the first ones are enough to tell
+    ends = MOST_MODELS + 1, len(kind)  # the first cases mostly suffice
     if any(len(np.unique(kind[:end])) > MOST_MODELS for end in ends):
         kind = many.labels(n for n in names if n not in OF_LIMITS)
     return kind

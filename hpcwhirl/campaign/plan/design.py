@@ -66,9 +66,9 @@ if TYPE_CHECKING:
     from hpcwhirl.case.resolve import Case
 
 Settings = dict[str, Value]
-MOST_KEPT = 64  # cases, each with a model of up to some MB where gaps are swept
+MOST_KEPT = 64  # cached cases, each with a model of up to some MB
 ALLOWED = "a Design, a TOML file, a mapping of its tables, or a Scene"
-MOST_TOLD = 200  # letters of what two cases share
+MOST_TOLD = 200  # largest number of characters of the inputs that two cases share
 
 
 class Scenes(OfCases[Scene]):
@@ -97,10 +97,10 @@ class Design:
     swept : dotted names of the swept inputs, in the order of the file
     rules : the table [campaign]; no result depends on it
     contents : {engine file: SHA-256} when the design was made; part of the digests
-    begun : `base` of the plan of an existing directory; not sent to other ranks
+    begun : `base` of the plan in an existing directory; not sent to other ranks
     measure : a user's own function of a case; not sent to other ranks
     sample : how inputs were drawn; not sent to other ranks
-    twins : of the table [twins], None for none
+    twins : the table [twins], None for none
     rule : rule by which refined cases follow from regimes, None for none. With a rule,
         `scenes`, `settings` and `digests` are those of the coarse level, and a refined
         case has the number of its address, see `Family.number`
@@ -118,7 +118,7 @@ class Design:
     begun: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Digest the engine files whose contents were not given."""
+        """Compute the digests of engine files that were not given."""
         own = self.base.engine.file
         files = listed(self.settings.column(FILE, own).values)
         for file in dict.fromkeys([*files, own]):
@@ -126,7 +126,7 @@ class Design:
                 self.contents[file] = content_digest(file)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the part that other ranks need."""
+        """Pickle only what other ranks need."""
         kept = {"contents": self.contents, "twins": self.twins, "rule": self.rule}
         return _sent, (self.base, self.settings, self.swept, kept)
 
@@ -150,21 +150,21 @@ class Design:
 
         Parameters
         ----------
-        source : a TOML file; or what one would hold, such as {"scene": {"gap": 1e-4},
-            "sweep": {"speed": numpy.linspace(100, 500, 41)}}; or a scene, which is one
-            case; None: the campaign that runs where no file is given
+        source : a TOML file; or a mapping of its tables, such as {"scene": {"gap":
+            1e-4}, "sweep": {"speed": numpy.linspace(100, 500, 41)}}; or a scene, which
+            is one case; None: the default campaign
         settings : {input: value}, set on the scene, as `--set` does
 
         Raises
         ------
         InputError
-            naming what is wrong, what was got and what is allowed
+            naming the input, its value and what is allowed
         """
         return _design_given(source, plain(settings or {}))
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
-        """Return the design of one case, with its engine's file as it is now."""
+        """Return the design of one case, with its engine file as it is now."""
         return cls(scene, Table.of([{}]), ())
 
     @cached_property
@@ -175,13 +175,13 @@ class Design:
 
     @property
     def grows(self) -> bool:
-        """Whether further cases follow from words."""
+        """Whether further cases may follow from words."""
         return self.rule is not None
 
     def check_shards(self, none: str) -> None:
         """Raise InputError if shards cannot be computed independently.
 
-        none : text on the refused options, for the message
+        none : text that names the refused options, for the message
         """
         twins = self.twins
         late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
@@ -195,7 +195,7 @@ class Design:
 
     @property
     def is_branched(self) -> bool:
-        """Whether cases begin where others have ended."""
+        """Whether cases begin with the last motion of others."""
         return HISTORY in self.settings.names
 
     @cached_property
@@ -266,9 +266,9 @@ class Design:
             raise CaseError(msg + "back for --retry failed, or begin another campaign")
 
     def resolved(self, case: int) -> Case:
-        """Return a resolved case; the last ones are cached, except those with a file.
+        """Return a resolved case; the last ones are cached.
 
-        An engine file may have changed meanwhile.
+        Cases with an engine file are not cached, since the file may change.
         """
         return self._resolved(case) if self.file(case) else self._kept(case)
 
@@ -282,7 +282,7 @@ class Design:
         return resolve(self.scene(case))
 
     def file(self, case: int) -> str:
-        """Return the file of a case's engine, "" where it has none."""
+        """Return the engine file of a case, "" if it has none."""
         if FILE not in self.settings.names:
             return self.base.engine.file
         return str(self.settings_of(case).get(FILE, self.base.engine.file))
@@ -290,19 +290,19 @@ class Design:
     def predicted(self, case: int) -> tuple[float, float]:
         """Return the predicted steps and kernel time, s, of a case.
 
-        Both are 0 for a case that cannot be resolved, which fails at once.
+        Both are 0 for a case that cannot be resolved and so fails at once.
         """
         try:
             resolved = self.resolved(case)
             known = resolved.steps, resolved.cost
-        except WhirlError:  # it will fail as a row
+        except WhirlError:  # this case will fail
             return 0.0, 0.0
         return known
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean kernel time of a coarse case at fidelity 0 and at 1, s.
 
-        Both are the same where `rule` names no preset that confirms.
+        Both are the same if `rule` has no confirming preset.
         """
         refined = replace(self, rule=rule)
 
@@ -318,7 +318,7 @@ class Design:
         return first, mean(again)
 
     def manifest(self) -> Manifest:
-        """Return the manifest that the campaign's directory keeps."""
+        """Return the manifest that is stored in the campaign's directory."""
         file = self.base.engine.file
         content: dict[str, Any] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
@@ -346,7 +346,7 @@ def _sent(
 
 
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
-    """Return the design of any source that `Design.of` takes."""
+    """Return the design of any source that `Design.of` accepts."""
     if isinstance(source, Design):
         if settings:
             msg = f"a Design takes no further settings, got {shown(settings)}"
@@ -363,7 +363,7 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
 
 
 def plain(value: Any) -> Any:
-    """Return a value from Python as TOML would have given it: no arrays, no NumPy."""
+    """Return a value from Python in the types of parsed TOML, without NumPy."""
     if isinstance(value, Mapping):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -378,8 +378,8 @@ def load_design(path: Path | None, settings: Mapping[str, Value]) -> Design:
 
     Parameters
     ----------
-    path : tables scene, engine, solver, output (one scene), sweep, zip, cases, sample,
-        refine, twins, branch and campaign
+    path : a file with the tables scene, engine, solver, output (one scene), sweep, zip,
+        cases, sample, refine, twins, branch and campaign; None: the default
     settings : {input: value}, set on the scene; a swept input cannot be set
     """
     if path is None:
@@ -393,7 +393,7 @@ def design_of(
     settings: Mapping[str, Value] | None = None,
     folder: Path | str = "",
 ) -> Design:
-    """Return the design of a parsed document in `folder`; see `load_design`."""
+    """Return the design of a parsed TOML document in `folder`; see `load_design`."""
     table = document.get("refine")
     refine = None if table is None else Refine.read(table, "[refine]")
     first = first_inputs(document, refine, settings or {})
@@ -424,7 +424,7 @@ def design_of(
 
 
 def _anchored(rows: Table, folder: Path | str) -> Table:
-    """Return settings in which paths of engine files start from a folder."""
+    """Return settings in which relative paths of engine files start at `folder`."""
     if FILE not in rows.names:
         return rows
     return rows.mapped(
@@ -443,7 +443,7 @@ def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
 
 
 def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
-    """Refuse to set a swept input for all cases."""
+    """Raise InputError if an input is both swept and set for all cases."""
     clash = set(swept) & set(names)
     if clash:
         msg = f"{what} {min(clash)}: the campaign sweeps this input"

@@ -18,8 +18,8 @@ from hpcwhirl.scene.campaign_tables import MOST_LEVELS, Refine
 from hpcwhirl.scene.files import check_kept, full_name, is_number
 from hpcwhirl.scene.quantities import WHOLE
 
-SAME = 1e-9  # relative: a resolution that is reached but for round-off is reached
-CLOSEST = 1e-9  # relative difference of two values of an input
+SAME = 1e-9  # relative round-off allowed when a resolution is reached
+CLOSEST = 1e-9  # least relative difference of two values of an input
 Listed = Mapping[str, Sequence[Any]]
 
 
@@ -37,7 +37,7 @@ def first_inputs(
     Raises
     ------
     InputError
-        where one of `settings` or a preset of [solver] would be overridden
+        if it would override one of `settings` or a preset of [solver]
     """
     if refine is None or refine.first is None:
         return {}
@@ -54,7 +54,7 @@ def first_inputs(
 
 
 class Coarse(Protocol):
-    """Part of a coarse design that its refinement needs."""
+    """The part of a coarse design that its refinement needs."""
 
     @property
     def base(self) -> Scene:
@@ -81,15 +81,15 @@ def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) 
 
     Parameters
     ----------
-    design : of the coarse level
-    table : [refine]
+    design : design of the coarse level
+    table : table [refine]
     grid : {dotted input: values} of [sweep]
     listed : cases of [[cases]]
 
     Raises
     ------
     InputError
-        naming the key, what it got and what is allowed
+        naming the key, its value and what is allowed
     """
     if listed:
         msg = "[refine] has no cells between the cases of [[cases]]: use [sweep]"
@@ -173,7 +173,7 @@ def _bisections(
 ) -> int:
     """Return the number of bisections of an interval down to a resolution.
 
-    On a logarithmic scale that is the relative step: 0.01 is one percent.
+    On a logarithmic scale the resolution is a relative step: 0.01 is one percent.
     """
     width = high - low
     if scale == "log":
@@ -186,7 +186,7 @@ def _bisections(
 
 
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
-    """Refuse levels with broken whole numbers, or values equal but for round-off."""
+    """Refuse levels that break up whole numbers or reach the size of round-off."""
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
         if name in WHOLE and step != step.to_integral_value():
@@ -206,7 +206,7 @@ def _budget(
     Parameters
     ----------
     given : {cases = N} or {core_hours = H}
-    design, rule : of the campaign
+    design, rule : design and rule of the campaign
     """
     if not given:
         return ()

@@ -1,12 +1,12 @@
 """[sample]: draws of inputs by their distributions, at each point of a sweep.
 
-Every point gets the same draws, so that points differ by what was swept alone. All
-methods but `latin_hypercube` can be continued: a larger `count` keeps the earlier
-draws. With `saltelli` each of `count` draws is a pair A, B of independent
-ones, and for each sampled input a copy of A with this input of B (Saltelli et al.,
-Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
+Every point gets the same draws, so that points differ only by the swept inputs. All
+methods except `latin_hypercube` can be continued: a larger `count` keeps the earlier
+draws. With `saltelli`, each of the `count` draws consists of a pair A, B of independent
+draws and, for each sampled input, a copy of A with this input taken from B (Saltelli et
+al., Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
 
-A directory stores the draws. A continued campaign uses these, even if another version
+The directory stores the draws. A continued campaign uses these, even if another version
 of SciPy would draw differently.
 """
 
@@ -35,23 +35,23 @@ BLADES = "engine.rotor.blades"
 
 
 class Sample(SampleTable):
-    """The draws that the table [sample] asks for."""
+    """The table [sample], and the draws that follow from it."""
 
     @property
     def each(self) -> int:
-        """Cases at each point."""
+        """Number of cases at each point of the sweep."""
         width = len(self.laws) + 2 if self.method == SALTELLI else 1
         return self.tuned + self.count * width
 
     def plan(self) -> dict[str, Any]:
-        """Return the part that draws depend on, which the directory keeps."""
+        """Return the entries on which draws depend, as stored in the directory."""
         laws = {name: law.model_dump() for name, law in self.laws.items()}
         found = {"method": self.method, "seed": self.seed, "inputs": laws}
         found |= {"count": self.count} if self.method == LATIN else {}
         return found | ({TUNED: True} if self.tuned else {})
 
     def draws(self, blades: int) -> Axis:
-        """Return the draws, of an engine of so many blades."""
+        """Return the draws for an engine with this number of blades."""
         widths = [blades if takes_list(name) else 1 for name in self.laws]
         if self.method != SALTELLI:
             found = self._axis(self._unit(sum(widths)), widths)
@@ -65,11 +65,11 @@ class Sample(SampleTable):
             mixed = one.copy()
             mixed[:, a:b] = other[:, a:b]
             blocks.append(mixed)
-        together = np.stack(blocks, axis=1)  # a pair and its mixtures follow each other
+        together = np.stack(blocks, axis=1)  # a pair is followed by its mixtures
         return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
-        """Return points of the unit cube, (count, size)."""
+        """Return the points of the design of draws in the unit cube, (count, size)."""
         from scipy.stats import qmc
 
         if self.method == "random":
@@ -88,12 +88,12 @@ class Sample(SampleTable):
 
 
 def sample_of(document: Mapping[str, Any]) -> Sample | None:
-    """Return the table [sample] of a document, checked; None where there is none.
+    """Return the checked table [sample] of a document; None if there is none.
 
     Raises
     ------
     InputError
-        naming the key, what it got and what is allowed
+        naming the key, its value and what is allowed
     """
     if SAMPLE not in document:
         return None
@@ -106,12 +106,12 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
 
 
 def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
-    """Return the settings of all cases: of each point of a sweep, every draw.
+    """Return the settings of all cases: every draw at each point of the sweep.
 
     Raises
     ------
     InputError
-        where an input is swept, too, or the cases are too many
+        if a drawn input is swept, too, or if there are too many cases
     """
     if sample is None:
         return rows
@@ -143,7 +143,7 @@ def _check_twin(sample: Sample, base: Scene) -> None:
 
 
 def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
-    """Refuse a design with an invalid scene; name the draw if it was drawn."""
+    """Raise InputError if a scene of a design is invalid, naming the draw, if any."""
     many = Many(base, rows)
     try:
         many.check()

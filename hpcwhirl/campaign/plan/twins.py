@@ -1,8 +1,8 @@
 """Perturbed twins of cases, by which the certainty of a regime is estimated.
 
 A twin is its case with uncertain inputs multiplied by 1 + spread u. The number u,
-uniform in -1 .. 1, is a function of the case's inputs (`identity`), the number of the
-twin, the name of the input and the seed alone, so that a twin is the same wherever and
+uniform in -1 .. 1, depends only on the case's inputs (`identity`), the number of the
+twin, the name of the input and the seed, so that a twin is the same wherever and
 whenever it is computed.
 """
 
@@ -19,25 +19,29 @@ from hpcwhirl.scene.campaign_tables import TwinsTable
 from hpcwhirl.scene.table import Table, listed
 
 CHAOS = "output.chaos"
-# as in a scene of nothing but defaults
+# inputs that count as having their defaults
 ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
 ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
 ASIDE |= {CHAOS: flatten(Scene())[CHAOS]}
-BITS = 53  # of a double's fraction
+BITS = 53  # of the significand of a double
 
 
 class Twins(TwinsTable):
-    """The twins that the table [twins] asks for."""
+    """The table [twins], and the twins that follow from it."""
 
     @property
     def is_late(self) -> bool:
-        """Whether the twins of a grid follow from the regimes of all its cases."""
+        """Whether the twins of a grid are chosen by the regimes of all its cases."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
-        """Return a twin, 1 .. count, of a case; it keeps no traces.
+        """Return the scene of a twin of a case; it keeps no traces.
 
-        content : digest of its engine's file, see `scene.digest`
+        Parameters
+        ----------
+        scene : the case
+        content : digest of its engine file, see `scene.digest`
+        number : number of the twin, 1 .. count
         """
         values, motion = flatten(scene), identity(scene, content)
         changed: dict[str, Any] = {"output.traces": "summary", CHAOS: 0.0}
@@ -50,10 +54,10 @@ class Twins(TwinsTable):
 def identity(scene: Scene, content: str) -> str:
     """Return the digest of a case from which the perturbations of its twins are drawn.
 
-    Inputs that say how long undecided cases go on and which traces are kept do not
-    change it, so that a case with other values of them has the same twins.
+    Inputs that set how long undecided cases continue and which traces are kept have no
+    influence, so that a case with other values of them has the same twins.
 
-    content : digest of its engine's file, see `scene.digest`
+    content : digest of its engine file, see `scene.digest`
     """
     return digest(apply_settings(scene, ASIDE), content)
 
@@ -63,10 +67,10 @@ def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
 
     Parameters
     ----------
-    motion : of the case, see `identity`
-    number : of the twin, 1 .. count
+    motion : digest of the case, see `identity`
+    number : number of the twin, 1 .. count
     name : dotted name of the input
-    seed : that of the table [twins]
+    seed : seed of the table [twins]
     """
     told = f"{motion} {number} {name}" + (f" {seed}" if seed else "")
     found = hashlib.sha256(told.encode()).digest()
@@ -75,12 +79,12 @@ def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
 
 
 def twins_of(document: Mapping[str, Any]) -> Twins | None:
-    """Return the table [twins] of a document; None where it has none.
+    """Return the table [twins] of a document; None if it has none.
 
     Raises
     ------
     InputError
-        naming the key, what it got and what is allowed
+        naming the key, its value and what is allowed
     """
     if "twins" not in document:
         return None
@@ -109,5 +113,5 @@ def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
 
 
 def twins_of_plan(plan: Mapping[str, Any]) -> Twins | None:
-    """Return the twins of a plan; None where it has none."""
+    """Return the twins of a plan; None if it has none."""
     return Twins(**plan) if plan else None
