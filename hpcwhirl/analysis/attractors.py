@@ -1,10 +1,10 @@
-"""Motions on which runs end, told apart by numbers of their windows.
+"""Attractors: the motions on which runs end, distinguished by numbers of their windows.
 
 At each point of a sweep the sustained and the divergent cases are grouped by features:
-radius of the orbit, strongest line in the static frame, sense of whirl, energy, loss,
-growth (as by `GroupViaClustering` of Attractors.jl; Datseris and Wagemakers, Chaos 32,
-2022, doi:10.1063/5.0076568). Attractors of neighbouring points that have the same
-regime and close features share a number.
+orbit radius, strongest line in the static frame, sense of whirl, energy, loss, growth
+(like `GroupViaClustering` of Attractors.jl; Datseris and Wagemakers, Chaos 32, 2022,
+doi:10.1063/5.0076568). Attractors of neighbouring points with the same regime and
+similar features share a number.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
-FARTHEST = 10.0  # tolerances by which an attractor may change from point to point
-LEAST = 1e-300  # of what a logarithm is taken of
+FARTHEST = 10.0  # largest change of an attractor between points, in tolerances
+LEAST = 1e-300  # smallest number whose logarithm is taken
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A number by which attractors differ.
+    """A number by which attractors are distinguished.
 
     Attributes
     ----------
     name : variable of the results
-    tolerance : difference that means anything, see `clusters`
-    over : variable whose largest size it is divided by, "" for none
+    tolerance : smallest significant difference, see `clusters`
+    over : variable by whose largest size it is divided, "" for none
     log : whether its logarithm is taken, so that the tolerance is relative
     """
 
@@ -49,7 +49,7 @@ class Feature:
     log: bool = False
 
     def of(self, data: xarray.Dataset) -> Floats:
-        """Return the feature of all cases in tolerances, (cases,); 0 if not finite."""
+        """Return the feature of each case over its tolerance, (cases,), finite."""
         value = np.asarray(data[self.name].to_numpy(), dtype=float)
         if self.over:
             value = value / max(np.abs(data[self.over].to_numpy()).max(), LEAST)
@@ -63,8 +63,8 @@ WHIRLS = (
     Feature("whirl_ratio", 0.2),
 )
 RADIUS = Feature("orbit_radius", 0.1, "gap_scale", log=True)
-PERIOD = Feature("period", 0.5)  # of results with `output.chaos`; 0 if not periodic
-FEATURES = {  # of the regimes that are told apart
+PERIOD = Feature("period", 0.5)  # only with `output.chaos`; 0 if not periodic
+FEATURES = {  # {regime with several attractors: features}
     "sustained": (
         RADIUS,
         *WHIRLS,
@@ -78,15 +78,15 @@ FEATURES = {  # of the regimes that are told apart
 
 @dataclass
 class Known:
-    """Attractors met so far: regime and features of each, by number."""
+    """Attractors found so far: regime and features of each, by number."""
 
     regime: list[str] = field(default_factory=list)
     at: list[Floats] = field(default_factory=list)
 
     def numbered(self, regime: str, found: Sequence[Floats]) -> list[int]:
-        """Return the numbers of attractors of one point; new ones are added.
+        """Return the numbers of the attractors of one point; new attractors are added.
 
-        found : features of each, those met by most starts first
+        found : features of each, those reached by most starts first
         """
         from scipy.optimize import linear_sum_assignment
 
@@ -110,15 +110,15 @@ class Known:
 def attractors(data: xarray.Dataset, point: Ints) -> Words:
     """Return the name of the attractor of each case, (cases,).
 
-    ``A1 sustained``, ``A2 divergent``, ...; ``damped`` and ``undecided`` stand for
-    themselves, "" for a case without a regime. Fewer than three starts that lie apart
-    count for the attractor next to them.
+    Names are ``A1 sustained``, ``A2 divergent``, ...; ``damped`` and ``undecided`` stay
+    as they are, and "" stands for a case without a regime. Groups of fewer than three
+    starts count for the nearest attractor.
 
     Parameters
     ----------
-    data : of `open_results`
-    point : (cases,), number of the point of the sweep at which attractors are compared;
-        points follow each other by these numbers
+    data : results from `open_results`
+    point : (cases,), number of the case's point of the sweep; attractors are followed
+        from point to point in the order of these numbers
     """
     word = words(data["regime"])
     name = np.where(np.isin(word, [*REGIMES]), word, "").astype("<U24")
@@ -135,7 +135,7 @@ def attractors(data: xarray.Dataset, point: Ints) -> Words:
 def _groups(
     data: xarray.Dataset, word: Words, point: Ints
 ) -> Iterator[tuple[NDArray[np.intp], str, Floats]]:
-    """Yield the cases of each point and regime that is told apart, and features."""
+    """Yield (cases, regime, features) of each point and regime with attractors."""
     features = {regime: _features(data, own) for regime, own in FEATURES.items()}
     order = np.argsort(point, kind="stable")
     ends = np.flatnonzero(np.diff(point[order])) + 1
@@ -147,9 +147,9 @@ def _groups(
 
 
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
-    """Return the features of all cases in tolerances, (cases, features).
+    """Return the features of all cases over their tolerances, (cases, features).
 
-    Where the centre does not whirl, its radius and lines are those of round-off: 0.
+    Features of the centre are 0 where it does not whirl, since they are round-off then.
     """
     features = [feature for feature in features if feature.name in data]
     found = np.column_stack([feature.of(data) for feature in features])

@@ -1,10 +1,10 @@
-"""Basins: how many starts of a run end on each motion, and how mixed they are.
+"""Basins: the share of starts that end on each motion, and how mixed these starts are.
 
-A start is what sets a run going and changes no equation after it: `STARTS`. Where such
-inputs are drawn by [sample], a basin's fraction has the interval of a share of
-independent draws; where they are swept, the starts form a grid, on which boxes tell the
-basin entropy (Daza, Wagemakers, Georgeot, Guéry-Odelin, Sanjuán, Scientific Reports 6,
-2016, 31416, doi:10.1038/srep31416).
+A start is a set of values of the inputs `STARTS`, which set a run going but do not
+change its equations afterwards. If such inputs are drawn by [sample], the share of a
+basin has the confidence interval of independent draws; if they are swept, the starts
+form a grid, whose boxes give the basin entropy (Daza, Wagemakers, Georgeot,
+Guéry-Odelin, Sanjuán, Scientific Reports 6, 2016, 31416, doi:10.1038/srep31416).
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 STARTS = ("force", "pulse", "nodal_diameter", "direction", "unbalance_phase")
-APART = ("nodal_diameter", "direction")  # whose values are no neighbours of each other
+APART = ("nodal_diameter", "direction")  # inputs whose values have no order
 BY = ("regime", "attractor")
 BOX = 5  # starts along each side of a box, as in the paper
 MEASURES = {
     "entropy": "Shannon entropy of the fractions, natural logarithm",
     "basin_entropy": "S_b: mean entropy of boxes of starts, natural logarithm",
-    "boundary_entropy": "S_bb: the same of boxes with more than one motion",
+    "boundary_entropy": "S_bb: mean entropy of boxes with several motions",
     "boxes": "boxes of starts",
 }
 
@@ -47,11 +47,11 @@ class Starts:
 
     Attributes
     ----------
-    inputs : variables that differ between the starts of a point
-    drawn : whether they were drawn, not swept
-    swept : variables of the other swept inputs
+    inputs : names of the variables that differ between the starts of a point
+    drawn : whether they were drawn instead of swept
+    swept : names of the other swept inputs' variables
     point : (cases,), number of the point of the sweep
-    chosen : (cases,), which cases count: of dependent draws, the independent ones
+    chosen : (cases,), which cases count: all, or the independent draws
     """
 
     inputs: tuple[str, ...]
@@ -67,8 +67,8 @@ def starts_of(data: xarray.Dataset) -> Starts:
     Raises
     ------
     InputError
-        where no start differs, another input was drawn, the map was refined, or
-        it is one of branches
+        if all starts are equal, another input was drawn, the map was refined, or the
+        campaign has branches
     """
     swept = swept_of(data)
     if "final" in data:
@@ -76,7 +76,7 @@ def starts_of(data: xarray.Dataset) -> Starts:
         raise InputError(msg + "[sweep] or [sample] for basins")
     if "branch" in swept:
         msg = "cases of [branch] begin where others have ended, not with their own "
-        raise InputError(msg + "pulse: hpcwhirl manual branches tells what lists them")
+        raise InputError(msg + "pulse: hpcwhirl manual branches says what lists them")
     if is_sampled(data):
         drawn = drawn_of(data)
         other = sorted({*drawn.inputs} - {*STARTS})
@@ -98,7 +98,7 @@ def starts_of(data: xarray.Dataset) -> Starts:
 def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
     """Return the number of each case's combination of swept inputs, (cases,).
 
-    Numbers ascend with the first input, then the next one; texts with their order.
+    Points are sorted by the first input, then the next one; texts by occurrence.
     """
     columns = []
     for name in swept:
@@ -116,28 +116,26 @@ def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
 def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.Dataset:
     """Return the share of starts that end on each motion, at each point of a sweep.
 
-    Cases without a regime, failed or unstable, are counted in `lost` and in no share.
+    Cases without a regime, failed or unstable, count only in `lost`.
 
     Parameters
     ----------
-    data : results of `open_results`, of a campaign whose starts differ
+    data : results from `open_results`, of a campaign whose starts differ
     by : "regime", or "attractor" for those of `attractors`
-    box : starts along each side of a box; along `nodal_diameter` and `direction` it
-        has one
+    box : number of starts along each side of a box; always 1 along `nodal_diameter` and
+        `direction`
 
-    Returns
-    -------
-    xarray.Dataset over `point`, with the other swept inputs as coordinates, and over
-    `regime` or `attractor`: `share`, `share_low`, `share_high` (Wilson's 95 % interval;
-    of a grid as if its starts had been drawn), `count`; by attractor also the medians
-    `orbit_radius` and `line_frequency`; over `point` alone `cases`, `lost`, `entropy`
-    and, where starts form a grid, `basin_entropy`, `boundary_entropy`, `boxes`. The
-    motion of each case is in `motion`, over `case`
+    Returns ------- xarray.Dataset over `point`, with the other swept inputs as
+    coordinates, and over `regime` or `attractor`: `share`, `share_low`, `share_high`
+    (Wilson's 95 % interval, for a grid as if its starts had been drawn), `count`; by
+    attractor also the medians `orbit_radius` and `line_frequency`; over `point` only
+    `cases`, `lost`, `entropy` and, if starts form a grid, `basin_entropy`,
+    `boundary_entropy`, `boxes`. `motion` has the motion of each case, over `case`
 
     Raises
     ------
     InputError
-        where no start differs, another input was drawn, or the map was refined
+        if all starts are equal, another input was drawn, or the map was refined
     """
     if by not in BY:
         raise unknown("motions by", by, BY)
@@ -182,7 +180,7 @@ def in_order(word: NDArray[np.str_]) -> list[str]:
 
 
 def entropy(count: NDArray[Any]) -> Floats:
-    """Return the entropy -sum p ln p of counts along their last axis; NaN of none."""
+    """Return the entropy -sum p ln p of counts along their last axis; NaN for none."""
     from scipy.stats import entropy as of
 
     total = count.sum(axis=-1)
@@ -212,7 +210,7 @@ def _with_medians(
 def _boxed(
     data: xarray.Dataset, starts: Starts, word: NDArray[np.str_], box: int
 ) -> dict[str, Any]:
-    """Return the measures of boxes of a grid of starts at each point, (points,)."""
+    """Return {measure: (points,)} from boxes of the grid of starts at each point."""
     rows = []
     for point in np.unique(starts.point):
         own = np.flatnonzero(starts.point == point)
@@ -229,7 +227,7 @@ def _boxed(
 def _grid(
     data: xarray.Dataset, inputs: Sequence[str], word: NDArray[np.str_]
 ) -> NDArray[np.str_] | None:
-    """Return the motions of a point over its starts, (n1, n2, ...); None if no grid."""
+    """Return the motions of a point over its grid of starts; None if there is none."""
     places = [np.unique(data[n].to_numpy(), return_inverse=True) for n in inputs]
     shape = tuple(len(known) for known, _ in places)
     number = np.ravel_multi_index([own for _, own in places], shape)
@@ -245,20 +243,21 @@ def basin_entropy(
 ) -> tuple[float, float, int]:
     """Return basin entropy, boundary basin entropy, and number of boxes.
 
-    S_b = (1/N) sum_i S_i and S_bb = (1/N_b) sum_i S_i over the N_b boxes with more than
-    one motion, S_i = -sum_j p_ij ln p_ij (Daza et al. 2016). Where
-    S_bb > ln 2 a boundary is fractal. Of few starts a box S_i is too small, by about
-    (motions - 1)/(2 starts).
+    S_b = (1/N) sum_i S_i over all N boxes, and S_bb = (1/N_b) sum_i S_i over the N_b
+    boxes with more than one motion, with S_i = -sum_j p_ij ln p_ij (Daza et al. 2016).
+    S_bb > ln 2 means that a boundary is fractal. With few starts in a box, S_i is too
+    small by about (motions - 1)/(2 starts).
 
     Parameters
     ----------
-    motion : motions on a grid of starts, any number of axes; "" for none
-    sides : starts along each side of a box; what is left over at the end of an axis
-        belongs to no box
+    motion : motions on a grid of starts with any number of axes; "" for none
+    sides : number of starts along each side of a box; starts left over at the end of an
+        axis belong to no box
 
     Returns
     -------
-    NaN, NaN, 0 if the grid is smaller than a box; S_bb is 0 without a boundary
+    S_b, S_bb and the number of boxes; NaN, NaN, 0 if the grid is smaller than a box;
+    S_bb is 0 without a boundary
     """
     whole = [n // side for n, side in zip(motion.shape, sides, strict=True)]
     if not all(whole):

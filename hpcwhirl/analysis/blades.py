@@ -1,4 +1,4 @@
-"""How far each blade moves: amplitude, peak, localisation."""
+"""Motion of the single blades: amplitude, peak, localisation."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ Floats = NDArray[np.float64]
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     """Return the quantities of `scene.quantities.BLADES`; {} if samples are too few.
 
-    The amplitude is the rms about the mean: it needs no sample at a crest and excludes
-    a steady deflection; of harmonic motions it is proportional to the peak amplitude.
+    The amplitude is the rms about the mean: it does not require a sample at a crest,
+    and excludes a steady deflection; for harmonic motion it is proportional to the
+    peak.
     Blades at rest have amplitude 0 and localisation 1.
 
     Parameters
     ----------
     time : (n,), s
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) for none
-    start : s, time from which on amplitudes are taken
+    start : s, time from which amplitudes are taken
     """
     if not len(tips):
         return {}
@@ -48,8 +49,9 @@ def blade_amplitudes(tips: Floats) -> Floats:
 def localisation(size: Floats) -> float:
     """Return the localisation N sum a^4 / (sum a^2)^2 of blade amplitudes a, (N,).
 
-    N times the inverse participation ratio of the blades' energies: 1 if all blades
-    move alike, N if one moves alone, 1.5 for a standing wave of a tuned wheel.
+    It is N times the inverse participation ratio of the blades' energies: 1 if all
+    blades have equal amplitudes, N if only one moves, 1.5 for a standing wave of a
+    tuned wheel.
     """
     largest = size.max()
     if not largest > 0.0:

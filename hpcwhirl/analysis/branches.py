@@ -1,9 +1,9 @@
-"""Branches of a campaign with [branch]: their words, where they end, where they differ.
+"""Branches of a campaign with [branch]: their words, where they change and differ.
 
-Along a branch each case begins where the one before has ended. Where the word changes
-between two of them, the motion that was followed is lost: at a fold, or where it loses
-its stability. Two branches with other words at the same point are two motions that live
-there side by side: hysteresis.
+Along a branch each case begins with the last state of the case before. Where the word
+changes between two cases, the motion that was followed ends, at a fold or where it
+becomes unstable. If two branches have different words at one point, two motions coexist
+there: hysteresis.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ ASIDE = ("branch", "history")
 
 @dataclass(frozen=True)
 class Branch:
-    """Cases of one branch, in the order in which they follow one another.
+    """Cases of one branch, in the order in which they were integrated.
 
     Attributes
     ----------
     name : up or down, and where it begins
     others : {swept input: value} that its cases share
-    cases : their numbers
-    values : of the input that varies, SI
-    words : of each case
+    cases : numbers of the cases
+    values : value of the input that varies, SI, for each case
+    words : word of each case
     radii : orbit radius of each case, m
     """
 
@@ -47,14 +47,15 @@ class Branch:
 
 
 class Fold(NamedTuple):
-    """Where the word of a branch changes.
+    """A change of word along a branch.
 
     Attributes
     ----------
-    branch : whose
-    last, first : values of the last case with the word, and of the first with another
-    word, following : both words
-    radius : orbit radius of the last case with the word, m
+    branch : the branch
+    last, first : values of the last case with a word, and of the next case, which has
+        another word
+    word, following : words of these two cases
+    radius : orbit radius of the former case, m
     """
 
     branch: Branch
@@ -83,12 +84,12 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return the short names of the swept inputs that tell cases of branches apart."""
+    """Return the short names of the swept inputs that distinguish cases of branches."""
     return "branch", varied_by(results).rsplit(".", 1)[-1]
 
 
 def bundles_of(results: Results) -> list[list[int]]:
-    """Return the finished cases of branches that share all other inputs, together."""
+    """Return the finished cases, grouped by all inputs that branches may share."""
     done, bundles = {*results.finished()}, dict[str, list[int]]()
     for branch in branches_of(results)[1]:
         cases = [case for case in branch.cases if case in done]
@@ -99,9 +100,9 @@ def bundles_of(results: Results) -> list[list[int]]:
 def branches_of(
     results: Results, only: Sequence[int] | None = None
 ) -> tuple[str, list[Branch]]:
-    """Return the input that varies along branches, by its full name, and the branches.
+    """Return the full name of the input that varies along branches, and the branches.
 
-    only : cases of the branches to return; None: all
+    only : cases whose branches are returned; None: all
 
     Raises
     ------
@@ -129,7 +130,7 @@ def _branch(results: Results, over: str, cases: list[int]) -> Branch:
 
 
 def folds_of(branch: Branch) -> list[Fold]:
-    """Return where the word of a branch changes, in its order."""
+    """Return the changes of word along a branch, in its order."""
     pairs = zip(branch.words, branch.words[1:], strict=False)
     at = [place for place, (a, b) in enumerate(pairs) if a != b]
     return [
@@ -146,9 +147,9 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return at how many points words of branches differ, and how many have several.
+    """Return the number of points where words differ, and of those with branches.
 
-    A point is a value of the input that varies, with the same other inputs.
+    A point is a value of the input that varies together with fixed other inputs.
     """
     points: dict[tuple[str, float], list[str]] = {}
     for branch in branches:

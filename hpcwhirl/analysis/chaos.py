@@ -1,10 +1,10 @@
 """Chaos of a motion: largest Lyapunov exponent, period number, 0-1 test.
 
 The exponent is measured by twins of the full motion (Benettin, Galgani and Strelcyn
-1976, Phys. Rev. A 14:2338): a reference and a twin a small distance away march side by
-side; at equal intervals the growth of the distance is noted and the twin is drawn back
-to the first distance along the line between both. Nothing is linearised, so that the
-jumps of a motion with contact need no care of their own.
+1976, Phys. Rev. A 14:2338): a reference and a twin, a small distance away, are
+integrated side by side. At equal intervals the growth of the distance is recorded, and
+the twin is moved back to the initial distance along the line between both. Nothing is
+linearised, so that velocity jumps at contacts need no special treatment.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-ROUND_OFF = 2.0**-52  # distance that counts as the least one, relative
-BLOCKS = 10  # blocks of the growths, whose means give the interval of an exponent
-SHARE = 0.95  # share of intervals that cover the exponent
+ROUND_OFF = 2.0**-52  # smallest distance that counts, relative
+BLOCKS = 10  # blocks of growths whose means give the interval of an exponent
+SHARE = 0.95  # confidence level of the interval
 FEWEST = 2 * BLOCKS  # growths below which there is no interval
 LONGEST = 32  # longest period looked for, revolutions
-RETURNS = 3  # times that a motion must return at least
-EXACT = 1e-3  # distance of a return that counts as none
+RETURNS = 3  # least number of returns for a period
+EXACT = 1e-3  # distance of a return that counts as zero
 ANGLES = 100  # angles c of the 0-1 test
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 class Twins(Protocol):
-    """A reference and its twin, which march side by side."""
+    """A reference and its twin, which are integrated side by side."""
 
     def advance(self) -> float:
-        """March both by one interval; return their distance over the motion's size."""
+        """Integrate both by one interval; return their distance over the motion."""
 
     def draw(self, factor: float) -> None:
         """Set the twin to reference + factor (twin - reference)."""
@@ -42,8 +42,8 @@ class Exponent(NamedTuple):
 
     Attributes
     ----------
-    rate : unit of 1 / interval
-    error : half the width of its interval, which covers it in the share `SHARE`
+    rate : the exponent, in the unit of 1 / interval
+    error : half the width of its confidence interval of level `SHARE`
     """
 
     rate: float
@@ -53,14 +53,15 @@ class Exponent(NamedTuple):
 def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
     """Return ln(distance / delta) of each of `count` intervals, (count,).
 
-    A distance of 0, or below round-off, counts as `ROUND_OFF`: the growth is then a
-    bound from above.
+    A distance of 0, or below round-off, counts as `ROUND_OFF`, so that the growth is an
+    upper bound then.
 
     Parameters
     ----------
-    twins : a distance `delta` apart
+    twins : reference and twin, a distance `delta` apart
     delta : distance over the motion's size, above round-off and in the linear range
-    settle : intervals before these, in which the twin turns to the direction that grows
+    settle : number of intervals before these, in which the twin turns into the fastest
+        growing direction
     """
     out = np.zeros(settle + count)
     for i in range(len(out)):
@@ -74,12 +75,12 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 def exponent(growth: Floats, interval: float) -> Exponent:
     """Return the exponent of growths and its interval by batch means.
 
-    The mean of each of `BLOCKS` blocks counts as drawn independently: a block must be
-    longer than the memory of the motion. NaN where there are fewer than `FEWEST`.
+    The means of the `BLOCKS` blocks count as independent, so a block must be longer
+    than the correlation time of the motion. NaN for fewer than `FEWEST` growths.
 
     Parameters
     ----------
-    growth : (n,), of `growths`
+    growth : (n,), result of `growths`
     interval : s, or 1 for an exponent per interval
 
     Source: Schmeiser 1982, Oper. Res. 30:556 (batch means); Student's t
@@ -97,16 +98,16 @@ def exponent(growth: Floats, interval: float) -> Exponent:
 
 
 def returns(section: Floats) -> tuple[int, float]:
-    """Return (n, distance): after n points the section returns to within a distance.
+    """Return (n, distance): the period n of a section, and how exactly it returns.
 
-    Points that are n apart are compared over the whole section, each with the mean of
-    those that it returns to, so that a closed curve, to which a point nearly returns,
-    is not taken for a period. n is the least whose distance is nearly the smallest of
-    all: within twice of it and `EXACT`. (0, inf) for fewer than `RETURNS` points.
+    Every point is compared with the mean of all points that are multiples of n away, so
+    that a closed curve, on which a point nearly returns, is not taken for a period. n
+    is the smallest period whose distance is nearly the least of all: at most twice the
+    least one, or `EXACT`. (0, inf) for fewer than `RETURNS` points.
 
     Parameters
     ----------
-    section : (points, m), one point a revolution, each column over its own scale
+    section : (points, m), one point per revolution, each column over its own scale
     """
     most = min(LONGEST, len(section) // RETURNS)
     if most < 1:
@@ -117,7 +118,7 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return the largest distance of a point from the mean of every n-th."""
+    """Return the largest distance of a point from the mean of every n-th point."""
     rows = len(section) // n
     turns = section[len(section) - rows * n :].reshape(rows, n, -1)
     away = turns - turns.mean(axis=0)
@@ -125,17 +126,18 @@ def _spread(section: Floats, n: int) -> float:
 
 
 def zero_one(values: Floats) -> float:
-    """Return K of the 0-1 test for chaos: near 0 of a regular motion, 1 of a chaotic.
+    """Return K of the 0-1 test for chaos: near 0 for regular motion, near 1 for chaos.
 
-    The values, less their mean, drive a walk in the plane at an angle c a step. Of a
-    chaotic motion it diffuses, and its mean square displacement M_c(n) grows as n; of a
-    regular one it is bounded. K is the median over c of the correlation of n with M_c.
-    The angles are those of a golden section of (pi/5, 4 pi/5), the same in each call.
-    NaN for fewer than 40 values.
+    The values, less their mean, drive a walk in the plane that turns by an angle c per
+    step. For a chaotic motion the walk diffuses, and its mean square displacement
+    M_c(n) grows like n; for a regular motion it is bounded. K is the median over c of
+    the correlation of n with M_c. The angles divide (pi/5, 4 pi/5) by the golden
+    section and are the same in each call. NaN for fewer than 40 values.
 
     Parameters
     ----------
-    values : (N,), one a revolution: close samples of a smooth motion look regular
+    values : (N,), one value per revolution, since denser samples of a smooth motion
+        look regular
 
     Source: Gottwald and Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8:129, Sec. 3
     """

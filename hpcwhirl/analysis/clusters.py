@@ -1,10 +1,10 @@
-"""Groups of points that lie apart: clusters by single linkage, or just one.
+"""Clusters of points that are clearly separated, by single linkage; else one cluster.
 
-Single linkage (`scipy.cluster.hierarchy`) joins what no gap parts, so that it follows
-clusters of any shape; scattered points at the rim of one are joined to it and make no
-cluster. A partition counts only if its mean silhouette is "strong" (Kaufman and
-Rousseeuw, Finding Groups in Data, 1990, Table 4: above 0.7) and if any two clusters
-differ by more than a given tolerance; otherwise all points are one cluster.
+Single linkage (`scipy.cluster.hierarchy`) joins points that no gap separates, so that
+it follows clusters of any shape; scattered points at the rim of a cluster are joined to
+it and form none themselves. A partition counts only if its mean silhouette is "strong"
+(Kaufman and Rousseeuw, Finding Groups in Data, 1990, Table 4: above 0.7) and if any two
+clusters differ by more than a given tolerance; otherwise all points are one cluster.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 STRONG = 0.7  # least mean silhouette
-FEWEST = 3  # points of a cluster
-MOST = 2000  # points whose distances are taken; others join the nearest
-WIDER = 2.5  # least gap between clusters, over the widest one inside
-CUTS = 12  # partitions tried, those of the widest gaps
+FEWEST = 3  # least number of points of a cluster
+MOST = 2000  # points whose distances are computed; others join the nearest one
+WIDER = 2.5  # least gap between clusters, over the widest gap inside a cluster
+CUTS = 12  # number of partitions tried, those at the widest gaps
 NORMAL = 1.4826  # standard deviation over median absolute deviation, normal law
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 
 def clusters(features: Floats) -> Ints:
-    """Return the cluster of each point, (n,), numbered from 0 by falling size.
+    """Return the cluster of each point, (n,), numbered from 0 by decreasing size.
 
     Parameters
     ----------
-    features : (n, d), each in units of the smallest difference that means anything
+    features : (n, d), each in units of its smallest significant difference
     """
     count = len(features)
     if count < 2 * FEWEST:
@@ -41,7 +41,7 @@ def clusters(features: Floats) -> Ints:
 
 
 def _parted(scaled: Floats, features: Floats) -> Ints:
-    """Return the best partition, (n,), or all zeros where none is good enough."""
+    """Return the labels of the best partition, (n,), zeros if none is good enough."""
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial.distance import pdist, squareform
 
@@ -62,10 +62,10 @@ def _parted(scaled: Floats, features: Floats) -> Ints:
 
 
 def _gaps(tree: Floats) -> Floats:
-    """Return the heights of merges that may part clusters, the widest first.
+    """Return the heights in the tree at which clusters may be separated, widest first.
 
-    Both parts are large enough, and the gap between them is wider than `WIDER` times
-    any gap inside.
+    At such a height both parts are large enough, and the gap between them is more than
+    `WIDER` times any gap inside them.
     """
     count = len(tree) + 1
     size = np.concatenate([np.ones(count), tree[:, 3]])
@@ -77,9 +77,13 @@ def _gaps(tree: Floats) -> Floats:
 
 
 def _joined(scaled: Floats, core: Ints, labels: Ints) -> Ints:
-    """Return the label of every point: that of the nearest one of the core.
+    """Return the label of every point, (n,): that of the nearest core point.
 
-    scaled : (n, d); core : (m,), indices; labels : (m,), theirs
+    Parameters
+    ----------
+    scaled : (n, d), all points
+    core : (m,), indices of the core points
+    labels : (m,), labels of the core points
     """
     from scipy.spatial import cKDTree
 
@@ -92,7 +96,7 @@ def _joined(scaled: Floats, core: Ints, labels: Ints) -> Ints:
 
 
 def _differ(features: Floats, labels: Ints) -> bool:
-    """Return whether the medians of any two clusters lie more than 1 apart."""
+    """Return whether the medians of every two clusters are more than 1 apart."""
     middle = np.array([np.median(features[labels == k], axis=0)
                        for k in np.unique(labels)])  # fmt: skip
     apart = np.abs(middle[:, None] - middle[None]).max(axis=2)
@@ -100,16 +104,17 @@ def _differ(features: Floats, labels: Ints) -> bool:
 
 
 def silhouette(away: Floats, labels: Ints) -> float:
-    """Return the mean silhouette of two clusters or more.
+    """Return the mean silhouette of two or more clusters.
 
-    Of a point (b - a) / max(a, b), with a its mean distance to the others of its
-    cluster and b the least of its mean distances to another cluster; 0 for one alone
-    (Rousseeuw, J. Comput. Appl. Math. 20, 1987, 53-65).
+    The silhouette of a point is (b - a) / max(a, b), with a its mean distance to the
+    other points of its cluster and b the least of its mean distances to another
+    cluster; 0 for the only point of a cluster (Rousseeuw, J. Comput. Appl. Math. 20,
+    1987, 53-65).
 
     Parameters
     ----------
-    away : (n, n), distances
-    labels : (n,)
+    away : (n, n), distances between points
+    labels : (n,), cluster of each point
     """
     known, own = np.unique(labels, return_inverse=True)
     member = own[:, None] == np.arange(len(known))
@@ -125,7 +130,7 @@ def silhouette(away: Floats, labels: Ints) -> float:
 
 
 def _by_size(labels: Ints) -> Ints:
-    """Return labels renumbered from 0 by falling size; the first met wins a tie."""
+    """Return labels renumbered from 0 by decreasing size; in a tie by occurrence."""
     _, first, own, size = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True
     )

@@ -1,8 +1,8 @@
-"""Evaluate conditions and expressions over the per-case variables of a results file.
+"""Evaluation of conditions and expressions over the variables of a results file.
 
-A condition is checked before it is evaluated: its operands must be numbers where
-numbers are needed, its names must exist, and a variable is compared only with words
-that it can have.
+A condition is checked before it is evaluated: operands must be numbers where numbers
+are needed, names must exist, and a variable is compared only with words that it can
+have.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
 WORD = "word"  # a case's regime, or the reason why it has none
-AT_ONCE = 100_000  # texts read at a time
+AT_ONCE = 100_000  # number of texts read at a time
 Kind = Literal["number", "text", "truth"]
 ORDERED = {"<", "<=", ">", ">="}
 LOGIC = {"and", "or", "not"}
@@ -40,8 +40,9 @@ class Source:
 
     Attributes
     ----------
-    variable : function, name as written -> variable of the file; raises InputError
-    column : function, variable -> its values (cases,), numbers or text
+    variable : function from a name as written to a variable of the file; raises
+        InputError
+    column : function from a variable to its values, (cases,), numbers or text
     words : {variable: words that it can have}
     cases : number of cases
     """
@@ -83,7 +84,7 @@ def source_of(data: xarray.Dataset) -> Source:
 
 
 def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
-    """Return texts, (cases,), read in parts: a file has up to 240 bytes for each."""
+    """Return texts, (cases,), read in parts, as a file has 240 bytes for each."""
     starts = range(0, max(len(variable), 1), AT_ONCE)
     parts = [variable[start : start + AT_ONCE].to_numpy() for start in starts]
     return np.concatenate(parts)
@@ -95,7 +96,7 @@ def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.b
     Raises
     ------
     InputError
-        where the text is no condition, or one of its names does not exist
+        if the text is no condition, or one of its names does not exist
     """
     holds = _evaluated(text, source, "truth", option)
     return np.broadcast_to(np.asarray(holds, bool), source.cases).copy()
@@ -107,7 +108,7 @@ def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        where the text is no number, or one of its names does not exist
+        if the text gives no number, or one of its names does not exist
     """
     values = _evaluated(text, source, "number", option)
     return np.broadcast_to(np.asarray(values, float), source.cases).copy()
@@ -209,7 +210,7 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check == or !=; a word that a variable can have is a word, no variable."""
+        """Check == or !=; a name that is a word of the other operand is this word."""
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):

@@ -21,13 +21,13 @@ from hpcwhirl.reduction.waves import wave_roots
 
 Floats = NDArray[np.float64]
 REACH = 3.0  # highest speed searched, over the critical speed by frequencies at rest
-POINTS = 61  # speeds at which crossings are looked for
+POINTS = 61  # number of speeds between which crossings are searched
 
 
 def critical_speeds(
     rotor: Mapping[int, float], casing: Mapping[int, float], orders: int = 1
 ) -> list[dict[str, float | int]]:
-    """Return the critical speeds: those where travelling waves of both bodies coincide.
+    """Return the critical speeds, where travelling waves of both bodies coincide.
 
     Omega = (omega_bd,k + n omega_c,k) / k; n = 1 is Eq. (13), n > 1 the n-th
     super-harmonic in time of the casing's mode (Sec. 4.2.3: n = 9).
@@ -55,15 +55,15 @@ def critical_of_waves(
 ) -> list[dict[str, Any]]:
     """Return the critical speeds of a rotor whose frequencies depend on its speed.
 
-    Eq. (13) in the static frame, k Omega + omega_-(Omega) = n omega_c, with omega_- < 0
-    the frequency in the rotating frame of the wave that turns against the rotation: of
-    1F, and of the families that move the shaft (with n = 1 only). Each is the lowest
-    speed at which the left side rises through n omega_c, searched up to `REACH` times
-    the critical speed by frequencies at rest.
+    Eq. (13) in the static frame is k Omega + omega_-(Omega) = n omega_c, with omega_- <
+    0 the frequency, in the rotating frame, of the wave against the rotation. It is
+    solved for 1F, and for the families that move the shaft (n = 1 only). A critical
+    speed is the lowest speed at which the left side rises through n omega_c, searched
+    up to `REACH` times the critical speed by frequencies at rest.
 
     Parameters
     ----------
-    model : rotor of equal sectors, with a spin
+    model : rotor of equal sectors with terms of rotation
     casing : {nodal diameter: omega of 1F, rad/s}
     orders : the highest n, for 1F
 
@@ -98,7 +98,7 @@ def critical_of_waves(
 def _crossings(
     line: Callable[[float], float], levels: Sequence[float], top: float
 ) -> dict[int, float]:
-    """Return {n: lowest speed, rad/s, where a line rises through the n-th level}."""
+    """Return {n: lowest speed, rad/s, at which a line rises through the n-th level}."""
     speeds = np.linspace(0.0, top, POINTS)
     values = np.array([line(speed) for speed in speeds])
     out = {}
@@ -122,7 +122,7 @@ def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, A
 
     Parameters
     ----------
-    table : `modal_table` of a model
+    table : modal table of a model, from `modal_table`
     orders : the highest n, for 1F
 
     Returns

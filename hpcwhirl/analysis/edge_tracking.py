@@ -1,9 +1,10 @@
 """Edge tracking: the motion on the boundary between two basins, of any system.
 
-Two states on either side of the boundary are bisected along the straight line between
-them until they are near each other. Both are then marched on; while they stay close,
-the boundary lies between them. When they have parted they are bisected again. What is
-followed is a motion that neither side attracts: the edge state, a saddle of the flow
+Two states on different sides of the boundary are bisected along the straight line
+between them until they are near each other. Both are then integrated; while they stay
+close, the boundary lies between them. When they have separated, they are bisected
+again. The motion that is followed so is attracted by neither side: the edge state, a
+saddle of the flow
 (J. D. Skufca, J. A. Yorke, B. Eckhardt 2006, Phys. Rev. Lett. 96, 174101; T. M.
 Schneider, B. Eckhardt, J. A. Yorke 2007, Phys. Rev. Lett. 99, 034502).
 """
@@ -18,26 +19,26 @@ from typing import Generic, Protocol, TypeVar
 from hpcwhirl.errors import WhirlError
 
 State = TypeVar("State")
-LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: not told
-WIDENED = 10  # doublings after which a boundary that was lost is given up
-HALVED = 60  # bisections of a pair at most: round-off
+LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: unknown
+WIDENED = 10  # doublings of the distance after which a lost boundary is given up
+HALVED = 60  # largest number of bisections of a pair, down to round-off
 
 
 class LostEdgeError(WhirlError):
-    """The boundary was lost: states on both sides of it are on one."""
+    """The boundary was lost: both states are on the same side of it."""
 
 
 class Motions(Protocol[State]):
-    """A system whose motions are followed."""
+    """A system whose motions can be followed."""
 
     def between(self, low: State, high: State, share: float) -> State:
         """Return low + share (high - low) at the same time."""
 
     def distance(self, low: State, high: State) -> float:
-        """Return how far two states are apart, relative to their size."""
+        """Return the distance of two states, relative to their size."""
 
     def ahead(self, state: State) -> State | None:
-        """Return the state one stride later; None where the motion has ended."""
+        """Return the state one stride later; None if the motion has ended."""
 
     def side(self, state: State) -> int:
         """Return `LOW`, `HIGH` or `OPEN`: where the motion from a state ends."""
@@ -45,7 +46,7 @@ class Motions(Protocol[State]):
 
 @dataclass(frozen=True)
 class Pair(Generic[State]):
-    """States on either side of the boundary, and their distance."""
+    """Two states on different sides of the boundary, and their distance."""
 
     low: State
     high: State
@@ -58,13 +59,15 @@ class Tracked(Generic[State]):
 
     Attributes
     ----------
-    pieces : states of the lower side, a stride apart, from one bisection to the next;
-        a piece begins near the end of the one before it, not at it
+    pieces : states of the lower side, a stride apart, from one bisection to the next; a
+        piece begins near the end of the one before it, but not exactly there
     last : the last pair
-    rate : mean rate at which the two sides part, per stride, in the later half of each
-        piece: in the earlier one they also lose what differs within the boundary
+    rate : mean rate, per stride, at which the two sides separate, from the later half
+        of each piece, since in the earlier half differences along the boundary also
+        decay
     halvings : number of bisections
-    widened : number of times that the boundary had left the pair and was found again
+    widened : number of times that the pair had to be widened to contain the boundary
+        again
     """
 
     pieces: list[list[State]]
@@ -83,15 +86,15 @@ class _Count:
 def bisect(
     motions: Motions[State], low: State, high: State, near: float
 ) -> tuple[Pair[State], int]:
-    """Return a pair on either side of the boundary, and the number of bisections.
+    """Return a pair on different sides of the boundary, and the number of bisections.
 
-    It ends above `near` where the side of a middle state is not told, or where states
-    do not come nearer.
+    Its distance stays above `near` if the side of a middle state is unknown, or if
+    states do not come nearer to each other.
 
     Parameters
     ----------
     motions : the system
-    low, high : states of the side LOW and HIGH, which is not checked
+    low, high : states on the side LOW and HIGH, which is not checked
     near : distance to reach
     """
     apart, made = motions.distance(low, high), 0
@@ -119,15 +122,15 @@ def track(
     Parameters
     ----------
     motions : the system
-    ends : a state of the side LOW and one of HIGH, at one time
-    strides : number of strides to follow it
-    near, far : distances to bisect down to, and from which a pair is bisected again
+    ends : a state on the side LOW and one on HIGH, at one time
+    strides : number of strides for which the motion is followed
+    near, far : distance at which bisection ends, and at which a pair is bisected again
     tell : called with the number of strides so far
 
     Raises
     ------
     LostEdgeError
-        where states that were on either side are not any more, or part within a stride
+        if both states have come to one side, or separate within a stride
     """
     count = _Count()
     pair, count.halvings = bisect(motions, *ends, near)
@@ -157,7 +160,7 @@ def track(
 def _shadow(
     motions: Motions[State], pair: Pair[State], far: float, strides: int
 ) -> tuple[list[State], list[float], Pair[State]]:
-    """March a pair until it has parted.
+    """Integrate a pair until its states have separated.
 
     Returns
     -------
@@ -190,7 +193,7 @@ def _again(
 def _held(
     motions: Motions[State], pair: Pair[State], count: _Count, most: float
 ) -> Pair[State]:
-    """Return a pair on both sides of the boundary, widened up to a distance if not."""
+    """Return a pair, widened up to a distance until it contains the boundary."""
     for _ in range(WIDENED):
         sides = motions.side(pair.low), motions.side(pair.high)
         if sides == (LOW, HIGH):

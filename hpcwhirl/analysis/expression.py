@@ -1,15 +1,15 @@
 """Conditions on named numbers and words, such as ``late_fed >= 0.8 * late_lost``.
 
-One small language serves the rules that name regimes (`scene.words`), the filters of
-cases (`cases --where`, the page's) and the colours of maps (`map --colour`).
+One small language serves the rules that define regimes (`scene.words`), the filters of
+cases (`cases --where`, and on the page) and the colours of maps (`map --colour`).
 
     or, and, not      == != < <= > >= (may be chained)      in (a, b), not in (a, b)
     + - * /   abs(x) sqrt(x) exp(x) log(x) log10(x) min(x, y, ...) max(x, y, ...)
     numbers, names, 'words'
 
-A name that is no variable is itself a word: ``regime == sustained``. Numbers are equal
-if they agree to nine digits. A condition used as a number is 1 or 0. `grammar` parses a
-text; nothing is run as code. `report/page/assets/expression.js` implements the same
+A name that is no variable is a word: ``regime == sustained``. Numbers are equal if they
+agree to nine digits. A condition used as a number is 1 or 0. `grammar` parses a text;
+nothing is executed as code. `report/page/assets/expression.js` implements the same
 language.
 """
 
@@ -30,7 +30,7 @@ Program = tuple[Step, ...]
 
 
 def _quotient(over: Any, under: Any) -> Any:
-    with np.errstate(divide="ignore", invalid="ignore"):  # inf and nan, as elsewhere
+    with np.errstate(divide="ignore", invalid="ignore"):  # inf and nan are results
         return np.divide(over, under)
 
 
@@ -112,6 +112,6 @@ def _apply(step: Step, parts: list[Any]) -> Any:
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return a function, values of names -> value of a condition; it parses once."""
+    """Return a function from {name: value} to the value of a condition, parsed once."""
     program = parse(text)
     return lambda known: value_of(program, known)

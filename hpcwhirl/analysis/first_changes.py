@@ -1,9 +1,9 @@
-"""First changes: how far an input may grow from the least value tried, all damped.
+"""First changes: the value of an input up to which all cases are damped.
 
-A pulse is safe only if every weaker pulse that was tried is damped, too: along each
-line of `margins` the run of damped cases counts that begins at the least value. Words
-may change more than once; the number of changes is told. `working_point` lists the
-ranges of every swept input through one point.
+A pulse is safe only if all weaker pulses that were tried are damped, too. So along each
+line of `margins` only the run of damped cases counts that begins at the least value.
+Words may change more than once; the number of changes is given. `working_point` lists
+the safe ranges of every swept input around one point.
 """
 
 from __future__ import annotations
@@ -24,15 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FirstChange:
-    """Where damped cases end, from the least value of an input upward.
+    """The end of the damped cases, from the least value of an input upward.
 
     Attributes
     ----------
     fixed : {swept input: value} of the line
     safe : largest value up to which all cases are damped; NaN if the first one is not
-    unsafe : value of the next case, which is not damped; NaN where the sweep ends
-        before
-    word : word of this case; "" where the sweep ends before
+    unsafe : value of the next case, which is not damped; NaN if all are damped
+    word : word of that case; "" if all are damped
     changes : number of changes between damped and not damped along the whole line
     """
 
@@ -43,9 +42,9 @@ class FirstChange:
     changes: int
 
     def times(self, value: float) -> str:
-        """Return the bracket as multiples of a value.
+        """Return the two values that enclose the change, as multiples of a value.
 
-        Such as ``1.7 to 1.75``, ``>= 3`` where no change was met, or ``< 0.5`` where
+        Examples are ``1.7 to 1.75``, ``>= 3`` if there is no change, or ``< 0.5`` if
         the first case is not damped.
         """
         if not self.word:
@@ -58,18 +57,18 @@ class FirstChange:
 def first_changes(
     data: xarray.Dataset, over: str = "force", sure: float = 0.0
 ) -> list[FirstChange]:
-    """Return where damped cases end along an input, a `FirstChange` for each line.
+    """Return a `FirstChange` along an input for each line of cases.
 
     Parameters
     ----------
-    data : results of `open_results`
+    data : results from `open_results`
     over : name of a swept numeric input, such as the pulse's `force`
     sure : least share of damped twins with which a case counts as damped
 
     Raises
     ------
     InputError
-        as `safe_ranges`
+        as for `safe_ranges`
     """
     return [_first(line) for line in lines_of(data, over, sure)]
 
@@ -88,12 +87,12 @@ def _first(line: Line) -> FirstChange:
 
 @dataclass(frozen=True)
 class Along:
-    """What lies around a point along one input.
+    """The safe range around a point along one input.
 
     Attributes
     ----------
     name, value : the input, and its value at the point
-    found : the safe range with the value, or the nearest one
+    found : the safe range that contains the value, or the nearest one
     """
 
     name: str
@@ -106,19 +105,19 @@ def working_point(
 ) -> list[Along]:
     """Return the safe range around a point along each of its inputs.
 
-    Along each input, on the line that is nearest to the point in the others, in shares
-    of their spans.
+    Each range is taken on the line that is nearest to the point in the other inputs,
+    measured in parts of their spans.
 
     Parameters
     ----------
-    data : results of `open_results`
+    data : results from `open_results`
     point : {swept input of numbers: value}
     sure : least share of damped twins with which a case counts as damped
 
     Raises
     ------
     InputError
-        where the point has no input, or one that was not swept or is no number
+        if the point has no input, or one that was not swept or is no number
     """
     swept = swept_of(data)
     if not point:

@@ -1,4 +1,4 @@
-"""The grammar of conditions: parses a text to a program of steps; runs no code.
+"""The grammar of conditions: parses a text into a program of steps; executes no code.
 
     either   = both {"or" both}
     both     = negated {"and" negated}
@@ -24,8 +24,8 @@ from typing import NoReturn
 
 from hpcwhirl.errors import SHOWN, InputError, one_line
 
-LONGEST = 2000  # characters of a condition, at most
-DEEPEST = 30  # nested brackets, at most
+LONGEST = 2000  # largest number of characters of a condition
+DEEPEST = 30  # largest number of nested brackets
 COMPARED = ("==", "!=", "<=", ">=", "<", ">")
 # {function: (least, largest) number of arguments}
 FUNCTIONS = {
@@ -61,7 +61,7 @@ class Step:
     does : "number", "word", "name", or an operation: "negative", "not", "and", "or",
         "compare", "in", "+", "-", "*", "/" or a function
     parts : number of operands; 0 for a leaf
-    value : number, word or name of a leaf; of a comparison its signs, one fewer than
+    value : number, word or name of a leaf; for a comparison its signs, one fewer than
         operands, separated by spaces
     text : the subexpression of the condition that this step completes
     """
@@ -87,7 +87,7 @@ def parse(text: str) -> tuple[Step, ...]:
     Raises
     ------
     InputError
-        where the text is not in this grammar, too long or nested too deeply
+        if the text does not follow this grammar, is too long or nested too deeply
     """
     if len(text) > LONGEST:
         msg = f"a condition has at most {LONGEST} characters, got {len(text)}"
@@ -104,7 +104,7 @@ def parse(text: str) -> tuple[Step, ...]:
 
 
 class _NoneError(Exception):
-    """A text is not in the grammar."""
+    """A text does not follow the grammar."""
 
 
 def _refuse(why: str) -> NoReturn:
@@ -122,13 +122,13 @@ def _tokens(text: str) -> list[_Token]:
             _refuse(f"'{value}' is not known here, {INSTEAD[value]}")
         kind = "word" if kind in {"single", "double"} else kind
         at = part.end()
-        long = len(value) + 2 * (kind == "word")  # with its quotation marks
+        long = len(value) + 2 * (kind == "word")  # including quotation marks
         tokens.append(_Token(kind, value, at - long, at))
     return tokens
 
 
 class _Parser:
-    """Recursive-descent parser: each method appends the steps of the rule it reads."""
+    """Recursive-descent parser: each method appends the steps of a rule it reads."""
 
     def __init__(self, text: str) -> None:
         self.text = text

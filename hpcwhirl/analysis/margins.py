@@ -1,8 +1,8 @@
 """Safe ranges: the intervals of an input in which all cases of a campaign are damped.
 
-Cases that differ in one swept input only form a line. A safe range is an unbroken run
+Cases that differ in only one swept input form a line. A safe range is an unbroken run
 of damped cases on a line; its boundary lies between its last case and the next one,
-which has another word. Nothing is computed between cases: twins and refinement show how
+which has another word. Nothing is known between cases: twins and refinement show how
 far a range can be trusted.
 """
 
@@ -34,8 +34,8 @@ class Line(NamedTuple):
     Attributes
     ----------
     fixed : {other swept input: value}
-    values : (n,), the input's values
-    words : (n,), words that the cases count as
+    values : (n,), values of the input
+    words : (n,), word of each case, which twins may change
     share : (n,), share of damped twins; NaN without twins
     """
 
@@ -72,8 +72,8 @@ class SafeRange:
     def distance(self, value: float) -> float:
         """Return the distance of an input's value to the range's boundary; < 0 outside.
 
-        Inside, to the nearest end with a case of another word beyond it: infinite if
-        neither end has one. NaN if the range is empty.
+        Inside, it is the distance to the nearest end beyond which a case has another
+        word: infinite if there is none. NaN if the range is empty.
         """
         if not self.cases:
             return float("nan")
@@ -100,13 +100,15 @@ def safe_ranges(
 
     Returns
     -------
-    list of SafeRange, by the other swept inputs; a line without damped cases has one
-    empty range. Of a refined campaign, only lines that span the whole sweep of `over`
+    list of SafeRange, sorted by the other swept inputs; a line without damped cases has
+    one empty range. For a refined campaign only lines that span the whole sweep of
+    `over`
 
     Raises
     ------
     InputError
-        where `over` was not swept, is not numeric, or was drawn: there are no lines
+        if `over` was not swept, is not numeric, or was drawn, so that there are no
+        lines
     """
     return [found for line in lines_of(data, over, sure) for found in _ranges(*line)]
 
@@ -136,7 +138,7 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
-    """Return the word each case counts as and its share of damped twins, (cases,)."""
+    """Return the word of each case that counts, and the share of damped twins."""
     source = source_of(data)
     words = source.column(WORD).astype("U16")
     if MAJORITY not in data:

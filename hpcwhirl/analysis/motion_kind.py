@@ -1,6 +1,7 @@
-"""Numbers that tell whether a sustained motion is periodic, quasi-periodic or chaotic.
+"""Numbers that show whether a sustained motion is periodic, quasi-periodic or chaotic.
 
-They are measured on a march that goes on from the end of a case, with a twin beside it.
+They are measured on a march that continues from the end of a case, together with a
+twin.
 """
 
 from __future__ import annotations
@@ -18,24 +19,24 @@ from hpcwhirl.dynamics.side_by_side import SideBySide
 
 Floats = NDArray[np.float64]
 DELTA = 1e-9  # distance of twins over the motion's size
-PARTS = 4  # intervals of a revolution after which twins are drawn together
-SETTLE = 0.1  # share of the revolutions in which the twin turns, not counted
-STILL = 1e-9  # share of the largest value below which a quantity does not vary
+PARTS = 4  # intervals per revolution, at the end of which the twin is moved back
+SETTLE = 0.1  # first part of the revolutions, in which the twin adjusts, not counted
+STILL = 1e-9  # variation over the largest value below which a quantity is constant
 
 
 def twins_of(
     ended: March, revolutions: float, between: Callable[[], None] | None = None
 ) -> SideBySide | None:
-    """Return twins that go on from the end of a case, None where there are none.
+    """Return twins that continue from the end of a case, None if there can be none.
 
-    They are drawn together `PARTS` times a revolution, or at each row of evidence. At
-    speed 0, and of a march of one sector of many, which has no twins without the
-    symmetry, nothing can be measured.
+    The twin is moved back `PARTS` times per revolution, or at each row of evidence.
+    Nothing can be measured at speed 0, or if only one of several equal sectors is
+    integrated, since its twins could not leave the symmetry.
 
     Parameters
     ----------
     ended : march at the end of its case
-    revolutions : of the measurement
+    revolutions : number of revolutions of the measurement
     between : called between slices
     """
     speed = abs(ended.scene.speed)
@@ -46,9 +47,9 @@ def twins_of(
 
 
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
-    """Return the numbers of `scene.quantities.CHAOS`; march the twins to their end.
+    """Integrate twins to their end; return the numbers of `scene.quantities.CHAOS`.
 
-    {} where one of them ends at a limit.
+    {} if one of them ends at a limit.
     """
     settle = int(SETTLE * twins.intervals)
     growth = growths(twins, DELTA, twins.intervals - settle, settle)
@@ -64,11 +65,11 @@ def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, flo
 
     Parameters
     ----------
-    growth : (n,), ln, of the twins
-    interval : s, of each
-    points : (points, m), of `section_of`; the 0-1 test takes the first column, which
-        does not change with the angle at which a round casing is touched: a whirl that
-        turns fast and is chaotic slowly would look regular in x and y
+    growth : (n,), ln of the twins' growth in each interval
+    interval : s, length of an interval
+    points : (points, m), result of `section_of`; the 0-1 test uses the first column,
+        which does not depend on the angle at which a round casing is touched: a whirl
+        that turns fast and is chaotic slowly would look regular in x and y
     """
     rate, error = exponent(growth, interval)
     period, distance = returns(points)
@@ -87,16 +88,16 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
 
     Parameters
     ----------
-    judged : rows of evidence; speed : rad/s, > 0
-    first : row with which the section begins
+    judged : evidence of the motion
+    speed : rad/s, > 0
+    first : row of evidence with which the section begins
 
-    Returns
-    -------
-    (points, m), distance of the centre from the axis, its x and y, and the roots of the
-    energies of rotor and casing, each over its standard deviation in time; without
-    those that do not vary. At whole revolutions rotating and static frame agree
+    Returns ------- (points, m), distance of the centre from the axis, its x and y, and
+    the square roots of the energies of rotor and casing, each over its standard
+    deviation in time; constant ones are left out. At whole revolutions the rotating and
+    the static frame agree
     """
-    from scipy.interpolate import CubicSpline  # a slow import, of no other case
+    from scipy.interpolate import CubicSpline  # a slow import, needed only here
 
     time = judged.time[first:]
     turn = 2 * math.pi / speed

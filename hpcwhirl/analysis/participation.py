@@ -1,14 +1,15 @@
 """Modal amplitudes q_k by nodal diameter and family (Sec. 4.2), from traces.
 
-Tips and centre give two or three signals per nodal diameter, fewer than it has modes:
-shapes alone cannot separate 1F from 2F, frequency can. At each frequency, of the modal
-amplitudes that reproduce the traces exactly, those with the least modal forces count,
+Tips and centre give two or three signals per nodal diameter, fewer than it has modes,
+so that shapes do not suffice to separate 1F from 2F, but frequencies do. At each
+frequency, of all modal amplitudes that reproduce the traces exactly, those with the
+least modal forces are taken,
 
     min sum_i |Q_i / H_i|^2  with  sum_i phi_i Q_i = Y,
     H_i(omega) = 1 / (omega_i^2 - omega^2 + 2 i xi omega_i omega),
 
 so that a spectral line near omega_i is attributed to mode i. The record is mirrored at
-its end, since a jump from the end to the beginning would excite every frequency; the
+its end, since a jump from the end to the beginning would contain all frequencies; the
 last milliseconds are less certain.
 """
 
@@ -36,15 +37,15 @@ def contributions(
     ----------
     tips : (n, N, 2), m, rotating frame: radial, tangential
     centre : (n, 2), m, ROTATING frame: x_o, y_o
-    interval : s between samples
-    model : with a cyclic rotor of N >= 3 blades
+    interval : s, between samples
+    model : model with a cyclic rotor of N >= 3 blades
     k : nodal diameter, 0 .. N // 2
 
     Returns
     -------
-    (n, modes of k), m sqrt(kg), by rank: q = q_0 + i q_1 of the two phases of a double
-    mode, mass-orthonormal; |q| is the amplitude of the nodal diameter's wave. Real for
-    a simple harmonic (k = 0, N / 2)
+    (n, modes of k), m sqrt(kg), by frequency: q = q_0 + i q_1 of the two phases of a
+    double mode, mass-orthonormal; |q| is the amplitude of the wave. Real for a simple
+    harmonic (k = 0, N / 2)
     """
     _check(tips, model)
     blades, body = model.blades, model.rotor
@@ -79,7 +80,7 @@ def _check(tips: Floats, model: Model) -> None:
 def _least_forces(
     signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return amplitudes (n, m) of m modes: signals (r, n) by the least modal forces."""
+    """Return amplitudes (n, m) of m modes that give signals (r, n) by least forces."""
     count = signals.shape[1]
     signals = np.hstack([signals, signals[:, ::-1]])
     at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]
@@ -96,9 +97,9 @@ def family_amplitudes(
 ) -> dict[str, Floats]:
     """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
 
-    Parameters: see `contributions`. For a simple harmonic, a standing wave, the value
-    is (q^2 + (q'/omega)^2)^(1/2). The column of a nodal diameter on which a family has
-    no mode (the suspension: all but k = 1) is 0; NaN where families are unknown.
+    Parameters are those of `contributions`. For a simple harmonic, a standing wave, the
+    value is (q^2 + (q'/omega)^2)^(1/2). Columns of nodal diameters at which a family
+    has no mode (for the suspension, all but k = 1) are 0; NaN if families are unknown.
     """
     diameters = model.blades // 2 + 1
     out = {n: np.zeros((len(tips), diameters)) for n in ("1F", "2F", "suspension")}

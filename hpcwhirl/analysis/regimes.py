@@ -1,6 +1,6 @@
-"""Regime and whirl of a motion, named from evidence: numbers stored with the results.
+"""Regime and whirl of a motion, determined from evidence: numbers stored with results.
 
-`evidence` reduces a history to numbers; the rules of `scene.words` turn only those
+`evidence` reduces a history to numbers; the rules of `scene.words` turn only these
 numbers into words, so that results can be relabelled without integrating again.
 """
 
@@ -21,12 +21,12 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Value = float | int | str
-STEADY_SHARE = 0.4  # share of a run, its last part, that is the window of evidence
+STEADY_SHARE = 0.4  # last part of a run, the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged
-SETTLED = 0.2  # share of a run, its first part, that `summit` leaves out
-FED = ("pulse", "friction", "rotation")  # terms of the ledger that put energy in
-HARDLY = 1e-10  # share of an unbalanced rotor's circle below which distances are none
-NOTHING = 1e-280  # J, taken as rest: squares of flushed amplitudes, and denormals
+SETTLED = 0.2  # first part of a run, which `summit` leaves out
+FED = ("pulse", "friction", "rotation")  # terms of the ledger that feed energy
+HARDLY = 1e-10  # distance over an unbalanced rotor's circle that counts as zero
+NOTHING = 1e-280  # J, energy that counts as rest: flushed amplitudes, denormals
 
 
 def _limit(default: float, meaning: str) -> float:
@@ -47,26 +47,27 @@ class Thresholds:
         3.0, "standard errors at which a growth rate counts as non-zero"
     )
     drift: float = _limit(
-        0.1, "change of ln(amplitude) over the window that `sustained` may show"
+        0.1, "largest change of ln(amplitude) over the window of a `sustained` motion"
     )
     unclear: float = _limit(
-        0.3, "the same where the growth is not significant: a motion that wanders"
+        0.3, "the same if the growth is not significant, as for a slowly varying motion"
     )
     rise: float = _limit(
-        0.4, "change of ln(amplitude) over the window that `divergent` must show"
+        0.4, "least change of ln(amplitude) over the window of a `divergent` motion"
     )
     onward: float = _limit(
         0.9,
-        "least rate in the window's last quarter, over the window's, of `divergent`",
+        "least growth rate in the window's last quarter over that of the whole window, "
+        "of a `divergent` motion",
     )
-    above: float = _limit(0.02, "least `summit` of a motion that is `divergent`")
+    above: float = _limit(0.02, "least `summit` of a `divergent` motion")
     replaced: float = _limit(
         0.8,
-        "least ratio of energies fed and lost, either way, of a `sustained` motion",
+        "least ratio of energy fed to energy lost, and its inverse, if `sustained`",
     )
     turnover: float = _limit(
         2.0,
-        "least energy lost in the window, over mean energy, of a `sustained` motion",
+        "least energy lost in the window over the mean energy, of a `sustained` motion",
     )
     direction: float = _limit(1.0 / 3.0, "least |P+ - P-|/(P+ + P-) that names a whirl")
     whirl_floor: float = _limit(
@@ -78,23 +79,21 @@ class Thresholds:
 class MotionThresholds:
     """The thresholds between the words of `motion`, see `output.chaos`."""
 
-    returns: float = _limit(
-        0.05, "largest `return_distance` of a motion that is `periodic`"
-    )
+    returns: float = _limit(0.05, "largest `return_distance` of a `periodic` motion")
     calm: float = _limit(
-        0.01, "growth of twins a revolution, ln, that a motion without chaos may show"
+        0.01, "largest exponent per revolution of a motion without chaos"
     )
     sharp: float = _limit(
-        0.05, "widest interval of an exponent, ln a revolution, of `quasi-periodic`"
+        0.05, "largest exponent_error per revolution of a `quasi-periodic` motion"
     )
-    diffuse: float = _limit(
-        0.5, "least K of the 0-1 test of a motion that is `chaotic`"
+    diffuse: float = _limit(0.5, "least K of the 0-1 test of a `chaotic` motion")
+    bounded: float = _limit(
+        0.5, "K of the 0-1 test below which a motion may be `quasi-periodic`"
     )
-    bounded: float = _limit(0.5, "K below which a motion may be `quasi-periodic`")
 
 
 def threshold_facts() -> dict[str, float]:
-    """Return the thresholds as attributes of results."""
+    """Return {attribute of results: value} of the default thresholds."""
     return {f"threshold_{name}": value for name, value in all_thresholds().items()}
 
 
@@ -121,9 +120,9 @@ def block_means(values: Floats, count: int) -> Floats:
 
 
 def levels(values: Floats, count: int) -> Floats:
-    """Return ln sqrt(mean energy), a log amplitude, of `count` blocks; -inf at 0.
+    """Return ln sqrt(mean energy), a log amplitude, of `count` blocks; -inf for 0.
 
-    Means over blocks remove the beating of close frequencies.
+    Averaging over blocks removes the beating of close frequencies.
 
     Parameters
     ----------
@@ -148,15 +147,18 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     """Return the growth rate of ln sqrt(energy) and its standard error, 1/s.
 
     The rate is a linear fit to blocks. The scatter of a block is its distance from the
-    mean of its neighbours, so that a smooth rise, however it accelerates, has none. A
-    body at rest has rate 0 and error 0; a body that has come to rest within the window,
-    its energy below `NOTHING`, has the least rate that explains it.
+    mean of its neighbours, so that a smooth rise has none, even if it accelerates. A
+    body at rest has rate 0 and error 0; a body that came to rest within the window
+    (energy below `NOTHING`) has the smallest decay rate that explains it.
     """
     return growths(np.stack([time, energy]))[0]
 
 
 def growths(rows: Floats) -> list[tuple[float, float]]:
-    """Return `growth` of m energies: rows (1 + m, n), time first, then energies."""
+    """Return `growth` for each of m energies.
+
+    rows : (1 + m, n), first the time, s, then the energies, J
+    """
     count = min(BLOCKS, rows.shape[1])
     if count < 3:
         return [(0.0, 0.0)] * (len(rows) - 1)
@@ -185,7 +187,7 @@ def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
 
 
 def _come_to_rest(at: Floats, level: Floats) -> float:
-    """Return the decay rate, 1/s, from the first block to the first at rest.
+    """Return the decay rate, 1/s, from the first block to the first block at rest.
 
     0 for a body that is at rest in the first block, or moves again later.
     """
@@ -200,8 +202,8 @@ def _come_to_rest(at: Floats, level: Floats) -> float:
 def summit(time: Floats, energy: Floats, start: float) -> float:
     """Return ln(last amplitude / highest before it), of block amplitudes, see `levels`.
 
-    Blocks cover the run without its first share `SETTLED` and are as long as those of
-    the window that begins at `start`; 0 if there is no pair to compare.
+    Blocks cover the run except its first part `SETTLED` and are as long as those of the
+    window that begins at `start`; 0 if there are not two blocks to compare.
     """
     late = int(np.searchsorted(time, start, side="right"))
     size = (len(time) - late) // BLOCKS
@@ -245,7 +247,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     first = int(np.searchsorted(judged.time, start, side="right"))
     time, centre = judged.time[first:], judged.centre[first:]
     turned = static_frame(centre, scene.speed * time)
-    with np.errstate(all="ignore"):  # a run that blew up is named by `History.stop`
+    with np.errstate(all="ignore"):  # of a diverged run, `History.stop` decides
         energy, rotor, casing = _energies(scene, judged)
         energies = energy[first:], rotor[first:], casing[first:]
         orbit = _squared(centre, history.circle[first:])
@@ -288,8 +290,8 @@ def _turns(scene: Scene) -> bool:
 def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
     """Return the energies of both bodies, of rotor and casing, (b,), J.
 
-    With full rotation their magnitudes: beyond a critical speed Jacobi's energy of a
-    forward whirl is negative, and decays towards 0.
+    With full rotation these are magnitudes: beyond a critical speed, Jacobi's energy of
+    a forward whirl is negative and tends to 0 as the whirl decays.
     """
     energies = judged.energy, judged.rotor, judged.casing
     if not _turns(scene):
@@ -301,8 +303,8 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
 def _squared(centre: Floats, circle: Floats) -> Floats:
     """Return the squared distance of the centre from an unbalanced rotor's circle, m^2.
 
-    centre, circle : (n, 2), m, rotating frame; below `HARDLY` of the circle, which is
-        its round-off, the distance is 0
+    centre, circle : (n, 2), m, rotating frame; distances below `HARDLY` of the circle
+        are round-off and become 0
     """
     if not circle.any():
         return np.asarray(centre[:, 0] ** 2 + centre[:, 1] ** 2)
@@ -357,10 +359,10 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
     """Return the worst violation of the energy ledger, relative to its throughput.
 
     The residual must be zero; the energy of a stable scheme and the energy lost to
-    damping must not be negative. 1 where the run is not finite.
+    damping must not be negative. 1 if the run is not finite.
 
-    turns : full rotation, where both may be negative: Jacobi's energy beyond a critical
-        speed, and what supports that stand feed
+    turns : whether rotation is full; then both may be negative: Jacobi's energy beyond
+        a critical speed, and losses, since non-rotating supports may feed energy
     """
     if history.stop == "nonfinite":
         return 1.0
@@ -382,7 +384,7 @@ def name_regime(
 
     Parameters
     ----------
-    numbers : the `evidence`, and `stop`
+    numbers : result of `evidence`, and `stop`
     limits : thresholds
     """
     return words_of_one(numbers, _as_numbers(limits))

@@ -66,13 +66,13 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
 
     Returns
     -------
-    kind : none or full
-    auto : what engine.rotation = auto chose and why, see `Choice`, or None
+    kind : "none" or "full"
+    auto : the choice of engine.rotation = auto and its reason, see `Choice`, or None
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
     unbalance_speeds : rad/s, where an unbalance is in resonance with a wave of k = 1
-    tip_growth : m, largest radial growth of a tip where rotation is full, else None
-    clearance : m, at speed; `gap` less the growth where `gap_at` is rest, else `gap`
+    tip_growth : m, largest radial growth of a tip if rotation is full, else None
+    clearance : m, at speed; `gap` less the growth if `gap_at` is rest, else `gap`
     film : the squeeze film at the centre, see `_film`, or None
     unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
     """
@@ -93,14 +93,14 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
 
 
 def _film(rotor: ModalModel, speed: float) -> dict[str, float] | None:
-    """Return what a squeeze film does in small motions, and up to where.
+    """Return the damping of a squeeze film in small motions, and its range.
 
     Returns
     -------
     damping : c_0, N s/m
     clearance : m
     straight, circling : displacement over clearance at which the damping of straight
-        motions through the middle, and of circles, is a tenth more than c_0
+        motions through the middle, and of circles, exceeds c_0 by a tenth
     """
     own = rotor.spin.support.at(speed) if rotor.spin else ROUND
     if not own.film:
@@ -147,14 +147,13 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
 
     Parameters
     ----------
-    case : gives the rotor
+    case : case whose rotor is taken
     k : nodal diameter
     speeds : (n,), rad/s
 
-    Returns
-    -------
-    {family: ((n,), (n,))}, rad/s, of the wave with and of that against the rotation in
-    the rotating frame, of the families that move; > 0: turns with the rotation
+    Returns ------- {family: ((n,), (n,))}, rad/s, frequencies in the static frame of
+    the two waves that turn with and against the rotation in the rotating frame, of
+    families with omega > 0; > 0: turns with the rotation
 
     Raises
     ------
@@ -185,13 +184,13 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
 
     Parameters
     ----------
-    case : gives the rotor
+    case : case whose rotor is taken
     speeds : (n,), rad/s
 
     Returns
     -------
-    (n,), of the motion that grows fastest, of any nodal diameter; and {family: ((n,),
-    (n,))} of k = 1, as `waves_over`, empty where the rotor has no such waves
+    (n,), growth rates of the fastest growing motion of any nodal diameter; and {family:
+    ((n,), (n,))} of both waves of k = 1, see `waves_over`, empty if there are none
     """
     model, blades = case.model.rotor, case.model.blades
     fastest = [largest_growth(model, blades, speed) for speed in speeds.tolist()]
@@ -210,8 +209,8 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
 def bands_over(case: Case, speeds: Floats) -> Waves:
     """Return the least and the largest |omega| of each family over the speed, rad/s.
 
-    In the rotating frame, {family: ((n,), (n,))}: of all nodal diameters, with full
-    rotation of all but k = 1, whose two waves lie apart.
+    They are in the rotating frame, {family: ((n,), (n,))}, and cover all nodal
+    diameters, with full rotation all but k = 1, whose two waves differ much.
 
     speeds : (n,), rad/s
     """

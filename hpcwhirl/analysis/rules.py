@@ -18,7 +18,7 @@ MEASURED = ("speed", *(name for name in CHAOS if name != "motion"))
 
 
 def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
-    """Return for every case the word of the first rule whose conditions all hold."""
+    """Return, for every case, the word of the first rule whose conditions all hold."""
     held = [
         np.logical_and.reduce([value_of(parse(need), known) for need in rule.needs])
         for rule in rules
@@ -29,7 +29,7 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
 
 
 def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
-    """Return for one case the word of the first rule whose conditions all hold."""
+    """Return, for one case, the word of the first rule whose conditions all hold."""
     for rule in rules:
         for need in rule.needs:
             if not asker(need)(known):
@@ -81,8 +81,8 @@ def motions_by_table(
 
     Parameters
     ----------
-    regime : of each
-    numbers : {name: (cases,)}, `scene.quantities.CHAOS`, NaN where not measured, and
+    regime : (cases,), regime of each case
+    numbers : {name: (cases,)} of `scene.quantities.CHAOS`, NaN if not measured, and of
         `speed`
     limits : thresholds
     """
@@ -108,7 +108,7 @@ def evidence_names() -> list[str]:
 
 
 def as_data() -> dict[str, Any]:
-    """Return definitions and rules as plain data, for the page."""
+    """Return definitions and rules as data for JSON, for the page."""
     tables = {
         name: [{"word": rule.word, "needs": list(rule.needs)} for rule in rules]
         for name, rules in RULES.items()

@@ -1,13 +1,14 @@
 """Sobol' indices: which drawn input makes a quantity vary, alone and with others.
 
-From independent draws A, B, and A_i, which is A with input i of B (Saltelli et al.,
-Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018, Table 2):
+They are computed from independent draws A, B, and from A_i, which is A with input i of
+B (Saltelli et al., Computer Physics Communications 181, 2010,
+doi:10.1016/j.cpc.2009.09.018, Table 2):
 
     S_i = mean(f(B) (f(A_i) - f(A))) / V,   T_i = mean((f(A) - f(A_i))^2) / (2 V)
 
-with V the variance of f(A) and f(B) together, and f taken about its mean. A list, such
-as mistuning, is one input. `scipy.stats.sobol_indices` gives the same numbers, but
-needs a power of 2 of draws, and draws without a result have to be left out here.
+with V the variance of f(A) and f(B) together, and f less its mean. A list, such as
+mistuning, is one input. `scipy.stats.sobol_indices` gives the same numbers, but needs a
+power of 2 of draws, whereas here draws without a result must be left out.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ if TYPE_CHECKING:
 
 ORDERS = ("first", "total")
 USUAL = ("growth_rate", "orbit_radius", "divergent")  # quantities by default
-RESAMPLES = 999  # of the bootstrap
-SEED = 0  # of the bootstrap: the same intervals every time
+RESAMPLES = 999  # number of resamples of the bootstrap
+SEED = 0  # seed of the bootstrap, fixed so that intervals are reproducible
 STILL = 0.01  # largest share of resamples in which no value varies
 WIDE = 0.5  # width of an interval from which an index, 0 to 1, counts as unknown
-FEWEST = 8  # pairs of draws from which on indices are computed
+FEWEST = 8  # least number of pairs of draws for indices
 Floats = NDArray[np.float64]
 
 
@@ -59,8 +60,9 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
     """Return bootstrap intervals of the indices, (2 ends, 2, d), see `indices`.
 
-    Percentiles over draws taken with replacement; NaN if in more than a share `STILL`
-    of the resamples no value varies, as for a regime that hardly any case has.
+    They are percentiles over draws taken with replacement; NaN if no value varies in
+    more than a share `STILL` of the resamples, as for a regime that hardly any case
+    has.
     """
     chosen = np.random.default_rng(SEED).integers(len(a), size=(RESAMPLES, len(a)))
     resampled = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
@@ -71,14 +73,14 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a quantity of each case, (cases,); of a regime 1 for its cases, else 0.
+    """Return a quantity of each case, (cases,); for a regime, 1 in its cases, else 0.
 
-    NaN for cases without a regime (failed, unstable): their numbers mean nothing.
+    NaN for cases without a regime (failed, unstable), whose numbers have no meaning.
 
     Raises
     ------
     InputError
-        where the results have no numeric variable of this name
+        if the results have no numeric variable of this name
     """
     word = words(data["regime"])
     good = np.isin(word, list(REGIMES))
@@ -110,14 +112,14 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     -------
     xarray.Dataset over `point` (with the swept inputs), `quantity` and `input`:
     `first`, `total` and their ends `first_low`, `first_high`, `total_low`,
-    `total_high` (95 %, bootstrap); without `input`: `draws`, the pairs used, `dropped`,
-    `mean` and `deviation`. NaN where a quantity does not vary, or fewer than 8 pairs
-    are left
+    `total_high` (95 %, bootstrap); without `input`: `draws` (number of pairs used),
+    `dropped`, `mean` and `deviation`. NaN if a quantity does not vary, or fewer than 8
+    pairs are left
 
     Raises
     ------
     InputError
-        where inputs were not drawn by method "saltelli", or a name is unknown
+        if inputs were not drawn by method "saltelli", or a name is unknown
     """
     import xarray
 
@@ -140,7 +142,7 @@ def widest(one: xarray.Dataset) -> float:
 
     Parameters
     ----------
-    one : of `sensitivity`, of one quantity
+    one : result of `sensitivity` for one quantity
     """
     widths = [(one[f"{n}_high"] - one[f"{n}_low"]).to_numpy() for n in ORDERS]
     known = np.concatenate([w[np.isfinite(w)] for w in widths])
@@ -148,14 +150,14 @@ def widest(one: xarray.Dataset) -> float:
 
 
 def pairs_needed(one: xarray.Dataset) -> int:
-    """Return how many pairs of draws a quantity's indices need; 0: there are enough.
+    """Return the number of pairs of draws that a quantity's indices need; 0: enough.
 
-    Intervals shrink with the root of the number of pairs; a power of 2, as [sample]
-    takes them. An estimate, from intervals that are themselves uncertain.
+    It is a power of 2, as [sample] requires, estimated from the present intervals,
+    which shrink with the square root of the number of pairs.
 
     Parameters
     ----------
-    one : of `sensitivity`, of one quantity
+    one : result of `sensitivity` for one quantity
     """
     width = widest(one)
     if not width > WIDE:
@@ -172,7 +174,7 @@ def _check_method(drawn: Drawn) -> None:
 
 
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
-    """Return indices of one quantity at one point, their intervals, counts of draws."""
+    """Return indices of one quantity at one point, intervals, counts of draws."""
     width = len(drawn.inputs) + 2
     here = drawn.point == point
     table = np.full((drawn.each // width, width), np.nan)

@@ -22,8 +22,8 @@ Words = NDArray[np.str_]
 def shares(data: xarray.Dataset) -> xarray.Dataset:
     """Return the share of each regime at each point of a sampled campaign's sweep.
 
-    Cases without a regime, failed or unstable, are counted in `lost` and in no share.
-    Of a sample of method `saltelli` only the independent draws A and B are counted.
+    Cases without a regime, failed or unstable, count only in `lost`. With method
+    `saltelli`, only the independent draws A and B count.
 
     Parameters
     ----------
@@ -33,13 +33,13 @@ def shares(data: xarray.Dataset) -> xarray.Dataset:
     -------
     xarray.Dataset over `point`, with the swept inputs as coordinates, and `regime`:
     `share`, `share_low`, `share_high` (Wilson's 95 % interval for independent draws;
-    low-discrepancy draws err less), `count`; over `point` alone `cases`, the number
-    with a regime, and `lost`
+    low-discrepancy draws err less), `count`; over `point` only `cases`, the number with
+    a regime, and `lost`
 
     Raises
     ------
     InputError
-        where no input of the campaign was drawn
+        if no input of the campaign was drawn
     """
     drawn = drawn_of(data)
     swept = points_of(data, drawn)[1]
@@ -59,7 +59,7 @@ def shares_of(
 
     Parameters
     ----------
-    word : (cases,), the kind of each; one that is not in `kinds` is lost
+    word : (cases,), kind of each case; a case whose kind is not in `kinds` is lost
     kinds : names along the dimension `along`
     point : (cases,), number of each case's point
     chosen : (cases,), which cases count
@@ -101,7 +101,7 @@ def counts(
 ) -> NDArray[np.int64]:
     """Return the number of chosen cases by group and kind, (groups, kinds).
 
-    Parameters as of `shares_of`.
+    Parameters are those of `shares_of`.
     """
     number = np.unique(group, return_inverse=True)[1]
     table = np.zeros((number.max(initial=-1) + 1, len(kinds)), dtype=np.int64)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-MOST_KEPT = 8  # cached windows, each 32 bytes a sample
+MOST_KEPT = 8  # cached windows of 32 bytes per sample
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
@@ -25,7 +25,7 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
     Returns
     -------
     omega : (n,), rad/s, ascending; > 0 turns anticlockwise
-    amplitude : (n,), m: radius of the circle each line stands for (Hann window,
+    amplitude : (n,), m: radius of the circle that each line represents (Hann window,
         mean removed)
     """
     count = len(orbit)
@@ -38,7 +38,7 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _hann(count: int) -> tuple[Floats, Any, NDArray[np.intp], NDArray[np.intp]]:
-    """Return what spectra of `count` samples share.
+    """Return the window and the order of lines for spectra of `count` samples, cached.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
     Returns
     -------
     hertz : (n // 2 + 1,), Hz
-    amplitude : (n // 2 + 1,), unit of the signal: peak amplitude of the sine each line
-        stands for (Hann window, mean removed)
+    amplitude : (n // 2 + 1,), unit of the signal: peak amplitude of the sine that each
+        line represents (Hann window, mean removed)
     """
     omega, lines = full_spectrum(signal.astype(np.complex128), interval)
     start = int(np.argmin(np.abs(omega)))

@@ -9,9 +9,9 @@ as nodal diameter k. With q of the rotor and P_h of the ring, mass-orthonormal,
     (d/dt - i h Omega)^2 P + 2 xi w (d/dt - i h Omega) P + w^2 P = n N (W + mu U)^H lambda_k
     sum_h W_h P_h - r q = 0,
 
-n = 2, or 1 for a simple harmonic; lambda_k the cyclic coordinate of the multipliers,
-mu with the sign of Omega. With rotation the rotor's C and K are those of
-`reduction.waves`, full matrices. The motions that keep the constraint are those of a
+n = 2, or 1 for a simple harmonic; lambda_k is the cyclic coordinate of the multipliers,
+mu has the sign of Omega. With rotation the rotor's C and K are those of
+`reduction.waves`, full matrices. The motions that satisfy the constraint follow from a
 quadratic eigenvalue problem.
 """  # noqa: E501
 
@@ -41,8 +41,8 @@ class Coupled:
 
     Attributes
     ----------
-    damping, stiffness : (m, m), C and K of x'' + C x' + K x = push lambda
-    gap : (m,), row that gives the gap w - u from x
+    damping, stiffness : (m, m), C and K in x'' + C x' + K x = push lambda
+    gap : (m,), row vector that gives the gap w - u from x
     push : (m,), modal forces of a unit multiplier lambda_k
     """
 
@@ -117,7 +117,7 @@ def _turning_part(
 def _ring_part(
     model: Model, ring: FourierOperator, h: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return the ring's part of `Coupled` at harmonic h, -H .. H; as `_rotor_part`."""
+    """Return the ring's part of `Coupled` at harmonic h, -H .. H; see `_rotor_part`."""
     body = model.casing
     if body is None:
         msg = "closed contacts need an elastic casing"
@@ -143,7 +143,7 @@ def _amplitudes(
 ) -> tuple[Complexes, Complexes]:
     """Return the ring's amplitudes W and U of e^{i h theta} in its modes, each (2,).
 
-    w = W cos h theta comes with u = U sin |h| theta; for h = 0 the turn U is uniform.
+    w = W cos h theta belongs to u = U sin |h| theta; for h = 0, U is a rotation.
     """
     at = abs(h)
     cosine = max(2 * at - 1, 0)
@@ -167,22 +167,22 @@ def closed_roots(pair: Coupled) -> Complexes:
 
 
 def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
-    """Return the eigenvalues with springs for contacts, (2 m,), 1/s.
+    """Return the eigenvalues with springs instead of contacts, (2 m,), 1/s.
 
-    lambda = -stiffness (w - u): a contact that is closed for a part of the time lies
-    between none (stiffness 0) and a closed one (infinite).
+    lambda = -stiffness (w - u): a contact that is closed only part of the time lies
+    between no contact (stiffness 0) and a closed one (infinite stiffness).
 
     Parameters
     ----------
-    pair : equations of `coupled`
-    stiffness : N/m, of each blade
+    pair : equations from `coupled`
+    stiffness : N/m, of the spring at each blade
     """
     extra = stiffness * np.outer(pair.push, pair.gap)
     return quadratic_roots(pair.damping, pair.stiffness + extra)
 
 
 def fastest(roots: Complexes, below: float = np.inf) -> complex:
-    """Return the root s of largest growth Re s among those with |Im s| < `below`.
+    """Return the root s with the largest growth Re s of those with |Im s| < `below`.
 
     below : rad/s. Without such a root, Re s is -infinity.
     """
@@ -191,7 +191,7 @@ def fastest(roots: Complexes, below: float = np.inf) -> complex:
 
 
 def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
-    """Return a rotating-frame frequency in the static frame, rad/s; > 0: with Omega.
+    """Return a rotating-frame frequency as in the static frame, rad/s; > 0: with Omega.
 
     e^{i (k phi + line t)} with phi = theta - Omega t turns as theta = (k Omega - line)
     t / k; for k = 1 the result is the frequency of the centre's orbit.
@@ -208,9 +208,9 @@ def growth_of_diameter(
     -------
     record: `nodal_diameter`; `closed`, 1/s, the largest growth of all roots and
     `closed_line`, rad/s, its frequency in the rotating frame; `slow` and `slow_line`,
-    the same of the roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW`
-    over springs of 1e3 .. 1e9 N/m a blade, `sprung_line`, and `spring`, N/m. Lines
-    are in the rotating frame, of e^{i k phi}; see `static_line`
+    the same for roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW` with
+    springs of 1e3 .. 1e9 N/m at each blade, with `sprung_line`, and `spring`, N/m.
+    Lines are in the rotating frame, of e^{i k phi}; see `static_line`
     """
     pair = coupled(model, k, speed, friction)
     roots = closed_roots(pair)

@@ -1,4 +1,4 @@
-"""Explain in words what a plan leaves out, why that is safe and what it saves."""
+"""Texts on what a plan leaves out, why that is safe and what it saves."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Note:
 
 
 def amplitudes(model: Model) -> int:
-    """Return the number of modal amplitudes of both bodies."""
+    """Return the number of modal amplitudes of both bodies together."""
     bodies = [body for body in (model.rotor, model.casing) if body is not None]
     return sum(len(body.omega) for body in bodies)
 
@@ -48,13 +48,13 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return a text on how many modes and how short a step truncation saves."""
+    """Return a text on the number of modes and the time step that truncation saves."""
     scene = case.given
     few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"
     try:
         whole = resolve(apply_settings(case.given, {"truncation": 0.0})).model
-    except InputError:  # the modes it names are not there
+    except InputError:  # the model cannot have these modes
         return kept
     many, usual = amplitudes(whole), min(whole.limits(scene.speed).values())
     return f"{kept}; with the inputs as they are, {many} and {usual:.3g} s"
@@ -140,8 +140,8 @@ def facts_of_plan(case: Case) -> dict[str, object]:
 def facts_of_file(rotor: ModalModel) -> dict[str, object]:
     """Return whether the sectors of a rotor from file are equal, and how nearly.
 
-    `told` says the same in words; `deviation` is None where pairs of modes are missing,
-    or there are fewer than 3 blades.
+    `told` says the same in words; `deviation` is None if pairs of modes are missing, or
+    if there are fewer than 3 blades.
     """
     symmetry = rotor.symmetry
     facts: dict[str, object] = {

@@ -3,18 +3,18 @@
 The pattern is the engine of `jobs/light_ring.toml`, the paper's rotor in a ring as
 light as the casings of fans, in which all regimes occur over speed and gap:
 
-- lengths and widths scale with the tip radius; thicknesses of blades, spokes and rim,
-  in addition, are scaled until 1F at high nodal diameters has the frequency asked for:
-  by default half the full speed's, the paper's ratio of 1F to its largest speed, and
-  the usual one of fans at rest; turning stiffens them, with `rotation = "full"`;
+- lengths and widths scale with the tip radius; thicknesses of blades, spokes and rim
+  are also scaled until 1F at high nodal diameters has the given frequency: by default
+  half that of the full speed, which is the paper's ratio of 1F to its largest speed and
+  usual for fans at rest; with `rotation = "full"` rotation stiffens the blades;
 - the full speed is that of a tip at 400 m/s, if it is not given;
-- the shaft is k_o = 500 k_blade N / 22 (the paper's ratio per blade), so that the
-  suspension keeps its distance from 1F, and is damped as by a squeeze film, which
-  stands: damping that turns alone feeds the whirl beyond the critical speed;
+- the shaft's stiffness is k_o = 500 k_blade N / 22 (the paper's ratio per blade), so
+  that the suspension stays away from 1F; it is damped as by a squeeze film, which does
+  not rotate, since purely rotating damping feeds whirl beyond the critical speed;
 - the ring's thickness scales with the blades' thickness, its support with the speed;
-- the pulse lasts 1/25 of a period of 1F and gives the ring a speed of 20 gaps a period:
-  with the modal mass m = pi R rho A (1 + 1/k^2) of an inextensional shape on k lobes,
-  2 F tau / (pi m) = 20 gap f_1F.
+- the pulse lasts 1/25 of a period of 1F and gives the ring a speed of 20 gaps per
+  period: with the modal mass m = pi R rho A (1 + 1/k^2) of an inextensional shape with
+  k lobes, 2 F tau / (pi m) = 20 gap f_1F.
 
 `Checked` holds the properties of the resulting model.
 """
@@ -33,23 +33,23 @@ from hpcwhirl.scene import Rotor, Scene, scene_from
 from hpcwhirl.scene.rules import AS_THE_REST
 from hpcwhirl.structure import blade_stiffness
 
-MATERIALS = {  # Young's modulus, Pa; density, kg/m^3
+MATERIALS = {  # {material: (Young's modulus, Pa; density, kg/m^3)}
     "titanium": (114e9, 4430.0),  # Ti-6Al-4V
     "steel": (210e9, 7800.0),
     "aluminium": (72e9, 2800.0),
     "nickel": (205e9, 8190.0),  # Inconel 718
     "composite": (60e9, 1600.0),  # carbon and epoxy, quasi-isotropic
 }
-RADIUS, SPEED = 0.5, 520.0  # m, rad/s: of the pattern
+RADIUS, SPEED = 0.5, 520.0  # tip radius, m, and full speed, rad/s, of the pattern
 PATTERN = Rotor()
 RING = {"thickness": 0.0218, "width": 0.16, "support_frequency": 14.6}
 ROTOR_DAMPING, RING_DAMPING, FILM = 0.0104, 0.064, 0.03
-TIP_SPEED = 400.0  # m/s
+TIP_SPEED = 400.0  # m/s, at full speed
 OF_FULL_SPEED = 0.5  # frequency of 1F over the full speed's
 FANS = (0.3, 1.0)  # usual range of that ratio
 STIFFNESS_A_BLADE = 500.0 / 22.0  # k_o / (k_blade N)
 GAP = 1.28e-4 / RADIUS
-PULSE_PERIODS = 1.0 / 25.0  # of 1F
+PULSE_PERIODS = 1.0 / 25.0  # in periods of 1F
 GAPS_A_PERIOD = 20.0
 DURATION_PERIODS = 60.0
 CLOSE, MOST_TRIALS = 0.002, 12  # search of thickness: relative error of 1F, steps
@@ -57,16 +57,16 @@ CLOSE, MOST_TRIALS = 0.002, 12  # search of thickness: relative error of 1F, ste
 
 @dataclass(frozen=True)
 class Fan:
-    """Inputs of a fan; 0 (or "") for those that follow from the others.
+    """Dimensions of a fan; 0 (or "") for those that follow from the others.
 
     Attributes
     ----------
-    blades, radius : number, and tip radius, m
-    material, casing_material : of `MATERIALS`; "" for that of the blades
+    blades, radius : number of blades, and tip radius, m
+    material, casing_material : keys of `MATERIALS`; "": the material of the blades
     gap : m
     full_speed : rad/s
-    frequency : of 1F at high nodal diameters, Hz
-    lobes, friction : of the load; Coulomb's coefficient
+    frequency : frequency of 1F at high nodal diameters, Hz
+    lobes, friction : lobes of the load; Coulomb coefficient
     """
 
     blades: int = 22
@@ -115,7 +115,7 @@ def scene_of_fan(fan: Fan) -> tuple[Scene, Checked]:
     Raises
     ------
     InputError
-        where a number cannot be a fan's, or no thickness gives the frequency
+        if a number is impossible for a fan, or no thickness gives the frequency
     """
     _check(fan)
     full = fan.full_speed or TIP_SPEED / fan.radius
@@ -155,7 +155,7 @@ def _scene(fan: Fan, full: float, family: float, stiffer: float) -> Scene:
 
     Parameters
     ----------
-    fan : the dimensions given
+    fan : dimensions of the fan
     full : full speed, rad/s
     family : frequency of 1F, Hz
     stiffer : factor on the thicknesses of the scaled pattern

@@ -1,8 +1,10 @@
 """Limits of a case's time step (stability, pulse, rotation, wall), and its step counts.
 
-The free motion of the marched recursion (`dynamics.timestep`) is z^n, (1 + xi x) z^2 -
-(2 - x^2) z + (1 - xi x) = 0 with x = w dt, so that the phase of a mode advances by
-arg z per step instead of x sqrt(1 - xi^2): see `frequency_error`.
+A free mode of the time recursion (`dynamics.timestep`) moves as z^n, with (1 + xi x)
+z^2
+- (2 - x^2) z + (1 - xi x) = 0 and x = w dt, so that its phase advances by arg z per
+  step
+instead of x sqrt(1 - xi^2), see `frequency_error`.
 """
 
 from __future__ import annotations
@@ -26,20 +28,22 @@ from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
 MOST_KEPT = 32  # cached models, as in `reduction.model`
-SLOWER = 1.072  # see `turned`: of (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
-SAFE = 0.9  # largest share of the limits that a step chosen by accuracy takes
-MATTERS = 1e-2  # share of the largest compliance of a line that matters: 1e-4 of power
+SLOWER = 1.072  # see `turned`: largest (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
+SAFE = 0.9  # largest step chosen by accuracy, over its limits
+MATTERS = 1e-2  # least compliance of a line that counts, over the largest one
 PER_PERIOD = 12.0  # rows of evidence per period of the fastest line
-FEWEST_ROWS = 160  # of evidence in a run
-FEWEST_IN_PULSE = 10  # steps: fewer would miss more than 1 % of its impulse
-HARDLY = 0.7  # xi from which a mode hardly oscillates: it is treated as having this xi
-RESOLVED = 1e-8  # frequency error that round-off hides; smaller ones follow x^2
-FEWEST_IN_RISE = 50  # steps of a rigid casing's rise: fewer miss a tenth of its impulse
+FEWEST_ROWS = 160  # least number of rows of evidence in a run
+FEWEST_IN_PULSE = 10  # steps: with fewer, more than 1 % of the impulse is missing
+HARDLY = (
+    0.7  # a mode with larger xi hardly oscillates and is treated as if with this xi
+)
+RESOLVED = 1e-8  # frequency error hidden by round-off; smaller ones are taken ~ x^2
+FEWEST_IN_RISE = 50  # steps of a rigid casing's rise; fewer miss a tenth of its impulse
 MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error
 
 
 def check_limits(model: Model, scene: Scene) -> None:
-    """Raise InputError where a scene's time step or speed exceeds one of its limits."""
+    """Raise InputError if a scene's time step or speed exceeds one of its limits."""
     check_rotation(model, scene)
     check_supports(model, scene)
     check_unbalance(model, scene)
@@ -50,11 +54,11 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_rotation(model: Model, scene: Scene) -> None:
-    """Raise InputError where the blades' stiffness forbids rotation.
+    """Raise InputError if softening leaves blades without stiffness at the speed.
 
-    The speed must be below that at which softening takes all stiffness of a wave that
-    does not move the shaft. A wave that moves the shaft is held by Coriolis forces
-    beyond its critical speed.
+    The speed must be below that at which softening cancels the stiffness of a wave that
+    does not move the shaft. A wave that moves the shaft is stabilised by Coriolis
+    forces beyond its critical speed.
     """
     if model.rotor.spin is None:
         return
@@ -82,10 +86,10 @@ def _check_range(bearing: Bearing, speed: float) -> None:
 def check_supports(model: Model, scene: Scene) -> None:
     """Raise InputError for supports that are not admissible at a scene's speed.
 
-    The table of a bearing must include the speed. Where supports differ by direction
-    or have a film, the centre must be held in all directions, |k_d| < 1 / a with its
-    compliance a at rest on the mean supports, dampers must take energy, |c_d| <= c, and
-    the scheme must allow such supports.
+    The table of a bearing must include the speed. If supports differ by direction or
+    have a film, they must have stiffness in all directions, |k_d| < 1 / a with the
+    centre's compliance a at rest on the mean supports, dampers must not feed energy,
+    |c_d| <= c, and the scheme must allow such supports.
     """
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
@@ -142,7 +146,7 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
 
 
 def check_step(model: Model, scene: Scene) -> None:
-    """Raise InputError, naming the limit, where dt >= 2 / omega_max of a body."""
+    """Raise InputError, naming the limit, if dt >= 2 / omega_max of a body."""
     step = scene.solver.time_step
     body, limit = min(model.limits(scene.speed).items(), key=lambda item: item[1])
     if not step < limit:
@@ -154,7 +158,7 @@ def check_step(model: Model, scene: Scene) -> None:
 
 
 def check_loading(scene: Scene) -> None:
-    """Raise InputError where the pulse is too short for the steps it is sampled at.
+    """Raise InputError if the pulse has too few time steps.
 
     Sampled at n steps, its impulse is F tau cot(pi / 2n) / n instead of 2 F tau / pi,
     too small by a share (pi / n)^2 / 12; a pulse shorter than a step has none.
@@ -169,11 +173,11 @@ def check_loading(scene: Scene) -> None:
 
 
 def check_wall(scene: Scene) -> None:
-    """Raise InputError where a rigid casing would jump into the blades.
+    """Raise InputError if a rigid casing would jump into the blades.
 
-    Contact removes any penetration within one step: a casing that is inside the blades
-    at once, or after few steps, gives an impulse that grows as the step shrinks. If it
-    takes many steps to reach them, the impulse does not depend on the step.
+    Contact removes any penetration within one step: if a casing is inside the blades at
+    once, or after few steps, the impulse grows as the step shrinks. If it takes many
+    steps to reach the blades, the impulse does not depend on the step.
     """
     casing, step = scene.engine.casing, scene.solver.time_step
     limits = {name: (1 + 1e-9) * most for name, most in wall_limits(scene).items()}
@@ -207,7 +211,7 @@ def wall_limits(scene: Scene) -> dict[str, float]:
 def _wall_reach(scene: Scene) -> float:
     """Return a rigid casing's largest inward distortion at a blade after its rise, m.
 
-    Blades are taken as not deflected: they hardly move during a rise that is too short.
+    Blades count as undeflected, since they hardly move during a rise that is too short.
     """
     casing, blades = scene.engine.casing, scene.engine.rotor.blades
     place = scene.speed * casing.rise + 2 * np.pi * np.arange(blades) / blades
@@ -228,7 +232,7 @@ def longest_turn(model: Model, scene: Scene) -> float:
 
 
 def check_turn(model: Model, scene: Scene) -> None:
-    """Raise InputError where a blade passes half a wave of the casing in a step."""
+    """Raise InputError if a blade passes half a wave of the casing in a step."""
     longest, step = longest_turn(model, scene), scene.solver.time_step
     if not step < longest:
         most = abs(scene.speed) * longest / step
@@ -242,13 +246,13 @@ def check_turn(model: Model, scene: Scene) -> None:
 def frequency_error(phase: float, ratio: float = 0.0) -> float:
     """Return the relative error of a mode's frequency by central differences.
 
-    sin(w' dt / 2) = (x / 2) sqrt((1 - 2 xi^2 / (1 + s)) / s), s = sqrt(1 - xi^2 x^2),
-    against w' = w sqrt(1 - xi^2); undamped sin(w' dt / 2) = w dt / 2, with the leading
-    term (w dt)^2 / 24.
+    The numerical frequency w' follows from sin(w' dt / 2) = (x / 2) sqrt((1 - 2 xi^2 /
+    (1 + s)) / s), s = sqrt(1 - xi^2 x^2); the exact one is w sqrt(1 - xi^2). Undamped,
+    sin(w' dt / 2) = w dt / 2, and the leading term of the error is (w dt)^2 / 24.
 
     Parameters
     ----------
-    phase : x = w dt, at most 2 sqrt(1 - xi^2), from which on z is real
+    phase : x = w dt, at most 2 sqrt(1 - xi^2), beyond which z is real
     ratio : xi < 1
     """
     root = math.sqrt(1.0 - (ratio * phase) ** 2)
@@ -276,17 +280,18 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 
 
 def turned(omega: Floats, speed: float) -> Floats:
-    """Return the frequencies without rotation that err as much as waves at speed.
+    """Return frequencies without rotation with the numerical error of waves at speed.
 
-    Marched by central differences, a wave e^{i w t} of stiffness K and with Coriolis
-    forces 2 Omega c, |c| <= 1, both per mass, fulfils
+    Integrated by central differences, a wave e^{i w t} with stiffness K and Coriolis
+    forces 2 Omega c, |c| <= 1, both per mass, satisfies
 
     (2 / dt sin(w dt / 2))^2 + 2 Omega c sin(w dt) / dt = K,
 
-    so that w is wrong by (w dt)^2 / 24 (w + 4 Omega c) / (w + Omega c) of it, leading
-    term. With x = Omega / omega and K of omega^2 - Omega^2 (softening) to omega^2 this
-    is at most `SLOWER` (omega dt)^2 / 24, by the slower wave of two, as long as x <
-    0.43; beyond, by the faster one, (1 + x)^2 (3 x - 1) times as much.
+    so that the leading term of the relative error of w is (w dt)^2 / 24 (w + 4 Omega c)
+    / (w + Omega c). With x = Omega / omega and K from omega^2 - Omega^2 (softening) to
+    omega^2, this is at most `SLOWER` (omega dt)^2 / 24 for x < 0.43, reached by the
+    slower of the two waves; beyond, the faster wave has (1 + x)^2 (3 x - 1) times as
+    much.
 
     Parameters
     ----------
@@ -305,8 +310,8 @@ def step_asked(model: Model, scene: Scene) -> float:
 
     The step keeps `frequency_error` below `accuracy` for every mode of the rotor, with
     terms of rotation for every wave, see `turned`, and is at most `SAFE` of the limits
-    by stability of both bodies, pulse, rotation and wall. Modes that only a basis for
-    all speeds has need no accuracy: they are counted as the highest one at rest.
+    by stability of both bodies, pulse, rotation and wall. Modes that are only in the
+    basis for all speeds need no accuracy: they count as the highest mode at rest.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
@@ -326,10 +331,10 @@ def step_asked(model: Model, scene: Scene) -> float:
 def fastest_line(model: Model, speed: float) -> float:
     """Return the highest frequency of motion that matters in the static frame, rad/s.
 
-    Modes matter that have at least `MATTERS` of the largest modal compliance of the
+    A mode matters if it has at least `MATTERS` of the largest modal compliance of the
     centre (of the tips, if no mode moves the centre) under a steady load. In the static
-    frame a mode has a line at omega + |Omega| at most; with full rotation at omega +
-    2 |Omega|, since Coriolis forces split a pair by 2 |Omega| at most.
+    frame its line is at most at omega + |Omega|; with full rotation at omega + 2
+    |Omega|, since Coriolis forces split a pair by at most 2 |Omega|.
     """
     turns = 1.0 if model.rotor.spin is None else 2.0
     return _fastest(model) + turns * abs(speed)
@@ -349,10 +354,11 @@ def _fastest(model: Model) -> float:
 
 
 def beat_of(model: Model, scene: Scene) -> int:
-    """Return the steps between rows of evidence: `PER_PERIOD` in the shortest period.
+    """Return the number of steps between rows of evidence, `PER_PERIOD` per period.
 
-    It depends on engine, speed, step and duration, never on the traces kept; in a run
-    whose last 40 % would have fewer than 64 rows, on the duration alone.
+    The period is the shortest that matters. The number depends on engine, speed, step
+    and duration, never on the traces kept; in a run whose last 40 % would have fewer
+    than 64 rows, only on the duration.
     """
     step = scene.solver.time_step
     total, _ = step_counts(scene)

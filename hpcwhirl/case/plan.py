@@ -1,4 +1,4 @@
-"""Plans: which part of a scene's model is integrated, and how far."""
+"""Plans: which part of a scene's model is integrated, and until when."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ FOLDING = (
     "engine.file",
     "unbalance",
     "engine.rotation",
-)  # inputs that `folds_of` and kernels depend on; of mistuning, whether there is any
+)  # inputs of `folds_of` and kernels; of mistuning, only whether there is any
 MOST_KEPT = 256  # cached settling times
-SOON = 0.7  # share of the run: a certificate expected later is not looked for
+SOON = 0.7  # part of the run: no certificate is sought if it is expected later
 
 
 class Marched(NamedTuple):
@@ -41,14 +41,14 @@ class Marched(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """The part of a model that is integrated, and how far.
+    """The part of a model that is integrated, and until when.
 
     Attributes
     ----------
     folds : g, number of sectors that move alike, of which one is integrated; 1: all are
-    settles : whether the run looks for a proof that no contact can recur, after which
-        it continues in closed form or ends
-    settling : s, time from which on the ring, untouched, swings less than the gap
+    settles : whether the run seeks a proof that no contact can recur, after which it
+        continues in closed form or ends
+    settling : s, time after which the ring, if not touched, moves less than the gap
     """
 
     folds: int
@@ -59,7 +59,7 @@ class Plan:
 def folds_of(scene: Scene) -> int:
     """Return g, the number of sectors that move alike: gcd(k, N).
 
-    1 where sectors differ or the plan or scheme does not allow one to stand for all.
+    1 if sectors differ, or if plan or scheme do not allow one sector to stand for all.
     """
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
@@ -70,7 +70,7 @@ def folds_of(scene: Scene) -> int:
 
 
 def settling_time(scene: Scene, model: Model) -> float:
-    """Return the time, s, from which on the untouched ring swings less than the gap.
+    """Return the time, s, after which the untouched ring moves less than the gap.
 
     It follows from bounds of the modes' amplitudes after the pulse, which decay with
     xi omega; infinite for undamped modes and for a driven casing.
@@ -121,7 +121,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 def lean_of(scene: Scene, model: Model) -> Marched:
     """Return the scene and model to integrate.
 
-    Those of all sectors, or of one where g > 1 sectors move alike.
+    They are those of all sectors, or of one sector if g > 1 sectors move alike.
     """
     folds = folds_of(scene)
     if folds == 1:

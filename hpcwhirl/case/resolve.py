@@ -21,14 +21,14 @@ from hpcwhirl.scene.schemes import SCHEMES
 class Case:
     """A resolved scene; immutable, each property is computed once, on first use.
 
-    The cost of a campaign with fixed steps therefore needs no models, and the modes of
-    a scene that cannot be integrated can still be shown; `check` raises for it.
+    So the cost of a campaign with fixed steps needs no models, and the modes of a scene
+    that cannot be integrated can still be shown; `check` raises for such a scene.
 
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
     own : a model to use instead of one made from the scene
-    goes_on : whether it begins where another case has ended, and so without a pulse
+    goes_on : whether it begins with the last state of another case, without a pulse
     """
 
     given: Scene
@@ -47,7 +47,7 @@ class Case:
         Raises
         ------
         InputError
-            where the model of these inputs cannot be computed in double precision
+            if the model of these inputs cannot be computed in double precision
         """
         return self.own or model_of(self.reduced)
 
@@ -69,7 +69,7 @@ class Case:
 
     @property
     def clearance(self) -> float:
-        """Clearance at speed, m, that the growth leaves; it may be negative."""
+        """Clearance at speed, m, after radial growth; it may be negative."""
         at_rest = self.given.gap_at == "rest"
         return self.given.gap - (self.growth if at_rest else 0.0)
 
@@ -80,7 +80,7 @@ class Case:
         Raises
         ------
         InputError
-            where the tips have grown into the casing
+            if the tips have grown into the casing
         """
         settings: dict[str, Value] = {"force": 0.0} if self.goes_on else {}
         if self.given.solver.accuracy > 0.0:
@@ -98,12 +98,12 @@ class Case:
 
     @cached_property
     def plan(self) -> Plan:
-        """Which part of the model is integrated, and how far."""
+        """The plan: which part of the model is integrated, and until when."""
         return plan_of(self.reduced, self.model)
 
     @cached_property
     def lean(self) -> Marched:
-        """The scene and the model that this plan integrates."""
+        """The scene and the model that are integrated by the plan."""
         return lean_of(self.scene, self.model)
 
     @property
@@ -127,7 +127,7 @@ class Case:
         return float(self.steps * step)
 
     def check(self) -> None:
-        """Raise InputError, naming the limit, where the time step exceeds one."""
+        """Raise InputError, naming the limit, if time step or speed exceeds one."""
         check_limits(self.model, self.scene)
 
 

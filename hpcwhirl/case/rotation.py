@@ -1,18 +1,19 @@
-"""Choose whether a case has the terms of rotation, by how much they change its waves.
+"""Choice whether a case has the terms of rotation, by how much they change its waves.
 
-`rotation = "auto"` takes all terms or none: softening alone makes blades unstable.
+`rotation = "auto"` uses all terms or none, since softening alone makes blades unstable.
 
-A free centre needs them at any speed: its lines belong to the static frame, and without
-Coriolis forces turn with the rotor, a whole turn off after one revolution. Where equal
-blades and the load's lobes leave it at rest, round-off may move it in a long contact.
-With a clamped one, each free wave is e^{i k theta + s t}, and at the case's speed
+A free centre needs them at any speed: its orbit is at rest in the static frame, but
+without Coriolis forces turns with the rotor, by a whole turn in a revolution. Even if
+equal blades and the load's lobes leave the centre at rest, round-off may move it in a
+long contact. With a clamped centre, each free wave is e^{i k theta + s t}, and the
+choice depends on the largest
 
-max |s_full - s_none| / |s_none|
+|s_full - s_none| / |s_none|
 
-over the waves that tips see decides: those whose mode has at least `SEEN` of the
-largest compliance of the tips. The shift of Eq. (13) is that of its wave, and `gap` is
-the clearance at speed with either choice. The two models differ in their bases, too,
-which counts.
+at the case's speed over the waves that matter to the tips: those whose mode has at
+least `SEEN` of the largest compliance of the tips. A critical speed of Eq. (13) shifts
+as its wave does, and `gap` is the clearance at speed with either choice. The two models
+also differ in their bases, which is part of the difference.
 """
 
 from __future__ import annotations
@@ -36,20 +37,20 @@ from hpcwhirl.reduction.waves import (
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
-LEFT_OUT = 0.01  # largest relative change of a wave that is left out
+LEFT_OUT = 0.01  # largest relative change of a wave at which the terms are left out
 FREE = "a free centre"
-SEEN = 1e-2  # share of the tips' largest modal compliance that a wave has at least
+SEEN = 1e-2  # least modal compliance of a wave that counts, over the largest one
 MOST_KEPT = 256  # cached estimates
-Pair = tuple[str, complex, complex]  # name of a wave, s or its conjugate of both
+Pair = tuple[str, complex, complex]  # wave's name, its s (or conjugate) in both models
 
 
 class Change(NamedTuple):
-    """What the terms of rotation change at most.
+    """The largest change that the terms of rotation make to a wave.
 
     Attributes
     ----------
     share : |s_full - s_none| / |s_none| of the wave that changes most
-    wave : what it is called
+    wave : name of this wave
     none, full : its frequency without and with the terms, rad/s, rotating frame; > 0:
         turns with the rotation
     """
@@ -61,14 +62,14 @@ class Change(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """What `auto` chooses for a case.
+    """The choice of `auto` for a case.
 
     Attributes
     ----------
-    rotation : none or full
-    needed : what needs full: an input or `FREE`; "" where the estimate decides
-    change : the estimate; None where it does not decide
-    limit : largest relative change up to which the terms of rotation are left out
+    rotation : "none" or "full"
+    needed : what requires full: an input or `FREE`; "" if the estimate decides
+    change : the estimate; None if it does not decide
+    limit : largest relative change at which the terms of rotation are left out
     """
 
     rotation: str
@@ -78,7 +79,7 @@ class Choice(NamedTuple):
 
     @property
     def told(self) -> str:
-        """The choice and why, a sentence."""
+        """The choice and its reason, as a sentence."""
         if self.change is None:
             return f"rotation auto: {self.rotation}, which {self.needed} needs"
         change, beyond = self.change, "beyond" if self.rotation == "full" else "within"
@@ -90,7 +91,7 @@ class Choice(NamedTuple):
 
 
 def needing(scene: Scene) -> str:
-    """Return what of a scene needs rotation full; "" if nothing does."""
+    """Return the input (or `FREE`) of a scene that needs rotation full, "" for none."""
     rotor = scene.engine.rotor
     usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
     own = [name for name, value in usual.items() if getattr(rotor, name) != value]
@@ -105,14 +106,14 @@ def needing(scene: Scene) -> str:
 
 
 def choice_of(scene: Scene) -> Choice:
-    """Return what `auto` chooses for a scene.
+    """Return the choice of `auto` for a scene.
 
-    The limit is `LEFT_OUT`, or `solver.accuracy` where that asks for less.
+    The limit is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
 
     Raises
     ------
     InputError
-        where the rotor of a file has no terms of rotation
+        if full is needed, and a rotor from file has no terms of rotation
     """
     limit = min(scene.solver.accuracy or LEFT_OUT, LEFT_OUT)
     needed = needing(scene)
@@ -125,7 +126,7 @@ def choice_of(scene: Scene) -> Choice:
 def change_of(scene: Scene) -> Change:
     """Return the wave that the terms of rotation change most in a scene.
 
-    Unlike `choice_of`, regardless of inputs, or a free centre, that need these terms.
+    Unlike `choice_of`, it ignores whether inputs or a free centre require these terms.
     """
     rest, turning = (model_of(_turned(scene, name)) for name in ("none", "full"))
     return _change(rest, turning, scene.speed)
@@ -136,7 +137,7 @@ def _turned(scene: Scene, rotation: str) -> Scene:
 
 
 def with_rotation(scene: Scene) -> Scene:
-    """Return the scene with rotation none or full where it is auto."""
+    """Return the scene with rotation auto replaced by none or full."""
     if scene.engine.rotation != "auto":
         return scene
     return apply_settings(scene, {"engine.rotation": choice_of(scene).rotation})
@@ -176,10 +177,10 @@ def _by_diameter(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each wave.
 
-    The rotor has equal sectors; only waves that matter to the tips are compared.
-    Sorted, the frequencies of a nodal diameter keep their order at all speeds, so that
-    the r-th from the middle outwards is the same wave in both models, of which either
-    may have more modes.
+    The rotor has equal sectors; only waves that matter to the tips are compared. The
+    sorted frequencies of a nodal diameter keep their order at all speeds, so that the
+    r-th from the middle outwards is the same wave in both models, even if one has more
+    modes.
     """
     seen = _seen(rest, blades)
     before, after = (
@@ -202,7 +203,7 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the two waves of a rank (for k = 0 the one) in lines by frequency."""
+    """Return the two waves of a rank (one for k = 0) from lines by frequency."""
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
 
@@ -216,7 +217,8 @@ def _of_whole(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each mode.
 
-    For unequal sectors, whose modes have no nodal diameter: compared by frequency.
+    It is for unequal sectors, whose modes have no nodal diameter and are compared by
+    frequency.
     """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
     gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)

@@ -1,13 +1,13 @@
 """The model of one of g sectors that move alike: N / g blades on a folded circle.
 
-A rotor of N equal blades at rest, a round ring at rest and a load on k lobes are the
-same after a turn by 2 pi / g, g = gcd(k, N); so is every later motion. Only nodal
+A rotor of N equal blades at rest, a round ring at rest and a load on k lobes are
+unchanged by a rotation of 2 pi / g, g = gcd(k, N); so is every later motion. Only nodal
 diameters and harmonics h = g h' ever move. In the angle g theta they are h' = h / g of
-N / g blades that turn with g Omega below a load on k / g lobes, each of which carries
+N / g blades that turn with g Omega under a load on k / g lobes, and this model carries
 1 / g of the energy: amplitudes of mass-orthonormal modes are y / sqrt(g), their shapes
 sqrt(g) times those of the whole, and the modal force is F / g. Displacements, gaps and
-multipliers are the same numbers; energies, works and impulses count g times. What
-rotation adds is that of Omega, not g Omega: C / g, K_1 / g^2 and K_2 / g^4.
+multipliers are the same numbers; energies, works and impulses count g times. Terms of
+rotation are those of Omega, not of g Omega: C / g, K_1 / g^2 and K_2 / g^4.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ def folded_body(
 def _folded_spin(spin: Spin, folds: int) -> Spin:
     """Return the terms of rotation of one of g sectors, by nodal diameter.
 
-    They have no matrices of the whole and no supports, since the centre is at rest.
+    They have no matrices of the whole rotor and no supports, since the centre is at
+    rest.
     """
     waves = tuple(_folded(own, folds) for own in spin.waves if own.k % folds == 0)
     return Spin(NONE, NONE, np.zeros(0), waves=waves, support=ROUND)
@@ -100,7 +101,7 @@ def folded_model(whole: Model, folds: int) -> Model:
     Raises
     ------
     ModelError
-        where the whole model has no such symmetry
+        if the whole model has no such symmetry
     """
     foreign = whole.ring is not None and not isinstance(whole.ring, FourierOperator)
     if whole.blades % folds or foreign or not whole.rotor.cyclic or folds < 2:
@@ -121,7 +122,7 @@ def folded_model(whole: Model, folds: int) -> Model:
 def folded_scene(scene: Scene, folds: int) -> Scene:
     """Return the scene of one of g sectors: speed g Omega, k / g lobes, force F / g.
 
-    Its engine stays that of the whole; only its radius is used.
+    Its engine is still that of the whole model, of which only the radius is used.
     """
     return scene.model_copy(
         update={

@@ -1,37 +1,39 @@
-"""Estimate the error of a truncated model in a contact, and choose modes by it.
+"""Estimate of the error of a truncated model in a contact, and choice of modes by it.
 
-A blade's tip and the ring below it are struck by unit impulses. The tip's radial motion
+A blade's tip and the ring near it are struck by unit impulses. The tip's radial motion
 then is
 
 r(t) = sum_m g_m e^{-xi_m w_m t} sin(w_d t) / w_d,
 
-g_m the radial shape squared of each mode; its tangential motion s(t) has the same form,
-pulled by friction mu times as hard; the ring's motion is c(t). The error (dr, ds, dc)
-of a truncated body over the `WINDOW` of first contacts is its difference from the
-motion with all modes: `FINEST_FAMILIES` fixed-interface modes a blade of the rotor,
-`FINEST` harmonics of the ring. With |.| the norm over the window, three parts count:
+with g_m the squared radial shape of each mode; its tangential motion s(t) has the same
+form, driven by friction with a force mu times as large; the ring's motion is c(t). The
+error (dr, ds, dc) of a truncated body over the `WINDOW` of first contacts is its
+difference from the motion with all modes: `FINEST_FAMILIES` fixed-interface modes per
+blade of the rotor, `FINEST` harmonics of the ring. With |.| the norm over the window,
+three parts count:
 
 Rotor, |(dr, f ds)| / |(r, f s)|, f = c mu: relative to the tip's motion itself. Without
-friction blades only stretch, and the error is one of all their motion. With friction
+friction blades only stretch, and the error is that of their whole motion. With friction
 they also bend, slowly, so that strikes add up in bending but not in stretching, in
-which a blade swings many times between two strikes: c = `ADDED_UP`. A casing without
+which a blade vibrates many times between two strikes: c = `ADDED_UP`. A casing without
 lobes touches all blades at once and few times: c = 1.
 
-Ring, |dc| / |r + c|: the relative error of the contact's force, and so of the time at
-which it ends and of each following contact. The bounces of a tip that only stretches
-depend on nothing else: the factor is `STRETCHED` where |r| is all of the motion, `BENT`
-where it is little of it, or where the shaft's centre (k = 1) or the whole ring (k = 0)
-moves slowly with it.
+Ring, |dc| / |r + c|: the relative error of the contact force, and so of the time at
+which it ends and of each later contact. The bounces of a tip that only stretches depend
+on nothing else: the factor is `STRETCHED` if |r| is all of the motion, `BENT` if it is
+a small part of it, or if the shaft's centre (k = 1) or the whole ring (k = 0) moves
+slowly with it.
 
-Load, |dp| / |p|: p(t) is the motion of the ring's k lobes by the pulse alone, before
-any contact. A short pulse on one lobe stretches the ring in addition to moving it, and
-a ring that cannot stretch comes late to its first contact: the factor is `LOADED`. This
-error is independent of those after a strike: they are added as squares.
+Load, |dp| / |p|: p(t) is the motion of the ring's k lobes due to the pulse alone,
+before any contact. A short pulse on one lobe stretches the ring in addition to moving
+it, and a ring that cannot stretch is late at its first contact: the factor is `LOADED`.
+This error is independent of those after a strike, so that the squares are added.
 
-Equal blades and a load on k lobes move alike after a turn by 1/g, g = gcd(k, N): only
-nodal diameters and harmonics that are multiples of g are struck. The factors are at or
-above the 95 % quantiles of the ratio of errors of motions to these differences, over
-230 random engines; scripts/evidence/estimates.py checks them on others.
+With equal blades and a load on k lobes, motions are unchanged by a rotation of 2 pi /
+g, g = gcd(k, N): only nodal diameters and harmonics that are multiples of g are struck.
+The factors are not below the 95 % quantiles of the ratio of the errors of motions to
+these differences, over 230 random engines; scripts/evidence/estimates.py checks them on
+others.
 """
 
 from __future__ import annotations
@@ -59,25 +61,25 @@ from hpcwhirl.structure import FourierOperator, bladed_disk
 
 Floats = NDArray[np.float64]
 FINEST = 160  # harmonics of the reference ring
-FINEST_FAMILIES = 8  # fixed-interface modes a blade of the reference rotor
+FINEST_FAMILIES = 8  # fixed-interface modes per blade of the reference rotor
 WINDOW = 2e-3  # s
-TIMES = 200  # samples of the window
-ADDED_UP = 2.0  # how much more strikes add up in bending than in stretching
+TIMES = 200  # number of samples in the window
+ADDED_UP = 2.0  # weight of bending against stretching, since strikes add up in it
 OF_ROTOR = 2.2  # error of motions over the rotor's difference, in 19 of 20 cases
 BENT, STRETCHED = 10.0, 45.0  # the same for the ring's difference: see above
 LOADED = 5.0  # the same for the difference under the pulse
-OVERDAMPED = 0.999  # largest damping ratio: modes above it are treated as having it
-TO_ROTOR = 2 / 3  # share of the error asked for that the rotor may take
+OVERDAMPED = 0.999  # damping ratio as which larger ones are treated
+TO_ROTOR = 2 / 3  # share of the allowed error that the rotor may take
 HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
 
 
 class Missed(NamedTuple):
-    """Estimated relative errors of a motion by truncation.
+    """Estimated relative errors of a motion due to truncation.
 
     Attributes
     ----------
-    rotor, ring : by the truncation of each body, after a strike
-    load : by the truncation of the ring, under the pulse
+    rotor, ring : error after a strike, due to the truncation of each body
+    load : error under the pulse, due to the truncation of the ring
     """
 
     rotor: float
@@ -100,7 +102,9 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
     chosen : (m,), which modes move
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
-    omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free: the limit w to 0
+    omega = np.maximum(
+        body.omega[chosen], 1e-3 / WINDOW
+    )  # for free modes, w tends to 0
     ratio = np.minimum(body.ratios[chosen], OVERDAMPED)
     swing = omega * np.sqrt(1.0 - ratio**2)
     shapes = np.exp(-np.outer(ratio * omega, times)) * np.sin(np.outer(swing, times))
@@ -108,7 +112,7 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
 
 
 class Wheel(NamedTuple):
-    """A rotor by its inputs or by its file and the digest of that file's content."""
+    """A rotor, given by its inputs or by its file and that file's digest."""
 
     rotor: Rotor
     file: str
@@ -126,7 +130,7 @@ class Wheel(NamedTuple):
         return self.rotor.blades
 
     def model(self, modes: int) -> ModalModel:
-        """Return the rotor with so many fixed-interface modes, if it has matrices."""
+        """Return the rotor with `modes` fixed-interface modes, if it has matrices."""
         if self.file:
             return file_model(self.file, self.content, self.rotor, modes)
         return rotor_model(self.rotor, modes)
@@ -139,7 +143,7 @@ def _wheel(scene: Scene) -> Wheel:
 
 @lru_cache(maxsize=64)
 def _most_modes(wheel: Wheel) -> int:
-    """Return how many fixed-interface modes exist, up to `FINEST_FAMILIES` a blade."""
+    """Return the number of fixed-interface modes, up to `FINEST_FAMILIES` per blade."""
     rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
     if wheel.file:
         return min(most, file_model(wheel.file, wheel.content, rotor).kept)
@@ -170,7 +174,7 @@ def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) ->
 
 
 def truncation_error(scene: Scene) -> float:
-    """Return the estimated relative error of a motion by the modes left out.
+    """Return the estimated relative error of a motion due to the modes left out.
 
     Parameters
     ----------
@@ -225,7 +229,7 @@ def _pushed(
 def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
     """Return weight |part| / |whole|, without underflow or overflow.
 
-    0 where nothing moves, being too stiff or too heavy: then nothing is left out.
+    0 if nothing moves since the body is too stiff or too heavy.
     """
     if not (part.any() or whole.any()):
         return 0.0
@@ -237,7 +241,9 @@ def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
     """Return the relative error of a truncated casing's motion under the load."""
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
-    if absent or load.lobes > casing.harmonics:  # the latter is refused before a run
+    if (
+        absent or load.lobes > casing.harmonics
+    ):  # too many lobes are refused before a run
         return 0.0
     place = wheel.rotor.radius, wheel.casing(casing), load.lobes, load.pulse
     every = _pushed(whole, *place)
@@ -269,10 +275,10 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
 def with_truncation(scene: Scene) -> Scene:
     """Return the scene with the modes that meet its truncation error, if it sets one.
 
-    The rotor gets the fewest families a blade whose part of the estimate is at most
-    `TO_ROTOR` of the error asked for, the ring the fewest harmonics, if possible
-    without the modes that stretch it, that keep the whole estimate below it; the finest
-    where none does. A casing from file keeps all its harmonics.
+    The rotor gets the fewest families per blade whose part of the estimate is at most
+    `TO_ROTOR` of the allowed error. The ring gets the fewest harmonics, if possible
+    without the modes that stretch it, for which the whole estimate is allowed, or the
+    finest if there are none. A casing from file keeps all its harmonics.
     """
     asked = scene.solver.truncation
     if asked == 0.0 or not has_families(scene):

@@ -2,14 +2,13 @@
 
 In the rotating frame the force of an unbalance, m e Omega^2, is constant, and so is the
 rotor's response x_s to it. On supports that differ by direction the circle becomes an
-ellipse, in the rotating frame x_s = x_1 + Re(xi e^{2 i Omega t}). The kernels march
-what is left, y = x - x_s, which is free of the force: it decays where there is no
-contact, its energy is that of the ledger, and words judge it. Gaps, tips and the orbit
-are those of x.
+ellipse, in the rotating frame x_s = x_1 + Re(xi e^{2 i Omega t}). The kernels integrate
+the difference y = x - x_s, on which the force does not act: without contact it decays.
+The energy ledger and the words are those of y; gaps, tips and the orbit are those of x.
 
-A run begins on the circle, where that leaves `CLEAR` of the gap to every blade, else on
-x_s scaled down until it does, at rest in the rotating frame; and where a blade is lost,
-which pulls no more at its root, at rest in place.
+A run begins on the circle if that leaves `CLEAR` of the gap at every blade, otherwise
+on x_s scaled down until it does, at rest in the rotating frame. If a blade is lost,
+whose pull at its root then vanishes, the run begins undeflected and at rest.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ from hpcwhirl.scene.rules import NO_BLADE
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-CLEAR = 0.1  # share of the gap that a run leaves to each blade as it begins
-MOST_KEPT = 32  # cached circles, as of models
+CLEAR = 0.1  # share of the gap that is left at each blade when a run begins
+MOST_KEPT = 32  # cached circles, like models
 
 
 def force_of(scene: Scene) -> complex:
@@ -49,10 +48,10 @@ def is_unbalanced(scene: Scene) -> bool:
 
 
 def released_moment(model: Model) -> complex:
-    """Return the unbalance m e, x + i y, kg m, that the loss of a blade leaves.
+    """Return the unbalance m e, x + i y, kg m, that the loss of a blade causes.
 
     It is the force at the centre, over Omega^2, that does the same work as the missing
-    centrifugal load on the static deflection under a force at the centre.
+    centrifugal load, on the static deflection caused by a force at the centre.
     """
     spin, hub = model.rotor.spin, 2 * model.blades + np.arange(2)
     if spin is None or spin.released is None:
@@ -78,7 +77,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return xi (n,), m, of an unbalanced rotor; None on supports equal in x and y."""
+    """Return xi (n,), m, of an unbalanced rotor; None on supports equal in x, y."""
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
@@ -126,7 +125,7 @@ def _circle(
 def _circle_in_film(
     model: Model, spin: Spin, force: complex, speed: float
 ) -> tuple[Floats, Complexes]:
-    """Return the circle whose radius e has the film's damper F_t at e."""
+    """Return x_1 and xi with a film whose damping is that at the circle's radius."""
     own = spin.support.at(speed)
 
     def at(radius: float) -> tuple[Floats, Complexes]:
@@ -165,9 +164,9 @@ def reach_of(model: Model, scene: Scene) -> float:
 
 
 def share_at_start(model: Model, scene: Scene) -> float:
-    """Return the share of the circle, 0 to 1, at which a run begins.
+    """Return the factor on the circle, 0 to 1, with which a run begins.
 
-    0 where a blade is lost: until then the rotor was balanced.
+    0 if a blade is lost, since the rotor was balanced before.
     """
     if scene.engine.rotor.lost_blade != NO_BLADE:
         return 0.0
@@ -176,7 +175,7 @@ def share_at_start(model: Model, scene: Scene) -> float:
 
 
 def check_unbalance(model: Model, scene: Scene) -> None:
-    """Raise InputError where x_s, without contact, exceeds the amplitude limit."""
+    """Raise InputError if x_s, without contact, exceeds the amplitude limit."""
     places = circle(model, scene)
     if places is None:
         return
@@ -208,12 +207,12 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     Returns
     -------
     unbalance : kg m
-    force : N, m e Omega^2, with that of a lost blade
-    radius : m, of the centre's circle; of an ellipse, of the part that turns forward
-    backward : m, radius of the part that turns backward, where supports differ
-    lag : rad, angle of the centre behind the unbalance, in the sense of rotation
+    force : N, m e Omega^2, including that of a lost blade
+    radius : m, of the centre's circle; for an ellipse that of its forward part
+    backward : m, radius of the backward part, if supports differ by direction
+    lag : rad, angle by which the centre lags the unbalance, in the sense of rotation
     reach : m, outward displacement of the tip that is farthest out
-    over_gap : reach over gap; None where the gap is 0
+    over_gap : reach over gap; None if the gap is 0
     touches : whether the circle, without contact, would pass through the casing
 
     None without an unbalance.

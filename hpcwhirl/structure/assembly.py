@@ -21,13 +21,14 @@ class CyclicStructure:
     ----------
     mass, stiffness : (n, n), kg and N/m; a sector's DoF in its own frame
         (radial, tangential, ...), sector j turned by 2 pi j / N
-    sectors : N
-    sector_size : d, DoF a sector; DoF a of sector j is j d + a
+    sectors : number of sectors N
+    sector_size : d, number of DoF of a sector; DoF a of sector j is j d + a
     boundary : DoF of a sector that a reduction keeps, e.g. tip radial, tangential
-    centre : the two centre DoF (x, y in the structure's frame), or none
+    centre : the two DoF of the centre (x, y in the structure's frame); empty if clamped
     centre_stiffness : k_o, N/m, of the shaft's springs
     mistuned : whether the sectors are not identical
-    tilt : of a disk that tilts on its shaft; its DoF are none of these
+    tilt : shaft and inertia of a tilting disk, whose tilt DoF are not among the n; None
+        for shaft springs
     """
 
     mass: Floats
@@ -46,7 +47,7 @@ def add_element(
 ) -> None:
     """Add ``transform.T @ element @ transform`` at `dofs` of `target`, in place.
 
-    `dofs` may name one DoF twice (a ring of one sector); both parts are added.
+    A DoF that occurs twice in `dofs` (in a ring of one sector) gets both contributions.
     """
     block = transform.T @ element @ transform
     np.add.at(target, (dofs[:, None], dofs[None, :]), block)

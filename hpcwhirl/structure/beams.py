@@ -1,7 +1,7 @@
 """Element matrices: tapered Bernoulli beam with rod, and curved ring element.
 
-Shape functions live on xi in [0, 1]; every integrand is a polynomial, so that the
-Gauss rule used is exact.
+Shape functions are defined on xi in [0, 1]. Every integrand is a polynomial, so that
+the Gauss rule is exact.
 """
 
 from __future__ import annotations

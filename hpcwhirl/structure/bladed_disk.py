@@ -14,9 +14,9 @@ from hpcwhirl.structure.beams import Section, beam
 from hpcwhirl.structure.tilting import tilt_of
 
 Floats = NDArray[np.float64]
-NODE = 3  # DoF a node: radial, tangential, rotation
-GHOST = 1e-6  # share of its mass and stiffness that stands for a lost blade
-MOST_DOF = 15_000  # dense M and K of 1.8 GB each
+NODE = 3  # DoF of a node: radial, tangential, rotation
+GHOST = 1e-6  # share of mass and stiffness that is kept of a lost blade
+MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
 
 
 def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
@@ -58,7 +58,7 @@ def blade_stiffness(rotor: Rotor) -> float:
 def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
     """Return (length, section, transform) of a spoke at an angle, rad.
 
-    transform : (6, 5), the beam's DoF from x_o, y_o, and r, t, rotation of the root
+    transform : (6, 5), from x_o, y_o and r, t, rotation of the root to the beam's DoF
     """
     thick = (rotor.spoke_thickness, rotor.spoke_thickness)
     section = Section(rotor.spoke_width, thick, rotor.young, rotor.density)
@@ -71,7 +71,7 @@ def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
 def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
     """Return (length, section, transform) of the rim's chord from a root to the next.
 
-    transform : (6, 6), the beam's DoF from r, t, rotation of both roots
+    transform : (6, 6), from r, t, rotation of both roots to the beam's DoF
     """
     half = np.pi / rotor.blades
     thick = (rotor.rim_thickness, rotor.rim_thickness)
@@ -88,13 +88,13 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.
     The tip's radial and tangential DoF are the boundary. Mistuning scales the
-    stiffness of each blade, E_j = E (1 + delta_j), not that of the disk. Of a blade
-    that is lost a share `GHOST` of mass and stiffness is left.
+    stiffness of each blade, E_j = E (1 + delta_j), not that of the disk. A lost blade
+    keeps a share `GHOST` of its mass and stiffness.
 
     Raises
     ------
     InputError
-        where blades and elements need more DoF than `MOST_DOF`
+        if blades and elements need more DoF than `MOST_DOF`
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     if blades * size > MOST_DOF:

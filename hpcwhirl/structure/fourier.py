@@ -20,7 +20,11 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class FourierOperator:
-    """Contact operator of a ring of harmonics 0 .. H: reads and loads it at angles."""
+    """Contact operator of a ring of harmonics 0 .. H.
+
+    It gives the ring's displacements at angles and, transposed, the loads of forces
+    there.
+    """
 
     harmonics: int  # H
     radius: float  # m
@@ -41,7 +45,12 @@ class FourierOperator:
         return self.width + np.arange(self.width)
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return the rows that give w and u at angles (m,), rad: (m, 2 width) each."""
+        """Return the matrices from the coordinates to w and u at angles (m,), rad.
+
+        Returns
+        -------
+        (m, 2 width) each
+        """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         phase = angles[:, None] * np.arange(1, self.harmonics + 1)
         waves = np.ones((len(angles), self.width))
@@ -50,7 +59,7 @@ class FourierOperator:
         return np.hstack([waves, nothing]), np.hstack([nothing, waves])
 
     def waves(self) -> Floats:
-        """Return the rows that give the cos and sin parts of w, (H + 1, 2, 2 width)."""
+        """Return the matrices to the cos and sin parts of w, (H + 1, 2, 2 width)."""
         out = np.zeros((self.harmonics + 1, 2, 2 * self.width))
         for h in range(self.harmonics + 1):
             out[h, 0, max(2 * h - 1, 0)] = 1.0
@@ -59,9 +68,10 @@ class FourierOperator:
         return out
 
     def lobes(self, k: int) -> Floats:
-        """Return loads (2 width,) of a radial load p ~ cos(k theta).
+        """Return the generalized forces (2 width,) of a radial load p ~ cos(k theta).
 
-        Scaled so that the generalized force on the unit shape cos(k theta) is 1.
+        They are scaled so that the generalized force on the unit shape cos(k theta) is
+        1.
         """
         load = np.zeros(2 * self.width)
         load[max(2 * k - 1, 0)] = 1.0
@@ -73,12 +83,12 @@ def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Flo
 
     From the energies of the curved element (reference §1), integrated over the ring:
     K = a [EA/R^2 (W + hU)^2 + EI/R^4 (h^2 W + hU)^2 + k_f (W^2 + U^2)], m = a rho A,
-    a = pi R, or 2 pi R for h = 0, where U is the uniform turn. The second phase,
+    a = pi R, or 2 pi R for h = 0, where U is a uniform rotation. The second phase,
     w = W sin, u = -U cos, has the same matrices.
 
     Returns
     -------
-    m : kg, of both coordinates
+    m : kg, mass of either coordinate
     K : (2, 2), N/m
     """
     arc = (1.0 if h else 2.0) * np.pi * radius

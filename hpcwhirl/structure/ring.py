@@ -18,10 +18,10 @@ NODE = 4  # DoF a node: u, u', w, w'
 
 @dataclass(frozen=True)
 class RingOperator:
-    """Contact operator of a ring of elements: reads and loads it at any angle.
+    """Contact operator of a ring of elements.
 
-    A force is spread with the same shape functions that read a displacement, so that
-    both are work-conjugate.
+    It gives the ring's displacements at angles and, transposed, the loads of forces
+    there: both use the same shape functions, so that they are work-conjugate.
     """
 
     elements: int
@@ -44,7 +44,12 @@ class RingOperator:
         return 2 * np.pi * self.radius / self.elements
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return the rows that give w and u at angles (m,), rad; (m, 4 elements)."""
+        """Return the matrices from the DoF to w and u at angles (m,), rad.
+
+        Returns
+        -------
+        (m, 4 elements) each
+        """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         position = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements
         first = np.minimum(position.astype(int), self.elements - 1)
@@ -64,9 +69,9 @@ class RingOperator:
         return angles, np.tile(WEIGHTS, self.elements) * self.length
 
     def waves(self) -> Floats:
-        """Return the rows that give cos and sin parts of w, (H + 1, 2, 4 elements).
+        """Return the matrices to the cos and sin parts of w, (H + 1, 2, 4 elements).
 
-        They are Fourier coefficients by the elements' Gauss points, up to H =
+        They give Fourier coefficients by the elements' Gauss points, up to H =
         elements // 2.
         """
         angles, weights = self._points()
@@ -80,7 +85,8 @@ class RingOperator:
     def lobes(self, k: int) -> Floats:
         """Return nodal loads (4 elements,) of a radial load p ~ cos(k theta).
 
-        Scaled so that the generalized force on the unit shape cos(k theta) is 1.
+        They are scaled so that the generalized force on the unit shape cos(k theta) is
+        1.
         """
         angles, weights = self._points()
         shape = np.cos(k * angles)

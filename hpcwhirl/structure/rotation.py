@@ -5,14 +5,14 @@ At Omega, with u the displacement in the rotating frame, anticlockwise (all in p
 M u'' + (D + 2 Omega C) u' + (K + Omega^2 (K_g - M)) u = f + Omega^2 F_c
 
     C = integral of rho A N^T (z x N), skew: C_uv = -N_u N_v, C_vu = N_v N_u
-    K_g = integral of n(s) v' v', n the axial force of a unit Omega^2
+    K_g = integral of n(s) v' v', n the axial force per unit Omega^2
     F_c = integral of rho A N^T X, X the position of a point from the centre
 
 (u along a beam, v across, 90 degrees anticlockwise from it). Forces n follow from the
 static response of the sector to F_c, centre held; within an element n' = -rho A X_s, so
 that they are exact on a blade: P(r) = integral of rho A s from r to the tip. A rigid
 rotation u_r then causes no forces, u_r (K_g - M) u_r = 0, and a rigid translation only
-those of its inertia. All mass is in plane: the softening matrix is M itself.
+those of its inertia. All motion is in plane, so the softening matrix is M itself.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spo
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-ROD, BEND = [0, 3], [1, 2, 4, 5]  # DoF of a beam along and across
+ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,9 @@ class Rotation:
     ----------
     coriolis : C (n, n), kg, skew
     stiffening : K_g (n, n), kg: N/m per unit Omega^2
-    load : F_c (n,), kg m: N per unit Omega^2, with the pull of a lost blade
-    released : (n,), kg m: what a lost blade pulled at its root, the other way; or zero
+    load : F_c (n,), kg m: N per unit Omega^2, still with the pull of a lost blade
+    released : (n,), kg m: the pull of a lost blade at its root with opposite sign; zero
+        if none is lost
     """
 
     coriolis: Floats
@@ -58,10 +59,12 @@ class Member:
     Attributes
     ----------
     length : m
-    section : of the beam
-    start : (along, across), m: first end, from the centre, in the beam's axes
-    dofs : (c,), indices in (the sector, root of the next, centre in the sector's axes)
-    transform : (6, c), the beam's DoF from these
+    section : section of the beam
+    start : (along, across), m: position of the first end from the centre, in the beam's
+        axes
+    dofs : (c,), indices into the DoF of (the sector, the next sector's root, the centre
+        in the sector's axes)
+    transform : (6, c), from these DoF to those of the beam
     """
 
     length: float
@@ -96,9 +99,9 @@ def stiffening_of(length: float, section: Section, start: float, mean: float) ->
 
     Parameters
     ----------
-    length, section : of the beam, m
+    length, section : length, m, and section of the beam
     start : m, coordinate of its first end along its axis, from the centre
-    mean : kg m, its mean axial force per unit Omega^2
+    mean : kg m, mean axial force per unit Omega^2
     """
     heights = Polynomial([section.thickness[0], np.diff(section.thickness)[0]])
     pull = section.density * section.width * heights * Polynomial([start, length])
@@ -146,19 +149,19 @@ def _disk(
 def tensions(parts: list[Member], size: int) -> Floats:
     """Return the mean axial force of each member, kg m: N per unit Omega^2.
 
-    It is that of the response to F_c, the same in all sectors, with the centre held.
-    Mistuning of the blades' stiffness does not change it.
+    It is the force in the static response to F_c, equal in all sectors, with the centre
+    held. Mistuning of the blades' stiffness does not change it.
 
     Parameters
     ----------
     parts : `members` of a rotor
-    size : DoF of a sector
+    size : number of DoF of a sector
     """
     stiffness, load = np.zeros((size, size)), np.zeros(size)
     folded = []
     for part in parts:
         moving = part.dofs < size + NODE  # the centre is held
-        places = part.dofs[moving] % size  # the next sector moves like this one
+        places = part.dofs[moving] % size  # the next sector moves in the same way
         transform = part.transform[:, moving]
         elastic = beam(part.length, part.section)[1]
         np.add.at(
@@ -174,7 +177,7 @@ def tensions(parts: list[Member], size: int) -> Floats:
 def rotation_of(rotor: Rotor) -> Rotation:
     """Return the terms of rotation of `bladed_disk`, in its DoF.
 
-    The loss of a blade leaves the tension of disk and rim as it was.
+    The loss of a blade does not change the tension of disk and rim.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)

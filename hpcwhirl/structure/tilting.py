@@ -5,12 +5,12 @@ In the rotating frame, of the centre z and the slope phi of the shaft at the dis
 m z'' + ... + k_11 z + k_12 phi = F
 I_d phi'' + i Omega (2 I_d - I_p) phi' + Omega^2 (I_p - I_d) phi + k_12 z + k_22 phi = 0
 
-of a disk in its own plane, whose blades feel the tilt by the centre alone. A massless
-shaft of bending stiffness E I holds it: a cantilever of length L,
+for a flat disk, whose blades are affected by the tilt only through the centre. It is
+held by a massless shaft with bending stiffness E I: a cantilever of length L,
 
 k_11 = 12 E I / L^3, k_12 = -6 E I / L^2, k_22 = 4 E I / L,
 
-or one that is L_2 overhung beyond two bearings at a distance L_1, of the compliance
+or a shaft that overhangs two bearings, L_1 apart, by L_2, with the compliance
 
 a_11 = L_2^2 (L_1 + L_2) / 3 E I, a_12 = L_2 (2 L_1 + 3 L_2) / 6 E I,
 a_22 = (L_1 + 3 L_2) / 3 E I
@@ -68,7 +68,7 @@ def tilt_of(rotor: Rotor, mass: Floats, radii: Floats) -> Tilt | None:
     rotor : inputs of the rotor
     mass : (n, n), mass matrix of all sectors; for each sector in turn, the radial,
         tangential and rotational DoF of its nodes, then the centre's
-    radii : m, of the nodes of a sector
+    radii : m, radial positions of the nodes of a sector
     """
     if rotor.shaft == "springs":
         return None
