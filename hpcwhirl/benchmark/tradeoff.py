@@ -37,11 +37,8 @@ NUMBERS = {
     "line_frequency": "itself",
     "growth_rate": "window",
 }
-ONLY_LATE = (
-    "orbit_radius",
-    "line_frequency",
-    "growth_rate",
-)  # comparable for any duration
+# comparable for any duration
+ONLY_LATE = ("orbit_radius", "line_frequency", "growth_rate")
 SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 

@@ -138,9 +138,7 @@ def _tidy(folder: Path, ended: Mapping[str, Completion]) -> None:
 
     States of cases with an open regime stay, for longer runs.
     """
-    for name in (
-        stored_states(folder) & ended.keys()
-    ):  # left by a process that was killed
+    for name in stored_states(folder) & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
             drop_state(folder, name)
     forget_crashes(folder, set(ended))

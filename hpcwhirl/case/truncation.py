@@ -102,9 +102,7 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
     chosen : (m,), which modes move
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
-    omega = np.maximum(
-        body.omega[chosen], 1e-3 / WINDOW
-    )  # for free modes, w tends to 0
+    omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free modes: w near 0
     ratio = np.minimum(body.ratios[chosen], OVERDAMPED)
     swing = omega * np.sqrt(1.0 - ratio**2)
     shapes = np.exp(-np.outer(ratio * omega, times)) * np.sin(np.outer(swing, times))
@@ -241,9 +239,7 @@ def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
     """Return the relative error of a truncated casing's motion under the load."""
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
-    if (
-        absent or load.lobes > casing.harmonics
-    ):  # too many lobes are refused before a run
+    if absent or load.lobes > casing.harmonics:  # too many lobes are refused later
         return 0.0
     place = wheel.rotor.radius, wheel.casing(casing), load.lobes, load.pulse
     every = _pushed(whole, *place)

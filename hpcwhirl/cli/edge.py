@@ -40,10 +40,7 @@ COLUMNS = (
     "contact_share", "leaving_rate", "message",
 )  # fmt: skip
 
-NONE = {
-    "word_high": "",
-    "message": "",
-}  # columns of a line without an edge; numbers are NaN
+NONE = {"word_high": "", "message": ""}  # of a line without edge; numbers are NaN
 
 
 class Asked(NamedTuple):

@@ -59,9 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
     engine, table = case.given.engine, modal_table(case.model)
-    foreign = (
-        engine.file != ""
-    )  # of an engine from file only the tips of the blades are known
+    foreign = engine.file != ""  # then only the tips of the blades are known
     return {
         "engine": title_of(engine.name, engine.file),
         "modes": as_records(table),

@@ -15,12 +15,7 @@ if TYPE_CHECKING:
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
 FARTHEST = 64  # largest estimate of the draws needed, in multiples of those made
-RESTS = (
-    "draws",
-    "dropped",
-    "mean",
-    "deviation",
-)  # columns that do not depend on an input
+RESTS = ("draws", "dropped", "mean", "deviation")  # columns without an input
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.kinds import Kind
 
-UNWANTED, FAILED, DONE = (
-    -3,
-    -2,
-    -1,
-)  # states of a case or twin; others: the stage left to do
+# states of a case or twin; other states: the stage left to do
+UNWANTED, FAILED, DONE = -3, -2, -1
 Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 Cases = NDArray[np.int64]
 

@@ -1,13 +1,13 @@
 """Model reduction: from structures to modes.
 
-The Craig-Bampton reduction is made per nodal diameter on Hermitian blocks, so that
+The Craig-Bampton reduction works on the Hermitian block of each nodal diameter, so that
 cyclic symmetry holds to round-off and degenerate pairs are never split. A mistuned
 rotor is reduced as a whole, since it has no blocks; each of its modes is labelled with
 the nodal diameter and family of the tuned rotor's mode that it resembles most, each
-label used once. In an engine's file, modes of one frequency that an eigensolver has
+label used once. In an engine's file, modes of equal frequency that an eigensolver has
 mixed are separated by the Fourier transform of their tips. A rotor from file whose
 sectors are equal to 2e-5 gets modes of the built-in rotor's form, see `recognise`.
 
-`finite_elements` reduces wheels of other codes' finite elements, with sparse matrices,
-a sector one nodal diameter at a time, to the coordinates of the built-in rotor.
+`finite_elements` reduces wheels of other finite-element codes, with sparse matrices (a
+sector one nodal diameter at a time), to the coordinates of the built-in rotor.
 """

@@ -47,12 +47,12 @@ OF_SUPPORTS = (
     "film_radius",
     "film_clearance",
 )  # inputs of a rotor that do not change its matrices
-SUPPORT_SHARE = 0.5  # strain energy in the foundation from which a mode is a support's
+SUPPORT_SHARE = 0.5  # least share of strain energy in the foundation of a support mode
 
 
 @lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
-    """Return the reduced bladed disk (Eq. 1); as a whole where it is mistuned.
+    """Return the reduced bladed disk (Eq. 1), reduced as a whole if it is mistuned.
 
     With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
     and additional damping of the suspension acts in the static frame.
@@ -71,7 +71,10 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Return a rotor with its supports; damping : mean c, N s/m, without a film."""
+    """Return a rotor with its supports.
+
+    damping : N s/m, mean damping c in the static frame, without a squeeze film
+    """
     if model.spin is None:
         return model
     clearance = rotor.film_clearance
@@ -103,7 +106,8 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
     model = whole_model(disk, rotor.damping, eta, added)
     most = len(disk.mass) - len(boundary_of(disk))
     tuned = rotor.model_copy(update={"mistuning": (), "lost_blade": NO_BLADE})
-    # one mode more: eta may split a pair of the tuned rotor, whose labels are needed
+    # one mode more, as eta may split a pair of the tuned rotor, which is used for
+    # labels
     return named_after(
         model, _tuned_model(tuned, min(eta + 1, most), model), rotor.blades
     )
@@ -131,11 +135,11 @@ def file_model(
     Parameters
     ----------
     file, content : path of the HDF5 file, and the digest of its content
-    rotor : gives N, and the damping if the file has none
-    eta : fixed-interface modes kept of matrices; None keeps all
+    rotor : inputs that give N, and the damping if the file has none
+    eta : number of fixed-interface modes kept of a file with matrices; None: all
     rotation : "full" includes the terms of rotation, which the file must have
     """
-    del content  # with it in the cache's key, a changed file is read again
+    del content  # part of the cache's key, so that a changed file is read again
     ratios = rotor.damping, rotor.suspension_damping
     turns = rotation == "full"
     model = rotor_from(file, rotor.blades, *ratios, eta, turns=turns)
@@ -150,7 +154,7 @@ def casing_model(
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
     """Return the modes of an elastic casing and its contact operator.
 
-    source : engine's file and the digest of its content, for a casing from file
+    source : engine file and the digest of its content, for a casing from file
     """
     operator: RingOperator | FourierOperator
     if casing.discretization == "file":

@@ -12,7 +12,7 @@ from hpcwhirl.errors import ModelError
 
 Matrix = NDArray[Any]
 TOLERANCE = 1e-9  # largest error of mass-orthonormality
-NEW = 1e-3  # part of a shape, of unit mass, that a basis must lack to be extended
+NEW = 1e-3  # least part of a unit-mass shape outside a basis that extends it
 
 
 def craig_bampton(
@@ -57,12 +57,12 @@ def craig_bampton(
 def enriched(
     mass: Matrix, basis: Matrix, other: Matrix, boundary: NDArray[np.intp]
 ) -> Matrix:
-    """Return a basis extended by the part of another one that it lacks.
+    """Return a basis extended by those parts of another basis that it lacks.
 
-    One basis then serves the two stiffnesses of both bases, and those between them.
+    The result serves the stiffness matrices of both bases, and those between them.
     Boundary coordinates stay physical: the differences of the static modes (scaled to
-    unit mass of the static mode) and the other's fixed-interface modes, less their
-    parts within the basis, are made orthonormal. Parts below `NEW` are left out.
+    unit mass of the static mode) and the other basis' fixed-interface modes, less their
+    parts in the span of the basis, are orthonormalised. Parts below `NEW` are left out.
 
     Parameters
     ----------
@@ -99,11 +99,11 @@ def lacking(m_ii: Any, basis: Matrix, other: Matrix, whole: Matrix) -> Matrix:
     """
     kept = len(whole)
     static, modes = basis[:, :kept], basis[:, kept:]
-    # in a reduced body little moves inside
+    # static modes of a reduced body may have little mass inside
     size = np.maximum(mass_norms(m_ii, static), NEW * whole)
     change = (other[:, :kept] - static) / np.where(size > 0.0, size, 1.0)
     more = np.hstack([change, other[:, kept:]])
-    for _ in range(2):  # once leaves too much round-off in small parts
+    for _ in range(2):  # twice, since small parts have much round-off
         more = more - modes @ (modes.conj().T @ (m_ii @ more))
     gram = more.conj().T @ (m_ii @ more)
     squared, mixed = np.linalg.eigh((gram + gram.conj().T) / 2)

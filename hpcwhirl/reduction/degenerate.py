@@ -1,9 +1,10 @@
-"""Separate modes of one frequency into modes of one nodal diameter each.
+"""Separation of modes of equal frequency into modes of one nodal diameter each.
 
-Where modes share a frequency, an eigensolver returns any basis of their space, in which
-nodal diameters are mixed. A turn of the rotor by one sector maps this space to itself,
-so that it is the sum of one subspace per diameter: with the discrete Fourier transform
-of the tips on diameter k, T_k, and G_k = T_k^H T_k, the modes x of diameter k solve
+If modes share a frequency, an eigensolver returns any basis of their space, in which
+nodal diameters are mixed. A rotation of the rotor by one sector maps this space to
+itself, so that it is the sum of one subspace per diameter: with the discrete Fourier
+transform of the tips on diameter k, T_k, and G_k = T_k^H T_k, modes x of diameter k
+solve
 
 (sum_k k G_k) x = k (sum_k G_k) x.
 """
@@ -19,11 +20,11 @@ from hpcwhirl.reduction.cyclic import diameters, is_simple
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-SAME = 1e-8  # relative difference of omega^2 of modes of one frequency
+SAME = 1e-8  # relative difference of omega^2 up to which frequencies count as equal
 ROUND_OFF = 1e-15  # error of omega^2 by an eigensolver, over (largest omega^2) m
 NEAR = 1e-3  # relative difference of omega of modes that a small asymmetry may mix
-PURE = 0.99  # share of one diameter from which on a mode is not mixed
-STILL = 1e-10  # squared tip motion, over the largest, of a mode without tip motion
+PURE = 0.99  # share of one diameter from which a mode counts as not mixed
+STILL = 1e-10  # squared tip motion over the largest that counts as none
 
 
 def diameter_shares(shapes: Floats, blades: int) -> Floats:
@@ -78,11 +79,11 @@ def unmixed(
     ----------
     shapes : (n, m), modes of one frequency, the tips first
     blades : N
-    hub : (2, m), x_o and y_o, counted with the tips in k = 1; optional
+    hub : (2, m), x_o and y_o, which count with the tips in k = 1; optional
 
     Returns
     -------
-    columns : (m, m), combinations by diameter; those without tip motion come last
+    columns : (m, m), combinations sorted by diameter, those without tip motion last
     moving : number of combinations with tip motion
     """
     grams = _grams(shapes, blades)
@@ -103,9 +104,10 @@ def unmixed(
 
 
 def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
-    """Return mode shapes with one nodal diameter each, as far as frequencies allow it.
+    """Return mode shapes with one nodal diameter each, as far as possible.
 
-    Only modes whose frequencies are equal to round-off are combined: they remain modes.
+    Only modes whose frequencies are equal to round-off are combined, so that the
+    results are modes, too.
 
     Parameters
     ----------
@@ -127,7 +129,7 @@ def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
     Among mixed modes of nearly one frequency, each diameter is assigned as often as
     their space contains it, to the modes with the largest share of it.
 
-    Parameters: as of `aligned`
+    Parameters are those of `aligned`.
     """
     out = np.asarray(np.argmax(diameter_shares(shapes, blades), axis=0), dtype=np.int64)
     for run in runs(omega, NEAR * omega):
@@ -139,8 +141,8 @@ def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
 def _assigned(shapes: Floats, first: Integers, blades: int) -> Integers:
     """Return the nodal diameter of each mixed mode, (m,), by its best unmixed match.
 
-    Modes and unmixed modes are paired by greatest overlap. A mode that is paired with
-    one without tip motion keeps its diameter of `first`.
+    Modes and unmixed modes are paired by largest overlap. A mode that is paired with
+    one without tip motion keeps its diameter in `first`.
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 

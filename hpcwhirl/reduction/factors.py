@@ -22,8 +22,8 @@ Matrix = NDArray[Any]
 Integers = NDArray[np.int64]
 Solve = Callable[[Matrix], Matrix]
 Tell = Callable[[str], None]
-SMALL = 20_000  # unknowns up to which SuperLU does as well
-ROOM = 1e9  # bytes from which on the size of a factor is reported
+SMALL = 20_000  # number of unknowns up to which SuperLU is used
+ROOM = 1e9  # bytes of a factor from which its size is reported
 LIBRARIES = ("cvxopt", "pymetis")
 UNHELD = "stiffness must hold every part while tips and centre are fixed; it is {}"
 
@@ -84,10 +84,10 @@ def expected_fill(
 
     Parameters
     ----------
-    graph, node : of `_nodes`
+    graph, node : result of `_nodes`
     order : elimination order of the nodes; None: minimum degree
     """
-    # relax: SuperLU fills subtrees of so many columns; here columns are nodes
+    # relax: SuperLU fills up subtrees of this many columns; here columns are nodes
     ordered = graph if order is None else sparse.csc_array(graph[:, order][order])
     fill = _lu(ordered, order, relax=1).nnz
     return int(fill * (len(node) / graph.shape[0]) ** 2)
@@ -133,8 +133,8 @@ def _lu(
     Parameters
     ----------
     matrix : (n, n), symmetric or Hermitian
-    order : given if rows and columns are in their elimination order already; None:
-        SuperLU orders them by minimum degree
+    order : None: SuperLU orders rows and columns by minimum degree; otherwise they are
+        already in this elimination order
     relax : see `scipy.sparse.linalg.splu`
 
     Raises

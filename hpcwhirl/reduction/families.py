@@ -9,17 +9,17 @@ import numpy as np
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
-HELD = "suspension", "conical"  # families of modes that the shaft holds
-UNKNOWN = "unknown"  # family where shapes do not determine the shaft's springs
-MOVING_SHARE = 0.1  # share of energy in the shaft's springs of a mode that moves it
-PAIR = 1e-8  # largest relative difference of two frequencies that are one line
+HELD = "suspension", "conical"  # families of modes on the springs of the shaft
+UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
+MOVING_SHARE = 0.1  # least share of energy in the shaft's springs of modes that move it
+PAIR = 1e-8  # relative difference of two frequencies up to which they are one line
 
 
 @dataclass(frozen=True)
 class Line:
     """One line of the modal table; a pair of equal frequencies is one line.
 
-    centre_share : of the strain energy in the shaft's springs; None if unknown
+    centre_share : share of the strain energy in the shaft's springs; None if unknown
     """
 
     body: str
@@ -33,8 +33,9 @@ def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
     """Return {rank: family} of a nodal diameter: 1F, 2F, ... and the suspension.
 
     The suspension is the mode with more than half of its strain energy in the shaft's
-    springs; of a disk that tilts on its shaft there are two, the higher one is conical.
-    The others are counted by rank. Where these shares are unknown, so is every family.
+    springs; a disk that tilts on its shaft has two such modes, and the higher one is
+    called conical. Other modes are counted by rank. If these shares are unknown, so are
+    families.
     """
     modes = np.flatnonzero(model.diameter == k)
     if np.isnan(model.centre_share[modes]).any():
@@ -90,9 +91,9 @@ def first_family(table: list[Line], body: str) -> dict[int, float]:
 def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
     """Return {family: {nodal diameter: omega, rad/s}} of the rotor's main waves.
 
-    These are 1F, and of every other family the modes with more than `MOVING_SHARE` of
+    These are 1F and, of the other families, the modes with more than `MOVING_SHARE` of
     their strain energy in the shaft's springs: the suspension, or two modes that share
-    it. Of a pair, the lower frequency is returned.
+    it. Of a split pair, the lower frequency is returned.
     """
     families: dict[str, dict[int, float]] = {}
     for line in table:

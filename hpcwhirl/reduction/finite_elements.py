@@ -1,4 +1,4 @@
-"""Reduce finite-element matrices to a rotor: sparse Craig-Bampton (Eq. 1).
+"""Reduction of finite-element matrices to a rotor: sparse Craig-Bampton (Eq. 1).
 
 A whole wheel is reduced at once. A sector is reduced per nodal diameter k with
 u_right = e^{i k 2 pi / N} u_left in axes that turn with the sectors, so that each k has
@@ -42,9 +42,9 @@ from hpcwhirl.structure.assembly import turn
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-MORE = 2  # modes of a diameter computed beyond its even share
-STRAINED = 1e-4  # largest relative strain by a translation; 14 digits leave 1e-6
-INDEFINITE = -1e-9  # lowest relative eigenvalue that may be 0 but for round-off
+MORE = 2  # modes computed of each diameter beyond an even share of all
+STRAINED = 1e-4  # largest relative strain by a translation; 14 digits give 1e-6
+INDEFINITE = -1e-9  # lowest relative eigenvalue that counts as 0 with round-off
 ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over (largest omega^2) n
 
 
@@ -59,9 +59,9 @@ class Imported:
     blades : N
     centre : whether x_o, y_o exist
     kept : number of fixed-interface modes
-    highest : highest omega of these, rad/s; none below is missing
-    omega : (n,), rad/s, ascending, of the rotor's modes
-    rigid : number of these that are 0 but for round-off
+    highest : highest omega of these modes, rad/s; no mode below it is missing
+    omega : (n,), rad/s, ascending, frequencies of the rotor
+    rigid : number of frequencies that are 0, apart from round-off
     condition : worst condition number of the factored matrices, see `Condensed`
     strained : relative strain by a translation, see `_strained`; None without a centre
     carried : the wheel's mass in a translation, kg; None without a centre
@@ -113,7 +113,7 @@ class _Map:
         return np.arange(self.width - count, self.width)
 
     def add_turned(self, pairs: Integers, columns: Integers, angle: Floats) -> None:
-        """Express pairs of DoF (m, 2) by columns (m, 2) in axes turned by `angle`."""
+        """Express pairs of DoF (m, 2) by columns (m, 2) along axes at `angle`."""
         for j, (pair, turned) in enumerate(zip(pairs, columns, strict=True)):
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
@@ -136,7 +136,7 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
     Raises
     ------
     InputError, ModelError
-        where the matrices cannot be those of a rotor
+        if the matrices cannot be those of a rotor
     """
     _check_definite(wheel)
     try:
@@ -209,7 +209,7 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
 
 
 def _named(wheel: FiniteElements) -> Integers:
-    """Return the DoF that T expresses by others, or that are held at 0."""
+    """Return the DoF that T expresses by other ones, or that are fixed."""
     cut, centre = wheel.cut, wheel.centre
     sides = [] if cut is None else [cut.right, cut.right_plane.ravel()]
     hub = [] if centre is None else [centre.dofs]
@@ -235,7 +235,7 @@ def _sector_map(
     step = 2 * np.pi / wheel.blades
     wave = np.cos(k * step) if is_simple(k, wheel.blades) else np.exp(1j * k * step)
     lift.add(cut.right, column_of[cut.left], wave)
-    ahead = wave * turn(step).T  # of this sector's axes, from those of the next
+    ahead = wave * turn(step).T  # from the next sector's axes to this one's
     for a, b in np.ndindex(2, 2):
         left = column_of[cut.left_plane[:, b]]
         lift.add(cut.right_plane[:, a], left, ahead[a, b])
@@ -270,7 +270,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 def _shared(
     pieces: dict[int, Condensed], blades: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return {diameter: modes kept}, as `share_out`, and omega^2 of the last mode."""
+    """Return {diameter: modes kept}, as `share_out` does, and the last omega^2."""
     listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
     counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
     for value, k in listed:
@@ -391,7 +391,7 @@ def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floa
 
 
 def _translation(size: int, blades: int) -> Floats:
-    """Return unit translations along x and y, (size, 2): tips and centre, q = 0."""
+    """Return unit translations along x and y, (size, 2), of tips and centre; q is 0."""
     angle = 2 * np.pi * np.arange(blades) / blades
     out = np.zeros((size, 2))
     out[0 : 2 * blades : 2] = np.column_stack([np.cos(angle), np.sin(angle)])

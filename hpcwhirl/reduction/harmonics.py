@@ -1,8 +1,9 @@
 """Modes of the ring of Fourier harmonics, in closed form: two per harmonic and phase.
 
-From h = 1 on, one of the two bends the ring (at h = 1: moves it on its support), the
-other stretches it, at c / R sqrt(1 + h^2) and above. At a contact, the compliance of
-the latter is some thousandths of the former's, but they limit the time step.
+From h = 1 on, one of the two modes bends the ring (for h = 1 moves it on its support);
+the other one stretches it, with a frequency of c / R sqrt(1 + h^2) or more. At a
+contact, the compliance of the latter is some thousandths of that of the former, but the
+latter limits the time step.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]:
-    """Return ([index of w, index of u], their signs) of each phase of harmonic h."""
+    """Return ([index of w, index of u], their signs) for each phase of harmonic h."""
     wide = operator.width
     if h == 0:
         return [([0, wide], np.array([1.0, 1.0]))]
@@ -31,7 +32,10 @@ def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]
 
 
 def _stretches(h: int, modes: Floats) -> int:
-    """Return the index of the mode that stretches the ring, of two (2, 2): w, u."""
+    """Return the index of the mode that stretches the ring.
+
+    modes : (2, 2), w and u of the two modes, by columns
+    """
     return int(np.argmax(np.abs(modes[0] + h * modes[1])))
 
 

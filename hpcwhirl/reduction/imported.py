@@ -42,18 +42,18 @@ from hpcwhirl.store.models.engine_file import Given, read_rotor
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
-MODAL = 1e-6  # largest error of orthonormal shapes, off-diagonals of Phi^T D Phi
-EXACT = 1e-9  # the same, and of frequencies, of modes as an eigensolver gives them
+MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
+EXACT = 1e-9  # the same, and error of frequencies, of modes from an eigensolver
 LEAST = 1e-15  # error of omega^2 by an eigensolver, over (largest omega^2) m
-ROUND_OFF = 1e-6  # least modal damping, over the largest, to which errors relate
+ROUND_OFF = 1e-6  # least modal damping to which errors relate, over the largest
 TINY = 1e-300
-ROWS = {  # {rows of modal shapes: index map of their coordinates}
+ROWS = {  # {array of modal motion: index map of its coordinates}
     "modal_tip_radial": "tip_radial",
     "modal_tip_tangential": "tip_tangential",
     "modal_centre": "centre",
 }
 SEMIDEFINITE = 1e-9  # negative eigenvalue, over the largest, that counts as 0
-UNSEEN = 1e-9  # motion of the centre, over the largest shape, that counts as none
+UNSEEN = 1e-9  # motion of the centre over the largest shape that counts as zero
 
 
 def rotor_from(
@@ -74,10 +74,10 @@ def rotor_from(
     damping : modal damping ratio xi, used if the file has none
     suspension : xi of the suspension modes in that case, if they are identified;
         negative: as the other modes
-    eta : number of fixed-interface modes kept of matrices, the lowest; a pair is not
-        split. None keeps all, and all modes of a file without matrices are kept
-    turns : whether to include the terms of rotation; where `suspension` exceeds
-        `damping`, the excess is then a damper fixed in the static frame
+    eta : number of lowest fixed-interface modes kept of a file with matrices, without
+        splitting a pair; None: all. Of a file without matrices all modes are kept
+    turns : whether to include the terms of rotation; then the excess of `suspension`
+        over `damping` is a damper in the static frame
     """
     given = read_rotor(file)
     _check_modal_rows(given)
@@ -127,7 +127,7 @@ def _from_matrices(
         ratios = given["damping_ratio"]
     elif "damping" in given:
         modal = shapes.T @ whole[2] @ shapes
-        if len(mass) < len(order):  # truncation couples the damping of modes slightly
+        if len(mass) < len(order):  # truncation slightly couples modes by damping
             modal = np.diag(np.diag(modal))
         ratios = _ratios(given, modal, omega)
     kept = len(mass) - len(places)
@@ -141,7 +141,7 @@ def _reduced(
 ) -> tuple[list[Floats], Spin | None, float]:
     """Return matrices and terms of rotation in a basis, and `reach`.
 
-    count : number of columns that are the basis at rest, at most
+    count : largest number of leading columns that are the basis at rest
     """
     parts = [basis.T @ matrix @ basis for matrix in whole]
     whole = [(part + part.T) / 2 for part in parts]
@@ -154,7 +154,7 @@ def _reduced(
 def _has_all_modes(given: Given) -> bool:
     """Return whether a file has all modes of its matrices, to round-off.
 
-    They are then used as they are, so that an exported rotor is read bit for bit.
+    They are then used unchanged, so that an exported rotor is read back bit for bit.
     """
     if "shapes" not in given or given["shapes"].shape != given["mass"].shape:
         return False
@@ -174,8 +174,8 @@ def _basis(
 ) -> Floats:
     """Return the Craig-Bampton basis (n, b + m), Eq. (1), of m fixed-interface modes.
 
-    m is eta, less where that would split modes of close frequencies, and more with a
-    spin, so that the basis serves all speeds.
+    m is eta, or less if that would split modes of close frequencies, and more with
+    terms of rotation, so that the basis serves all speeds.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
         shapes = np.vstack([shapes, given["modal_centre"]])
     order = np.argsort(omega, kind="stable")
     shapes, ratios = np.ascontiguousarray(shapes[:, order]), damping
-    if "damping_ratio" in given:  # of these modes: not of any mixed from them
+    if "damping_ratio" in given:  # ratios belong to these modes, not to combinations
         ratios = given["damping_ratio"][order]
     else:
         shapes = aligned(shapes, omega[order], blades)
@@ -229,9 +229,9 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with its `centre_share`, which needs the shaft's stiffness.
+    """Return the rotor with its `centre_share`, which requires the shaft's stiffness.
 
-    It is NaN for modes that move the centre of a rotor whose stiffness is not known.
+    It is NaN for modes that move the centre if this stiffness is unknown.
     """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)

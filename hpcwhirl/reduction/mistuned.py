@@ -26,7 +26,7 @@ from hpcwhirl.structure import CyclicStructure, Rotation
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 FORWARD = planar(1j)
-NEAR = 0.1  # scale of ln(frequency ratio) over which modes count as similar
+NEAR = 0.1  # scale of ln(frequency ratio) within which modes are similar
 
 
 def labels(
@@ -35,8 +35,8 @@ def labels(
     """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
 
     The diameter is the dominant one, see `dominant`; successive modes of a diameter
-    form pairs of one rank (single modes for a simple harmonic). Labels are exact for a
-    tuned rotor, only names for others: a localised mode has many diameters.
+    form pairs with one rank (single modes for a simple harmonic). Labels are exact for
+    a tuned rotor but only names for others, since a localised mode has many diameters.
     """
     diameter = dominant(shapes, omega, blades)
     order = np.zeros_like(diameter)
@@ -65,7 +65,7 @@ def named_modes(
     omega : (m,), rad/s, ascending
     blades : N
     damping : modal damping ratio, one or (m,)
-    kept : number of coordinates beyond tips and centre, the last of the n
+    kept : number of coordinates beyond tips and centre, which are the last of the n
     """
     diameter, rank, phase = labels(shapes, omega, blades)
     return ModalModel(
@@ -86,8 +86,8 @@ def named_modes(
 def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
     """Return a mistuned rotor whose modes have the labels of the tuned rotor's modes.
 
-    Every mode takes the diameter and rank of one tuned mode, each used once, so that
-    families stay complete where modes are localised: the assignment with the largest
+    Every mode gets the diameter and rank of one tuned mode, each used once, so that
+    families are complete even if modes are localised. The assignment has the largest
     sum of (share of the diameter) exp(-(ln(omega / omega_tuned) / NEAR)^2). A weakly
     mistuned mode gets its dominant diameter.
 

@@ -20,16 +20,16 @@ Floats = NDArray[np.float64]
 MOST_KEPT = 32  # cached models, some 100 kB to some MB each
 
 
-@dataclass(frozen=True, eq=False)  # one object per engine and reduction: `model_of`
+@dataclass(frozen=True, eq=False)  # `model_of` makes one object per engine
 class Model:
-    """Bladed disk, and the ring it may touch (None where the casing is rigid).
+    """Bladed disk, and the ring that it may touch (None if the casing is rigid).
 
     Attributes
     ----------
     rotor, casing : modes of the bodies
-    ring : contact operator, which reads and loads the casing at an angle
-    blades : N
-    folds : g, where this is one of g sectors that move alike, see `sectors`; else 1
+    ring : contact operator: displacements and loads of the casing at angles
+    blades : number of blades N
+    folds : g, if this is one of g sectors that move alike, see `case.sectors`; else 1
     lifts : for g > 1, of rotor and casing, (n, m) each: displacements of the whole body
         from the sector's amplitudes
     """
@@ -45,7 +45,7 @@ class Model:
         """Return the largest stable step of each body, s: dt < 2 / omega_max.
 
         Coriolis forces do no work and do not change it; the stiffening of a rotor with
-        its speed, rad/s, does, and so do supports, in their stiffer direction.
+        its speed, rad/s, does, and so do supports, by their stiffer direction.
         """
         bodies = {"rotor": self.rotor, "casing": self.casing}
         each = {n: b for n, b in bodies.items() if b}
@@ -55,7 +55,7 @@ class Model:
 def highest(body: ModalModel, speed: float, blades: int) -> float:
     """Return the highest natural frequency of a body at a speed, rad/s.
 
-    With its stiffness at that speed, and without Coriolis forces.
+    It is that of its stiffness at this speed, without Coriolis forces.
     """
     if body.spin is None:
         return float(body.omega.max())
@@ -70,7 +70,7 @@ def highest(body: ModalModel, speed: float, blades: int) -> float:
 
 
 def model_of(scene: Scene) -> Model:
-    """Return the model of a scene with the modes it names; R_c = R_bd + gap.
+    """Return the model of a scene with its number of modes; R_c = R_bd + gap.
 
     Scenes with the same engine and reduction share one object, as long as it is among
     the last `MOST_KEPT`; a file with changed content is another engine.
@@ -78,7 +78,7 @@ def model_of(scene: Scene) -> Model:
     Raises
     ------
     InputError
-        where the model of these inputs cannot be computed in double precision
+        if the model of these inputs cannot be computed in double precision
     """
     rotor, casing, file = scene.engine.rotor, scene.engine.casing, scene.engine.file
     content, ring = content_digest(file), None
@@ -92,7 +92,7 @@ def model_of(scene: Scene) -> Model:
 
 
 def _modes_of_file(scene: Scene) -> int | None:
-    """Return the fixed-interface modes to keep of a rotor from file; None: all."""
+    """Return how many fixed-interface modes of a rotor from file to keep; None: all."""
     if scene.solver.truncation == 0.0 or not has_families(scene):
         return None
     return scene.solver.modes
@@ -122,7 +122,7 @@ def _model(
     ring: tuple[Casing, float, tuple[str, str]] | None,
     rotation: str,
 ) -> Model:
-    """Return the model from the inputs it depends on; `ring` None: rigid casing."""
+    """Return the model from the inputs that determine it; `ring` None: rigid casing."""
     with representable("the rotor"):
         if source[0]:
             body = file_model(*source, rotor, modes, rotation)

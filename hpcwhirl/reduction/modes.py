@@ -29,9 +29,9 @@ from hpcwhirl.structure import CyclicStructure, Rotation
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Added = tuple[Complexes, Complexes, Complexes]
-REACH = 2.0  # second speed of a basis for all speeds, over the first frequency
-BACKWARD = np.array([[-1j]])  # 90 degrees ahead, of conj(x + i y)
-SUSPENSION_SHARE = 0.5  # strain energy in the shaft's springs from which a mode is one
+REACH = 2.0  # reference speed of a basis for all speeds, over the first frequency
+BACKWARD = np.array([[-1j]])  # rotation by 90 degrees ahead, for conj(x + i y)
+SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Symmetry:
 
     Attributes
     ----------
-    deviation : largest relative deviation; infinite where pairs of modes are missing
+    deviation : largest relative deviation; infinite if pairs of modes are missing
     tolerance : deviation up to which sectors count as equal
     where : in words: quantity, frequency and nodal diameter with that deviation
     """
@@ -52,14 +52,15 @@ class Symmetry:
 
 @dataclass(frozen=True)
 class SpinBlock:
-    """What rotation adds on one nodal diameter, in its m modes at rest: M = 1.
+    """Terms of rotation of one nodal diameter, in its m modes at rest, with M = 1.
 
     Attributes
     ----------
     k, simple : nodal diameter; whether it is a simple harmonic
     omega : (m,), rad/s, at rest
-    tips : (2, m), 1/sqrt(kg), radial and tangential of each mode, see `cyclic`
-    hub : (m,), z_o of each, x_o + i y_o = conj(z_o); zero where the centre rests
+    tips : (2, m), 1/sqrt(kg), radial and tangential motion of each mode, see `cyclic`
+    hub : (m,), z_o of each mode, x_o + i y_o = conj(z_o); zero if the centre does not
+        move
     coriolis, stiffening, quartic : (m, m), see `Spin`; the first is skew-Hermitian
     """
 
@@ -88,15 +89,16 @@ class Spin:
 
     Attributes
     ----------
-    coriolis : C (n, n), kg, skew
-    stiffening : K_1 (n, n), kg; K_g - M of the built-in rotor
+    coriolis : C (n, n), kg, skew-symmetric
+    stiffening : K_1 (n, n), kg; for the built-in rotor K_g - M
     load : F_c (n,), kg m
     quartic : K_2 (n, n), kg s^2; None: 0
-    waves : the blocks of each nodal diameter; none for unequal sectors, and for one or
-        two
-    support : of the centre, what the stiffness matrix does not have
-    tilt : places of the tilt's coordinates, of a disk that tilts
-    released : (n,), kg m, what a lost blade pulled, the other way; None: no blade is
+    waves : the block of each nodal diameter; empty for unequal sectors, and for one or
+        two sectors
+    support : supports of the centre that the stiffness matrix does not include
+    tilt : indices of the tilt's coordinates, if the disk tilts
+    released : (n,), kg m, the pull of a lost blade with opposite sign; None: none is
+        lost
     """
 
     coriolis: Floats
@@ -110,7 +112,7 @@ class Spin:
 
 
 def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
-    """Return K(Omega) - K_0 = Omega^2 K_1 + Omega^4 K_2, N/m or, of a block, 1/s^2."""
+    """Return K(Omega) - K_0 = Omega^2 K_1 + Omega^4 K_2, N/m or, for a block, 1/s^2."""
     first = speed**2 * spin.stiffening
     return first if spin.quartic is None else first + speed**4 * spin.quartic
 
@@ -126,19 +128,19 @@ class ModalModel:
         a ring's are its nodal DoF. Both (0, 0) for a body with modes only
     shapes : (n, m), mass-orthonormal
     omega : (m,), rad/s, ascending
-    diameter : (m,), nodal diameter of each mode; of a rotor that is not cyclic
-        the one that dominates its tips, see `mistuned`
+    diameter : (m,), nodal diameter of each mode; for a rotor that is not cyclic the one
+        that dominates its tips, see `mistuned`
     rank : (m,), index of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
-    centre_share : (m,), share of the strain energy in the shaft's springs; NaN where
-        the shapes of a rotor from file do not determine the springs, see `shaft`
-    damping : modal damping ratio xi, of every mode or (m,)
-    kept : fixed-interface modes actually kept (pairs are never split)
+    centre_share : (m,), share of the strain energy in the shaft's springs; NaN if the
+        shapes of a rotor from file do not determine the springs, see `shaft`
+    damping : modal damping ratio xi, one for all modes or (m,)
+    kept : number of fixed-interface modes actually kept (pairs are never split)
     cyclic : whether all sectors are the same, so that k, rank and phase are exact
-    symmetry : deviation of the sectors, of a rotor from file with three blades or more
+    symmetry : deviation of the sectors, for a rotor from file with three or more blades
     spin : terms of rotation, if included; omega and shapes are those at rest
-    reach : rad/s, highest omega of the basis at rest; modes beyond it only a basis for
-        all speeds has
+    reach : rad/s, highest omega of the basis at rest; higher modes occur only in a
+        basis for all speeds
     """
 
     mass: Floats
@@ -163,7 +165,7 @@ class ModalModel:
 
     @property
     def has_matrices(self) -> bool:
-        """Whether M and K are known, and not only the modes."""
+        """Whether M and K are known in addition to the modes."""
         return len(self.mass) == len(self.shapes)
 
     def damping_matrix(self) -> Floats:
@@ -193,7 +195,7 @@ def with_ratio(
     ----------
     model : the body
     chosen : (m,), which modes
-    ratio : their xi; if negative, no ratio is changed
+    ratio : damping ratio xi of these modes; if negative, nothing is changed
     """
     if ratio < 0.0 or not chosen.any():
         return model
@@ -208,7 +210,7 @@ class Block:
     ----------
     k, simple : nodal diameter; whether it is a simple harmonic
     mass, stiffness : (n, n)
-    omega, modes : (n,), rad/s; (n, n); empty where they are not needed
+    omega, modes : (n,), rad/s; (n, n); empty if they are not needed
     coriolis, stiffening, load, quartic : terms of rotation, if included, see `Spin`
     """
 
@@ -245,7 +247,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
     """Return {nodal diameter: number of fixed-interface modes that it keeps}.
 
     They are the lowest `eta` real modes of the whole structure; a degenerate pair that
-    `eta` would split is left out, which keeps the symmetry.
+    `eta` would split is left out, to preserve the symmetry.
     """
     inner = structure.sector_size - len(structure.boundary)
     most = inner * structure.sectors
@@ -268,7 +270,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, whose shapes a basis for all speeds includes.
+    """Return the reference speed, rad/s, whose shapes a basis for all speeds includes.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """
@@ -303,9 +305,10 @@ def reduction_basis(
 
 
 def highest_of(mass: Any, stiffness: Any, count: int) -> float:
-    """Return the highest frequency, rad/s, of the first `count` coordinates alone.
+    """Return the highest frequency, rad/s, of the first `count` coordinates only.
 
-    mass, stiffness : (n, n), in a basis whose first `count` columns are that at rest
+    mass, stiffness : (n, n), in a basis whose first `count` columns are the basis at
+        rest
     """
     first, last = (slice(count), slice(count)), (count - 1, count - 1)
     given = stiffness[first], mass[first]
@@ -370,8 +373,8 @@ def physical_columns(
 ) -> Floats:
     """Return the map from a block's real DoF to physical coordinates, (size, DoF).
 
-    The first `kept` coordinates of a block are sector DoF, then the centre's, if any,
-    then q_CB, which are copied unchanged to the rows from `start` on.
+    The first `kept` coordinates of a block are DoF of a sector, followed by those of
+    the centre, if any, and by q_CB, which are copied to the rows from `start` on.
     """
     width, inner = piece.multiplicity, len(piece.mass)
     out = np.zeros((size, inner * width))
@@ -447,7 +450,7 @@ def assembled_spin(
         if piece.quartic is not None:
             real = real_block(piece.quartic, simple=piece.simple)
             quartic += columns @ real @ columns.T
-        if piece.k == 0:  # a simple harmonic: real
+        if piece.k == 0:  # a simple harmonic, so the load is real
             load += columns @ piece.load.real
     second = quartic if pieces[0][0].quartic is not None else None
     turned = (coriolis - coriolis.T) / 2

@@ -1,6 +1,6 @@
-"""Numbers of a model: the same bits anywhere, or refused.
+"""Numerics of models: the same bits on any number of threads, and no silent overflow.
 
-Products and factorizations round otherwise where BLAS splits them on more threads.
+Products and factorizations round differently if BLAS splits them over several threads.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ def one_thread() -> Iterator[None]:
 def zero_between(
     function: Callable[[float], float], low: float, high: float, **tolerances: float
 ) -> float:
-    """Return where a function that changes its sign between two numbers is zero.
+    """Return the zero of a function that changes its sign between two numbers.
 
-    tolerances : of `scipy.optimize.brentq`
+    tolerances : arguments of `scipy.optimize.brentq`
     """
-    from scipy.optimize import brentq  # a third of the start of a process
+    from scipy.optimize import brentq  # slow to import
 
     return float(brentq(function, low, high, **tolerances))
 

@@ -1,11 +1,12 @@
-"""Recognise equal sectors of a rotor from file, and transform its modes to waves.
+"""Recognition of equal sectors of a rotor from file; its modes become waves.
 
-A turn by one sector moves every tip to the next blade and turns the centre; its effect
-on all other coordinates is not in the file. But it maps modes of one frequency to one
-another, so that tips and centre of the modes suffice. With the unitary transform F_k of
-sector coordinates (Eqs. 10, 11; the centre's x_o - i y_o belongs to k = 1, x_o + i y_o
-to k = -1), modes of nodal diameter k are those combinations u that F_j, j /= k, maps to
-0. They come in pairs, sqrt(2) Re u and -sqrt(2) Im u, as those of the built-in rotor.
+A rotation by one sector moves every tip to the next blade and turns the centre; its
+effect on other coordinates is not in the file. But it maps modes of equal frequency to
+one another, so that tips and centre of the modes suffice. With the unitary transform
+F_k of sector coordinates (Eqs. 10, 11; the centre's x_o - i y_o belongs to k = 1, x_o +
+i y_o to k = -1), modes of nodal diameter k are those combinations u that F_j, j /= k,
+maps to 0. They come in pairs, sqrt(2) Re u and -sqrt(2) Im u, like those of the
+built-in rotor.
 
 Deviations from this form are measured as relative changes of frequency, of damping over
 frequency, or of a shape, so that one tolerance limits their effect on a motion.
@@ -28,10 +29,10 @@ Complexes = NDArray[np.complex128]
 EQUAL = 2e-5  # relative deviation up to which sectors count as equal
 CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega mixed by round-off
 ROUNDED = 1e-11  # share of other diameters in a shape that round-off explains
-ALREADY = 1e-9  # relative miss of a shape up to which a mode is a wave already
-HIDDEN = 1e-10  # motion of tips and centre, over the largest, that counts as none
-SMALL = 1e-3  # motion, over the largest, to which the misses of smaller ones relate
-FEWEST = 3  # blades with which waves have a direction
+ALREADY = 1e-9  # relative deviation of a shape up to which a mode already is a wave
+HIDDEN = 1e-10  # motion of tips and centre over the largest that counts as none
+SMALL = 1e-3  # least motion, over the largest, to which deviations relate
+FEWEST = 3  # least number of blades for which waves have a direction
 TINY = float(np.finfo(float).tiny)
 
 
@@ -43,7 +44,7 @@ class _Wave:
     ----------
     k : nodal diameter
     omega, rate : rad/s; 2 xi omega, 1/s
-    zeta : (3,), its F_k: radial, tangential, centre
+    zeta : (3,), its transform F_k: radial, tangential, centre
     turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
         of the file's modes
     """
@@ -78,13 +79,14 @@ def transform(shapes: Floats, hub: Floats, blades: int) -> Complexes:
 
 
 def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor as one of equal sectors if it is one to `EQUAL`, else unchanged.
+    """Return a rotor in the form of equal sectors if they are equal to `EQUAL`.
 
-    Both get their measured `Symmetry`. The modes of a rotor of equal sectors have the
-    form of the built-in rotor's: each has one nodal diameter, pairs have one frequency
-    and one damping ratio, their tips and centre are the two phases of one wave. Modes
-    that have this form already keep every bit. Modes without motion of tips and centre
-    are left out: nothing excites them.
+    Otherwise it is returned unchanged; in either case with its measured `Symmetry`. The
+    modes of a rotor of equal sectors have the form of the built-in rotor's: each has
+    one nodal diameter, pairs have one frequency and one damping ratio, and their tips
+    and centre are the two phases of one wave. Modes that already have this form keep
+    every bit. Modes without motion of tips and centre are left out, since nothing
+    excites them.
 
     Parameters
     ----------
@@ -146,15 +148,15 @@ def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
 def _unmixed(model: ModalModel, blades: int) -> Floats:
     """Return combinations of modes (m, c) with one nodal diameter each, where possible.
 
-    First modes of equal frequency are separated, then those of close frequencies, which
-    the round-off of an eigensolver mixes, the more the closer they are.
+    First, modes of equal frequency are separated, then modes of close frequencies,
+    which the round-off of an eigensolver mixes, the more the closer they are.
     """
     squared, hub = model.omega**2, centre_rows(model, blades)
     turn = np.eye(len(squared))
     size = (model.shapes[: 2 * blades] ** 2).sum(axis=0) + (hub**2).sum(axis=0)
     kept = size > HIDDEN**2 * size.max()
     for run in runs(squared, SAME * squared + _floor(model)):
-        if not kept[run].any():  # their round-off has no diameter
+        if not kept[run].any():  # round-off has no diameter
             continue
         columns, moving = unmixed(model.shapes[:, run], blades, hub[:, run])
         turn[np.ix_(run, run)] = columns
@@ -189,7 +191,7 @@ def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Flo
         columns = _by_frequency(columns, np.tensordot(part, columns, 1), squared[run])
         part = np.tensordot(part, columns, axes=1)
         if moving == len(run) and _leaks(part).max() < before:
-            turn[:, run] = turn[:, run] @ columns  # else kept separate by frequency
+            turn[:, run] = turn[:, run] @ columns  # else frequency separates them
     return turn
 
 
@@ -213,7 +215,7 @@ def _squared(model: ModalModel, turn: Floats) -> Floats:
 
 
 def _power(seen: Complexes) -> Floats:
-    """Return the squared motion of each combination by diameter 0 .. N // 2, (K, c)."""
+    """Return the squared motion of combinations by diameter, (N // 2 + 1, c)."""
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)
     folded = whole[: count // 2 + 1].copy()
@@ -223,7 +225,7 @@ def _power(seen: Complexes) -> Floats:
 
 
 def _leaks(seen: Complexes) -> Floats:
-    """Return the share of motion of each combination off its main diameter, (c,)."""
+    """Return the share of each combination's motion outside its main diameter, (c,)."""
     power = _power(seen)
     whole = power.sum(axis=0)
     power[power.argmax(axis=0), np.arange(power.shape[1])] = 0.0
@@ -257,7 +259,7 @@ def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
 
 
 def _groups(modes: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
-    """Return successive modes in pairs; pairs of close frequencies form one group.
+    """Return groups of successive modes: pairs, or several pairs of close frequencies.
 
     modes : (2 p,), indices of modes by ascending frequency
     squared : omega^2 of all modes
@@ -269,7 +271,7 @@ def _groups(modes: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
 
 
 def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave:
-    """Return the mode of a simple harmonic, k = 0 or N / 2, with its largest part > 0.
+    """Return the mode of a simple harmonic, k = 0 or N / 2, its largest entry positive.
 
     turn, seen : as in `_running`, (m, 1) and (3,)
     """
@@ -304,12 +306,12 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
     u = u @ mix
     pairs = np.sqrt(2.0) * np.stack([u.real, -u.imag], axis=2).reshape(len(u), -1)
     left, _, right = np.linalg.svd(pairs, full_matrices=False)
-    pairs = left @ right  # orthonormal; as before where u and its twin are
+    pairs = left @ right  # orthonormal; unchanged if u and its conjugate already are
     zeta = seen @ (turn.T @ u)
     out = []
     for p in range(count):
         top = zeta[np.argmax(np.abs(zeta[:2, p])), p]
-        phase = np.abs(top) / top if top else 1.0  # the larger one is a cosine
+        phase = np.abs(top) / top if top else 1.0  # makes the largest entry real
         turned = pairs[:, 2 * p : 2 * p + 2] @ _rotation(phase)
         rate = float(_rates(model) @ np.abs(u[:, p]) ** 2)
         omega = float(np.sqrt(max(squared[p], 0.0)))
@@ -335,9 +337,9 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor of waves, in the built-in rotor's order, and its modes (m, c).
+    """Return the rotor made of waves, in the built-in order, and columns (m, c).
 
-    The latter are the modes of the former as combinations of the file's m modes.
+    The columns give its modes as combinations of the file's m modes.
     """
     records = []
     for k in diameters(blades):
@@ -376,7 +378,7 @@ def _deviation(
 ) -> Symmetry:
     """Return the largest deviation of a rotor from its regular form.
 
-    regular, turn : of `_regular`
+    regular, turn : result of `_regular`
     """
     omega, rows = regular.omega, 2 * blades + 2 * has_centre(model, blades)
     stiffness = np.abs((turn.T * model.omega**2) @ turn - np.diag(omega**2))

@@ -1,8 +1,8 @@
 """A round casing from file: a table of its modes by harmonic.
 
 A mode of harmonic h is w = W cos(h theta), u = U sin(h theta) and, as the second of the
-pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W or the turn u = U.
-W and U are mass-orthonormal amplitudes where the blades touch: other parts of the
+pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W, or the rotation u
+= U. W and U are mass-orthonormal amplitudes where the blades touch: other parts of the
 casing (flanges, axial motion) only change omega and reduce W and U.
 """
 
@@ -31,10 +31,10 @@ def casing_table(file: str, content: str) -> Table:
     Raises
     ------
     InputError
-        where a column is missing, of another length or impossible, or a harmonic has
-        no mode that moves radially: the casing would be rigid there
+        if a column is missing, has another length or impossible values, or if a
+        harmonic has no mode with radial motion, so that the casing would be rigid
     """
-    del content  # with it in the cache's key, a changed file is read again
+    del content  # part of the cache's key, so that a changed file is read again
     given = read_casing(file)
     table = {name: given[f"modal_{name}"] for name in NAMES}
     count = len(table["harmonic"])
@@ -68,7 +68,7 @@ def _check_harmonics(given: Given, table: Table) -> None:
 
 
 def check_lobes(file: str, content: str, lobes: int) -> None:
-    """Raise InputError where a load has more lobes than a casing's harmonics."""
+    """Raise InputError if a load has more lobes than the casing's highest harmonic."""
     most = int(casing_table(file, content)["harmonic"].max())
     if lobes > most:
         msg = (
@@ -85,7 +85,7 @@ def round_casing(
 
     Parameters
     ----------
-    casing : its `harmonics` is the highest harmonic used of the file
+    casing : inputs; `harmonics` is the highest harmonic used from the file
     radius : R_c, m
     source : path of the file, and the digest of its content
     """

@@ -1,9 +1,10 @@
-"""Identify the shaft's springs of a rotor from file by its modes.
+"""Identification of the shaft's springs of a rotor from file by its modes.
 
-A rotor that is held by equal springs k_o at its centre only responds to a steady unit
-force at the centre with a rigid translation by 1 / k_o: only the springs are strained.
-The steady response of tips and centre therefore gives k_o and, since every tip's motion
-in a translation is known, a check of the tips and the centre that the file names.
+If a rotor is held only by equal springs k_o at its centre, its response to a steady
+unit force at the centre is a rigid translation by 1 / k_o, which strains only the
+springs. So the steady response of tips and centre gives k_o and, since the motion of
+each tip in a translation is known, a check of the tips and the centre that the file
+names.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-RIGID = 0.01  # largest relative miss of a translation, since modes are truncated
+RIGID = 0.01  # largest relative deviation from a translation, since modes are truncated
 
 
 class MisplacedError(ValueError):
-    """The rotor translates rigidly, but its tips or centre do not lie as assumed."""
+    """The rotor translates rigidly, but its tips or centre are not where assumed."""
 
 
 def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
@@ -31,8 +32,8 @@ def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
     Raises
     ------
     MisplacedError
-        where the motion is a translation in other axes, or with blades numbered the
-        other way round: forward and backward whirl would be exchanged
+        if the motion is a translation in other axes, or with blades numbered in the
+        opposite sense: forward and backward whirl would be exchanged
     """
     if not hub.any() or not omega.min() > 0.0:
         return None
@@ -41,7 +42,7 @@ def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
     give = float(np.trace(compliance)) / 2
     if np.abs(compliance - give * np.eye(2)).max() > RIGID * give:
         return None
-    answer = shapes @ steady / give  # (N, 2, 2): of x_o and y_o moved by 1
+    answer = shapes @ steady / give  # (N, 2, 2): tips if x_o or y_o is 1
     moved = answer @ np.array([1.0, 1j])
     angle = 2 * np.pi * np.arange(len(shapes)) / len(shapes)
     expected = np.exp(1j * angle)[:, None] * np.array([1.0, 1j])

@@ -26,15 +26,15 @@ from hpcwhirl.reduction.modes import REACH
 Matrix = NDArray[Any]
 Floats = NDArray[np.float64]
 Project = Callable[[], list[Any]]
-RIGID = 1e-12  # omega^2, over the highest, below which a mode may be rigid
-DENSE = 600  # unknowns up to which all modes are computed, with dense matrices
-MORE = 8  # modes computed beyond those asked for
-WORST = 1e14  # largest condition number; beyond it solutions are round-off
+RIGID = 1e-12  # omega^2 over the highest below which a mode may be rigid
+DENSE = 600  # number of unknowns up to which dense matrices and all modes are computed
+MORE = 8  # modes computed beyond the number asked for
+WORST = 1e14  # largest condition number; beyond it solutions are only round-off
 RESIDUAL = 1e-7  # largest |x - omega^2 K^-1 M x| / |x| of a mode
-SAME = 1e-6  # relative difference of omega^2 up to which modes are copies of one
+SAME = 1e-6  # relative difference of omega^2 up to which modes may be the same one
 PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
-STEPS = 60  # of the Lanczos process that looks for a negative eigenvalue
-SEED = 17  # of starting vectors, so that the same file gives the same rotor
+STEPS = 60  # steps of the Lanczos process that searches a negative eigenvalue
+SEED = 17  # seed of starting vectors, so that the same file gives the same rotor
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Condensed:
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
-    more : c, coordinates behind these, for a basis that serves all speeds
+    more : c, number of further coordinates, for a basis that serves all speeds
     turning : reduced C, K_1 and, if any, K_2
     lift : (n, b + m + c), the basis
     """
@@ -69,15 +69,16 @@ class Condensed:
         return np.concatenate([every[: first + count], every[first + modes :]])
 
     def loaded(self, load: Matrix) -> Matrix:
-        """Return the reduced load of a load (n,) of the coordinates projected."""
+        """Return the reduced form of a load (n,) on the projected coordinates."""
         return np.asarray(self.lift.conj().T @ load)
 
 
 def lowest_ritz(matrix: sparse.csr_array) -> float:
     """Return an upper bound of the lowest eigenvalue of D^-1/2 A D^-1/2, D = diag A.
 
-    A negative bound proves that A is not positive semidefinite. By a Lanczos process
-    with full orthogonalization, exact for up to `STEPS` unknowns.
+    A negative bound proves that A is not positive semidefinite. It is computed by a
+    Lanczos process with full orthogonalization, which is exact for up to `STEPS`
+    unknowns.
     """
     scale = 1 / np.sqrt(matrix.diagonal())
     size = len(scale)
@@ -119,8 +120,8 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     Parameters
     ----------
     project : returns [mass, stiffness], (n, n) sparse, symmetric or Hermitian, positive
-        semidefinite, and C, K_1, K_2, if any; called again and again, so as not to hold
-        large ones together with a factor
+        semidefinite, and C, K_1, K_2, if any; called repeatedly, so that large matrices
+        are not kept in memory together with a factor
     boundary : b, number of leading DoF that are kept
     count : fixed-interface modes wanted; some more are returned
     tell : called with a line of text before a large factor is made
@@ -128,7 +129,7 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     Raises
     ------
     ModelError
-        where the interior has parts without stiffness when the boundary is held
+        if parts of the interior have no stiffness when the boundary is held
     """
     mass, stiffness, *turning = project()
     if mass.shape[0] == boundary:
@@ -211,7 +212,7 @@ def _lift(
 ) -> tuple[Matrix, Floats, float, float]:
     """Return (static and fixed-interface modes, omega^2, reach, condition).
 
-    The last three as in `Condensed`.
+    The last three are those of `Condensed`.
     """
     solve = factored(k_ii, tell)
     condition = _condition(k_ii, solve)
@@ -259,7 +260,7 @@ def _fixed_modes(
     modes = np.zeros((size, 0), dtype=k_ii.dtype)
     squared = np.zeros(0)
     wanted = count + MORE
-    while True:  # a Lanczos process may miss a twin: repeat it without the known modes
+    while True:  # Lanczos may miss a mode of a pair: repeat without known ones
         new = _lowest(k_ii, m_ii, solve, (squared, modes), wanted)
         if len(squared):
             low = float(_quotients(k_ii, m_ii, new).min())
@@ -297,7 +298,7 @@ def _lowest(
 
 
 def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
-    """Raise ModelError where modes do not satisfy x = omega^2 K^-1 M x."""
+    """Raise ModelError if modes do not satisfy x = omega^2 K^-1 M x."""
     miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
     worst = float((miss / np.linalg.norm(modes, axis=0)).max())
     if not worst <= RESIDUAL:

@@ -1,8 +1,9 @@
 """The terms of rotation of a rotor by nodal diameter, and of a rotor from file.
 
 In the real modes of equal sectors, phases 0 and 1 of x = q_0 + i q_1, a matrix is
-[[H_r, -H_i], [H_i, H_r]] on each nodal diameter, H Hermitian or skew-Hermitian, and
-couples no two of them. What it has besides is the deviation of the sectors.
+[[H_r, -H_i], [H_i, H_r]] on each nodal diameter, with H Hermitian or skew-Hermitian,
+and does not couple different diameters. Anything else in it is a deviation of the
+sectors.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ from hpcwhirl.store.models.engine_file import (
 )
 
 Floats = NDArray[np.float64]
-FEWEST = 3  # blades with which waves have a direction
+FEWEST = 3  # least number of blades for which waves have a direction
 SYMMETRIC = 1e-9  # largest part of the wrong symmetry, over the largest entry
-RIGID = 0.01  # largest relative miss of the inertia of a translation
+RIGID = 0.01  # largest relative deviation of the inertia of a translation
 TINY = 1e-300
 
 
 def with_blocks(model: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor of equal sectors with the blocks of its spin, see `SpinBlock`."""
+    """Return a rotor of equal sectors with the `SpinBlock` of each nodal diameter."""
     spin = model.spin
     if spin is None or not model.cyclic or blades < FEWEST:
         return model
@@ -98,7 +99,7 @@ def _members(
 def _block(
     matrix: Floats, members: list[NDArray[np.intp]], *, skew: bool = False
 ) -> Complexes:
-    """Return H (m, m) of a matrix in real modes."""
+    """Return the block H (m, m) of a matrix in real modes."""
     parts = [[matrix[np.ix_(a, b)] for b in members] for a in members]
     real, imag = parts[0][0], np.zeros_like(parts[0][0])
     if len(members) == 2:
@@ -113,7 +114,7 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
     Parameters
     ----------
     regular : the rotor from `recognise.equal_sectors`
-    given : the rotor as the file has it, which is returned where a term differs more
+    given : the rotor as in the file, which is returned if a term deviates too much
     blades : N
     """
     symmetry = regular.symmetry
@@ -133,9 +134,9 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
     """Return the largest relative deviation of the terms of rotation, and its name.
 
-    Of modes i and j, relative to their masses (C), to sqrt(A_ii A_jj), at least a mass
-    of each (K_1), or as a change of their frequencies (K_2). Modes that recognition
-    left out must not be coupled to those kept.
+    For modes i and j it is relative to their masses (C), to sqrt(A_ii A_jj) with A_ii
+    at least the mass (K_1), or a change of their frequencies (K_2). Modes that
+    recognition left out must not be coupled to those kept.
     """
     if model.spin is None or given.spin is None:
         raise TypeError(model)
@@ -176,7 +177,7 @@ def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, 
 def _left_out(model: ModalModel, given: ModalModel) -> Floats:
     """Return the part of the file's modes that recognition has left out, (n, m).
 
-    That is `given`'s modes without their projection on those of `model`; m = 0 if
+    These are the modes of `given` less their projection on those of `model`; m = 0 if
     `model` has all modes.
     """
     if len(model.omega) == len(given.omega):
@@ -207,13 +208,13 @@ def _spread_block(
 def standing_damping(
     model: ModalModel, blades: int, ratio: float, suspension: float
 ) -> float:
-    """Return c_s, N s/m: static damping that gives the suspension its ratio at rest.
+    """Return c_s, N s/m, the non-rotating damping of a suspension with given ratio.
 
     Parameters
     ----------
     model : rotor at rest
     blades : N
-    ratio, suspension : xi of all modes, and of the suspension in total
+    ratio, suspension : xi of all modes, and total xi of the suspension
     """
     top = int(np.argmax(model.centre_share))
     if suspension <= ratio or not model.centre_share[top] > SUSPENSION_SHARE:
@@ -228,7 +229,7 @@ def spin_of(given: Given) -> Spin:
     Raises
     ------
     InputError
-        where terms are not what the layout says
+        if terms deviate from the layout
     """
     count = len(given["mass"])
     if given["centrifugal_load"].shape != (count,):
@@ -294,7 +295,7 @@ def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def _checked(given: Given, name: str, *, skew: bool = False) -> Floats:
-    """Return the symmetric or skew part of a matrix that is so to round-off."""
+    """Return the symmetric or skew part of a matrix, after checking that it is so."""
     matrix, count = given[name], len(given["mass"])
     if matrix.shape != (count, count):
         raise given.wrong(name, f"be {(count, count)}", matrix.shape)
@@ -326,12 +327,12 @@ def transformed(spin: Spin, basis: Floats) -> Spin:
 def check_translation(
     given: Given, model: ModalModel, blades: int, spring: float
 ) -> None:
-    """Refuse a file whose rotor does not translate as `check_turned` says.
+    """Refuse a file whose rotor fails `check_turned` in a translation.
 
     Parameters
     ----------
     given : the file
-    model : its rotor, which springs at its centre alone hold, with a spin
+    model : its rotor with terms of rotation, held only by springs at its centre
     blades : N
     spring : k_o, N/m
     """
@@ -349,19 +350,20 @@ def check_turned(
     speeds: Floats | None,
     wrong: Callable[[str, str, object], InputError],
 ) -> None:
-    """Refuse terms with which a rigid translation is none in the static frame.
+    """Refuse terms for which a rigid translation is not free in the static frame.
 
-    Without springs at its centre the rotor would move on straight: s = -i Omega in the
+    Without springs at its centre the rotor would move uniformly: s = -i Omega in the
     rotating frame, twice. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 + Omega^2 K_2)
-    T_x = -m. The other sign of C exchanges forward and backward.
+    T_x = -m. The opposite sign of C would exchange forward and backward.
 
     Parameters
     ----------
     spin : the terms
     mass : M (n, n)
     moved : (n, 2), unit translations T_x and T_y
-    speeds : of the stiffness at two speeds, if told so
-    wrong : returns the error of a matrix by name: what must be, what is
+    speeds : the two speeds of the stiffness, if it is given at two speeds
+    wrong : function from the name of a matrix, what it must be and what it is to an
+        error
     """
     size = float(np.trace(moved.T @ mass @ moved)) / 2
     turned = (moved.T @ spin.coriolis @ moved) / size

@@ -1,8 +1,8 @@
 """A squeeze-film damper at the centre: a short film of oil around a ring that whirls.
 
-A ring of radius R and length L, which does not turn, moves by e = eps c in a film of
-viscosity mu and clearance c. Reynolds' equation of a short film (L much shorter than
-the radius, open ends, no inertia, no cavitation, film all round) gives
+A ring of radius R and length L, which does not rotate, moves by e = eps c in a film of
+viscosity mu and clearance c. Reynolds' equation for a short film (L much shorter than
+the radius, open ends, no inertia, no cavitation, full film) gives
 
 p = 6 mu (z^2 - L^2/4) h' / h^3, h = c - e cos theta,
 
@@ -13,8 +13,8 @@ Lubrication Theory, notes 13):
 F_r = -c_0 (1 + 2 eps^2) / (1 - eps^2)^{5/2} e',
 F_t = -c_0 / (1 - eps^2)^{3/2} e phi', c_0 = pi mu R (L / c)^3.
 
-It has no stiffness. Of the velocity V of Z in the static frame that is F = -c_m V -
-c_d (Z / c)^2 conj(V); c_0 is the damper of small motions about the middle.
+It has no stiffness. In terms of the velocity V of Z in the static frame, this is F =
+-c_m V - c_d (Z / c)^2 conj(V); c_0 is the damping of small motions about the middle.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import math
 
 from hpcwhirl.reduction.numbers import zero_between
 
-CLOSED = 0.99  # eps beyond which the film resists no more than there
-OFF = 0.1  # relative change of a coefficient beyond which c_0 no longer stands for it
+CLOSED = 0.99  # eps beyond which damping is taken as constant
+OFF = 0.1  # relative change of the damping beyond which c_0 is no approximation
 
 
 def small_damping(
     viscosity: float, length: float, radius: float, clearance: float
 ) -> float:
-    """Return c_0, N s/m, of mu, Pa s, and L, R, c, m."""
+    """Return c_0, N s/m, from mu, Pa s, and L, R, c, m."""
     return math.pi * viscosity * radius * (length / clearance) ** 3
 
 

@@ -1,20 +1,21 @@
-"""Supports that stand: springs and dampers of the shaft in the static frame.
+"""Supports that do not rotate: springs and dampers of the shaft in the static frame.
 
-Any bearing of eight coefficients, with x the rotor's centre in the static frame,
+Any bearing with eight coefficients, X, Y being the rotor's centre in the static frame,
 
 F_x = -(k_xx X + k_xy Y) - (c_xx X' + c_xy Y'), F_y = -(k_yx X + k_yy Y) - ...,
 
-is in Z = X + i Y four complex numbers, F = -k Z - c Z' - k_d conj(Z) - c_d conj(Z'):
+has in Z = X + i Y four complex numbers, F = -k Z - c Z' - k_d conj(Z) - c_d conj(Z'):
 
     2 k = k_xx + k_yy + i (k_yx - k_xy), 2 k_d = k_xx - k_yy + i (k_yx + k_xy)
 
-and c alike. k and c are the same in all directions; k_d and c_d are not. In the
-rotating frame, Z = z e^{i Omega t},
+and c correspondingly. k and c are the same in all directions; k_d and c_d are not. In
+the rotating frame, Z = z e^{i Omega t},
 
 f = -(k + i Omega c) z - c z' - [(k_d - i Omega c_d) conj(z) + c_d conj(z')] e^{-2i O t}
 
-so that the second part changes with time. A squeeze film adds its c_0 to c; what it is
-more than that away from the middle is marched beside it, see `squeeze_film`.
+so that the second part depends on time. A squeeze film adds its c_0 to c; its
+additional damping away from the middle is treated separately in the time integration,
+see `squeeze_film`.
 """
 
 from __future__ import annotations
@@ -33,10 +34,11 @@ class Support:
 
     Attributes
     ----------
-    stiffness : k, beside the springs that are in the rotor's own matrix
+    stiffness : k, in addition to the springs in the rotor's own matrix
     damping : c
     stiffness_apart, damping_apart : k_d, c_d
-    film, clearance : c_0, N s/m, of a squeeze film, which is in c, and c, m; 0: none
+    film, clearance : damping c_0, N s/m, of a squeeze film, which c includes, and its
+        clearance, m; 0: no film
     """
 
     stiffness: complex = 0j
@@ -61,7 +63,7 @@ class Support:
         return self
 
     def turning(self, speed: float) -> complex:
-        """Return k + i Omega c, N/m, of displacements in the rotating frame."""
+        """Return k + i Omega c, N/m, which acts on z in the rotating frame."""
         return self.stiffness + 1j * speed * self.damping
 
 
@@ -72,15 +74,15 @@ def planar(factor: complex) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Bearing:
-    """Supports from a table over speed; between its speeds by monotone cubics (PCHIP).
+    """Supports from a table over speed, interpolated by monotone cubics (PCHIP).
 
-    Beyond them the values of its ends are taken, which only searches over speed need:
-    cases are refused there. A rotor that turns the other way has the mirror image.
+    Beyond the table its end values are used, but only in searches over speed: cases are
+    refused there. For a rotor that turns clockwise the supports are mirrored.
 
     Attributes
     ----------
     speeds : (n,), rad/s, ascending
-    coefficients : (n, 4), k, c, k_d, c_d of each, see `Support`
+    coefficients : (n, 4), k, c, k_d, c_d at each speed, see `Support`
     """
 
     speeds: Floats
@@ -114,7 +116,7 @@ class Bearing:
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
     """Return a bearing from the rows of its table, see `scene.bearing`.
 
-    spring : k_o, N/m, which the rotor's matrix has, and which the table replaces
+    spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """
     table = np.array(rows)
     parts = []
@@ -126,4 +128,4 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
     return Bearing(table[:, 0], np.column_stack([k - spring, c, k_d, c_d]))
 
 
-ROUND = Support()  # nothing beside the springs of the rotor's matrix
+ROUND = Support()  # only the springs in the rotor's matrix

@@ -1,7 +1,7 @@
-"""The tilt of a disk in the reduced matrices of its rotor: a coordinate more.
+"""The tilt of a disk in the reduced matrices of its rotor: further coordinates.
 
-It stands behind the others, as the slope phi_x, phi_y of the shaft at the disk; in
-nodal diameter 1 as conj(phi), as the centre does. See `structure.tilting`.
+They are the last ones: the slopes phi_x, phi_y of the shaft at the disk or, in nodal
+diameter 1, conj(phi), as for the centre. See `structure.tilting`.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Places = NDArray[np.intp]
 def with_tilt(
     tilt: Tilt, centre: Places, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return M and K (n + w, n + w) with the tilt, of matrices (n, n).
+    """Return M and K with the tilt, (n + w, n + w), from matrices (n, n).
 
     Parameters
     ----------
-    centre : (w,), indices of the centre
-    turn : (w, w), a turn by 90 degrees ahead on its coordinates
+    centre : (w,), indices of the centre's coordinates
+    turn : (w, w), rotation by 90 degrees ahead in these coordinates
     """
     held, n, same = _bordered(stiffness, turn), len(mass), np.eye(len(turn))
     _, across, alone = tilt.stiffness
@@ -53,7 +53,8 @@ def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -
     Parameters
     ----------
     spring : k_11 or k_o, N/m
-    centre, slope : (w, m), their coordinates; the last is not used without a tilt
+    centre, slope : (w, m), centre and slope of each mode; slope is not used without a
+        tilt
     """
     energy = spring * (np.abs(centre) ** 2).sum(axis=0)
     if tilt is None:

@@ -4,12 +4,12 @@ On nodal diameter k, u = Re(Y e^{i k theta + s t}) in the rotating frame,
 
 [s^2 M + s (D + D_s + 2 Omega C) + K(Omega) + S] Y = 0,
 
-K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, with M, K Hermitian and C skew-Hermitian, so
-that each s is one wave: it turns with the rotation, forward, where Im s < 0, at -Im s
-in the rotating frame and -Im s + k Omega in the static one. Sorted, the 2 m lines of m
-coordinates keep their order at all speeds: each is named after the mode at rest that it
-comes from. With unequal sectors a wave has no single diameter: it is named after the
-mode at rest that it contains most.
+K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, with M, K Hermitian and C skew-Hermitian.
+Each root s is one wave. It turns with the rotation (forward) if Im s < 0, with
+frequency -Im s in the rotating frame and -Im s + k Omega in the static one. The sorted
+2 m frequencies of m coordinates keep their order at all speeds, so each wave is named
+after the mode at rest from which it comes. With unequal sectors a wave has no single
+diameter and is named after the mode at rest of which it contains most.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support, planar
 
 Floats = NDArray[np.float64]
-WATCHED = 4.0  # highest speed, over the first frequency: 1,000 rad/s by default
-SPEEDS = 101  # speeds at which growth is computed
-REAL = 1e-9  # imaginary part, over the largest root, of a root that is real
-ALIKE = 1e-6  # relative difference of frequencies up to which two are alike
-ROUND_OFF = 1e-11  # growth over the highest frequency that counts as none
+WATCHED = 4.0  # highest speed of searches, over the first frequency
+SPEEDS = 101  # number of speeds at which growth is computed
+REAL = 1e-9  # imaginary part over the largest root up to which a root is real
+ALIKE = 1e-6  # relative difference up to which frequencies count as equal
+ROUND_OFF = 1e-11  # growth over the highest frequency that counts as zero
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class WaveLine:
 
     Attributes
     ----------
-    nodal_diameter, family : labels of the mode at rest that it comes from
+    nodal_diameter, family : labels of the mode at rest from which it comes
     rotating, static : damped frequency in either frame, rad/s; > 0: turns with Omega
     growth : growth rate, 1/s
     """
@@ -63,8 +63,8 @@ class WaveLine:
 def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
     """Return the waves of a rotor at a speed, rad/s, by diameter and frequency.
 
-    A standing wave (of k = N / 2, or a single mode of a mistuned rotor without a spin)
-    is returned as two waves of opposite sense; a mode of k = 0 as one.
+    A standing wave (k = N / 2, or a single mode of a mistuned rotor without terms of
+    rotation) is returned as two waves of opposite sense; a mode of k = 0 as one.
     """
     if model.spin is None:
         lines = _at_rest(model, speed)
@@ -106,7 +106,7 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
         names = family_ranks(model, piece.k)
         roots = wave_roots(model, piece, speed)
         if piece.k == 0:
-            roots = roots[: len(roots) // 2]  # s and its conjugate: one motion
+            roots = roots[: len(roots) // 2]  # s and its conjugate are one motion
         for place, root in enumerate(roots):
             rank = rank_of(place, len(piece.omega))
             lines.append(_line(piece.k, names[rank], complex(root), speed))
@@ -114,9 +114,9 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
 
 
 def rank_of(place: int, modes: int) -> int:
-    """Return the rank of the mode at rest that a root of `wave_roots` comes from.
+    """Return the rank of the mode at rest from which a root of `wave_roots` comes.
 
-    place : index of the root, of 2 `modes`
+    place : index of the root among the 2 `modes` roots
     """
     return modes - 1 - place if place < modes else place - modes
 
@@ -150,9 +150,9 @@ def _apart(
 
     [s^2 + s (G + 2 i Omega) + K + i Omega G - Omega^2] Y = -conj(k_d + s c_d) X
 
-    at the centre, and the conjugate: the roots come in pairs s, conj(s), of one ellipse
-    each. It takes name and sense, forward or backward, of the wave on the mean supports
-    with the nearest frequency.
+    at the centre, and the conjugate equation: each pair of roots s, conj(s) is an
+    elliptic motion. It gets the name and sense (forward or backward) of the wave on the
+    mean supports with the nearest frequency.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def _apart(
     hub : (m,), z_o of the modes
     own : the supports
     speed : Omega, rad/s
-    roots : (2 m,), on the mean supports, sorted
+    roots : (2 m,), roots on the mean supports, sorted
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
@@ -173,13 +173,13 @@ def _apart(
     )
     found = found[np.argsort(-found.imag, kind="stable")][: len(roots)]
     named = (roots - 1j * speed).imag
-    near = np.abs(named) - ALIKE * named  # of two alike the forward one is higher
+    near = np.abs(named) - ALIKE * named  # if equal, the forward one counts as higher
     found = found[linear_sum_assignment(np.abs(near[:, None] - found.imag))[1]]
     return np.asarray(np.where(named > 0.0, found, found.conj()) + 1j * speed)
 
 
 def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
-    """Return [[A, conj(B)], [B, conj(A)]], B = a at the centre, of (Y, conj(Y))."""
+    """Return [[A, conj(B)], [B, conj(A)]] for (Y, conj(Y)), B from `apart`."""
     across = apart * np.outer(hub, hub)
     return np.block([[matrix, across.conj()], [across, matrix.conj()]])
 
@@ -189,7 +189,7 @@ def diameter_matrices(
 ) -> tuple[Complexes, Complexes, Complexes, Complexes]:
     """Return (2 Omega C, D + D_s, K(Omega), S) of a nodal diameter, (m, m) each.
 
-    In coordinates of its modes at rest, where M = 1.
+    They are in coordinates of its modes at rest, in which M = 1.
     """
     spin = model.spin
     if spin is None:
@@ -208,7 +208,7 @@ def quadratic_roots(
 ) -> Complexes:
     """Return the roots s (2 n,), 1/s, of det(s^2 + s D + K) = 0.
 
-    Of a companion matrix with velocities scaled to the size of sqrt(K).
+    They are eigenvalues of a companion matrix with velocities scaled by sqrt(K).
     """
     n = len(stiffness)
     scale = np.sqrt(np.linalg.norm(stiffness))
@@ -284,10 +284,10 @@ def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
 def unbalance_speeds(model: ModalModel) -> list[float]:
     """Return the speeds > 0, rad/s, at which an unbalance is in resonance, undamped.
 
-    A wave of k = 1 is then at rest in the rotating frame, as the force of an unbalance
-    is: det K(Omega) = 0. Supports that differ by direction couple it to the wave at 2
-    Omega in that frame, backward in the static one, of K(Omega) + 4 Omega^2 (i C - M).
-    Empty for unequal sectors and a clamped centre.
+    A wave of k = 1 is then at rest in the rotating frame, like the force of an
+    unbalance: det K(Omega) = 0. Supports that differ by direction couple it to the wave
+    at 2 Omega in that frame, backward in the static one, with the stiffness K(Omega) +
+    4 Omega^2 (i C - M). Empty for unequal sectors and a clamped centre.
     """
     spin = model.spin
     for piece in spin.waves if spin else ():
@@ -299,8 +299,8 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
     """Return the speeds of `unbalance_speeds` below `top`, rad/s.
 
-    Supports that depend on the speed are taken as they are at each of `SPEEDS` speeds:
-    between two of them a resonance passes the speed.
+    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds; a
+    resonance lies where the difference of resonance speed and speed changes its sign.
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
@@ -327,7 +327,7 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
 def _of_unbalance(
     piece: SpinBlock, own: Support
 ) -> tuple[Complexes, Complexes, Complexes | None]:
-    """Return (K_0, K_1, K_2) of the waves that an unbalance excites.
+    """Return (K_0, K_1, K_2) of the waves excited by an unbalance.
 
     Their stiffness is K_0 + Omega^2 K_1 + Omega^4 K_2, see `unbalance_speeds`.
     """
@@ -344,9 +344,10 @@ def _of_unbalance(
 
 
 def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
-    """Return the speeds > 0, ascending, at which K + Omega^2 K_1 + Omega^4 K_2 is 0.
+    """Return the speeds > 0 at which K + Omega^2 K_1 + Omega^4 K_2 is singular.
 
-    stiffness : (n, n), positive definite; `second` may be None
+    stiffness : K (n, n), positive definite; first, second : K_1, K_2; the last may be
+        None
     """
     if second is None:
         inverse = eigh(-first, stiffness, eigvals_only=True)
@@ -354,7 +355,7 @@ def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
         n = len(stiffness)
         right = np.linalg.solve(stiffness, np.hstack([first, second]))
         top = np.hstack([-right[:, :n], -right[:, n:]])
-        # scaled so that both halves of a vector have a size
+        # scaled so that both halves of a vector are of one size
         scale = np.sqrt(np.linalg.norm(right[:, n:]) or 1.0)
         top[:, n:] /= scale
         low = np.hstack([scale * np.eye(n), np.zeros((n, n))])
@@ -370,20 +371,22 @@ def unbalance_response(
 ) -> tuple[Floats, Complexes]:
     """Return the steady motion under an unbalance, (n,) and (n,), m, rotating frame.
 
-    x + Re(xi e^{2 i Omega t}). On supports that are alike in all directions xi = 0 and
-    (K(Omega) + S) x = F: in the static frame the rotor circles with the
-    rotation. Of a rigid rotor of mass m, z = m_u e Omega^2 / (k - m Omega^2 + i c
-    Omega). Else its centre is on an ellipse, z + z_2 e^{-2 i Omega t}, xi = -conj(beta)
-    z Q^-1 (e_x + i e_y), beta = k_d - i Omega c_d, Q the dynamic stiffness at 2 Omega:
-    what z_2 gives back is as another stiffness of the centre.
+    The motion is x + Re(xi e^{2 i Omega t}). On supports that are equal in all
+    directions xi = 0 and (K(Omega) + S) x = F: in the static frame the rotor moves on a
+    circle with the rotation. For a rigid rotor of mass m, z = m_u e Omega^2 / (k - m
+    Omega^2 + i c Omega). Otherwise its centre moves on an ellipse, z + z_2 e^{-2 i
+    Omega t}, with xi = -conj(beta) z Q^-1 (e_x + i e_y), beta = k_d - i Omega c_d, Q
+    the dynamic stiffness at 2 Omega; the reaction of z_2 on z acts like a further
+    stiffness at the centre.
 
     Parameters
     ----------
-    model : rotor with a spin and a free centre; of equal sectors, if xi is not 0
+    model : rotor with terms of rotation and a free centre; with equal sectors if xi is
+        not 0
     blades : N
-    force : F_x + i F_y at the centre, N, beside what a lost blade has left
+    force : F_x + i F_y at the centre, N, in addition to that of a lost blade
     speed : Omega, rad/s
-    step : dt, s, of central differences whose steady motion it is; 0: exact
+    step : dt, s; returns the steady motion of central differences; 0: the exact one
 
     Raises
     ------
@@ -414,10 +417,10 @@ def unbalance_response(
 
 
 def stiff_up_to(model: ModalModel, blades: int) -> float:
-    """Return the speed, rad/s, at which softening takes the blades' last stiffness.
+    """Return the speed, rad/s, at which softening cancels the stiffness of the blades.
 
-    det K(Omega) = 0 with the shaft held; infinite if there is no such speed.
-    Coriolis forces, which hold a shaft beyond its critical speed, are left out.
+    There det K(Omega) = 0 with the shaft held; infinite if there is no such speed.
+    Coriolis forces, which stabilise a shaft beyond its critical speed, are left out.
     """
     if model.spin is None:
         return float("inf")
@@ -436,8 +439,8 @@ def stiff_up_to(model: ModalModel, blades: int) -> float:
 def top_speed(model: ModalModel) -> float:
     """Return the highest speed, rad/s, of searches for instability and resonance.
 
-    It is `WATCHED` times the rotor's first frequency: beyond it, stiffening by small
-    displacements is not valid.
+    It is `WATCHED` times the rotor's first frequency (1,000 rad/s for the default
+    engine); beyond it, the theory of stiffening for small displacements is not valid.
     """
     return WATCHED * float(model.omega[model.omega > 0.0].min())
 
@@ -445,7 +448,7 @@ def top_speed(model: ModalModel) -> float:
 def unstable_from(model: ModalModel, blades: int) -> float | None:
     """Return the lowest speed, rad/s, at which a free motion grows; None if not found.
 
-    Searched up to `top_speed` at `SPEEDS` speeds; growth by round-off does not count.
+    It is searched up to `top_speed` at `SPEEDS` speeds; growth by round-off is ignored.
     """
 
     def growth(speed: float) -> float:
@@ -464,7 +467,7 @@ def unstable_from(model: ModalModel, blades: int) -> float | None:
 def tip_growth(model: ModalModel, blades: int, speed: float) -> Floats:
     """Return the outward displacement of each tip at a speed, (N,), m.
 
-    It is the static response to Omega^2 F_c; `gap` is the clearance that it leaves.
+    It is the static response to Omega^2 F_c.
     """
     spin = model.spin
     if spin is None:

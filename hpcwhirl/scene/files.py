@@ -308,9 +308,7 @@ def check_kept(settings: Mapping[str, Any]) -> None:
     for cause, effects in SETS.items():
         lost = [name for name in effects if name in settings]
         value = settings.get(cause)
-        if (
-            lost and value and isinstance(value, int | float)
-        ):  # wrong values are refused elsewhere
+        if lost and value and isinstance(value, int | float):  # else refused later
             msg = (
                 f"--set {lost[0]}: {cause} = {shown(value)} sets it; add --set "
                 f"{cause.rpartition('.')[2]}=0"

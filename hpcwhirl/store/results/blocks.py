@@ -30,10 +30,7 @@ MOST_CASES = 1024
 Array = NDArray[Any]
 Block = dict[str, Array]  # {path of the variable in the file: (cases, ...)}
 Parts = list[tuple[Array, Rows]]  # (indices into some cases, records of these)
-MISSING = {
-    "status": "missing",
-    "message": "not computed yet",
-}  # without record
+MISSING = {"status": "missing", "message": "not computed yet"}  # without a record
 
 
 def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:

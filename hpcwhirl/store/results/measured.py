@@ -17,10 +17,7 @@ from hpcwhirl.store.schema import dtype
 if TYPE_CHECKING:
     import xarray
 
-VALUES, WHY_NOT = (
-    "measured",
-    "measure_message",
-)  # entries of a record
+VALUES, WHY_NOT = "measured", "measure_message"  # entries of a record
 REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 
 
