@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from hpcwhirl.refinement.words import NUMBERS, features_of
 from hpcwhirl.scene.words import REGIMES, is_open, word_of
 
 OK = "ok"  # status of a job that gave a result
@@ -33,6 +34,7 @@ class Completion(NamedTuple):
     ----------
     status : status of its record
     outcome, regime, whirl : words of its row; "" without one
+    features : numbers of its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
     """
 
@@ -41,6 +43,7 @@ class Completion(NamedTuple):
     regime: str = "none"
     whirl: str = "none"
     is_open: bool = False
+    features: tuple[float, ...] = ()
 
     @property
     def is_ok(self) -> bool:
@@ -61,7 +64,10 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
     outcome, regime, whirl = (
         str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")
     )
-    return Completion(status, outcome, regime, whirl, status == OK and is_open(row))
+    told = row.keys() >= {*NUMBERS}
+    features = features_of(row) if status == OK and told else ()
+    still = status == OK and is_open(row)
+    return Completion(status, outcome, regime, whirl, still, features)
 
 
 class JobCode(NamedTuple):

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.refinement.words import Word, apart
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NONE = -1  # row of a missing case
@@ -43,13 +45,13 @@ class Cases:
     ----------
     inputs : (d, n), values of the refined inputs
     scales : "linear" or "log" for each input
-    word : (n,), word by which cells were split; "" for none
+    word : (n,), words by which cells were split; "" for none
     fidelity : (n,), 0 or 1, fidelity of that word
     """
 
     inputs: Floats
     scales: Sequence[str]
-    word: NDArray[np.str_]
+    word: Sequence[Word]
     fidelity: Ints
 
 
@@ -138,9 +140,9 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 
     False for cases of different fidelity, whose words may differ for that reason.
     """
-    one, other = str(cases.word[a]), str(cases.word[b])
+    both = {cases.word[a], cases.word[b]}
     alike = bool(cases.fidelity[a] == cases.fidelity[b])
-    return alike and bool(one) and bool(other) and one != other
+    return alike and "" not in both and apart(both)
 
 
 def _join(

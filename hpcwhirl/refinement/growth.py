@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from hpcwhirl.refinement.lattice import Lattice, Point
 from hpcwhirl.refinement.tree import Tree
+from hpcwhirl.refinement.words import Word
 
 
 class Address(NamedTuple):
@@ -108,7 +109,7 @@ class Growth:
             self._spent += sum(self.budget.each[a.fidelity] for a in new)
         return new
 
-    def learn(self, address: Address, word: str | None) -> list[Address]:
+    def learn(self, address: Address, word: Word | None) -> list[Address]:
         """Record the word of an ended case; return the cases that it makes wanted."""
         self.trees[address.panel].learn(address.fidelity, address.point, word)
         fresh = self._take(address.panel)
@@ -136,7 +137,7 @@ class Growth:
         return allowed
 
     def feed(
-        self, found: Callable[[Address], str | None], ask: Iterable[Address]
+        self, found: Callable[[Address], Word | None], ask: Iterable[Address]
     ) -> list[Address]:
         """Record the words of all ended cases; return wanted cases that have not ended.
 

@@ -12,6 +12,7 @@ from typing import Any
 from hpcwhirl.errors import InputError, StoreError, shown
 from hpcwhirl.refinement.growth import Address, Budget, Growth
 from hpcwhirl.refinement.lattice import Lattice, Point, Side
+from hpcwhirl.refinement.words import Word, word_of
 
 Settings = dict[str, Any]
 
@@ -25,7 +26,7 @@ class Rule:
     over : dotted names of the refined inputs
     depths : for each input, bisections of each interval of its coarse values
     scale : for each input, "linear" or "log"
-    words : "regime", "whirl" or "both"
+    words : what is compared, one of `words.COMPARED`
     speckle : levels after which a mostly mixed cell is not split further; 0: never
     confirm : preset with which boundaries are computed again; "" for none
     inputs : {dotted name: value} of that preset
@@ -45,16 +46,14 @@ class Rule:
         """Return the rule as data for JSON."""
         return dict(json.loads(json.dumps(self.__dict__)))
 
-    def word_of(self, row: Mapping[str, Any] | None) -> str | None:
-        """Return the word of a case by its row; None if it has none.
+    def word_of(self, end: Mapping[str, Any]) -> Word | None:
+        """Return the word of a case by how it ended; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
+
+        end : with regime, whirl and features, see `words.word_of`
         """
-        if not row or row["regime"] == "none":
-            return None
-        choices = {"regime": row["regime"], "whirl": row["whirl"]}
-        choices["both"] = f"{row['regime']} {row['whirl']}"
-        return str(choices[self.words])
+        return None if end["regime"] == "none" else word_of(self.words, end)
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:

@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
+from hpcwhirl.refinement.words import Word, apart
 
 SPECKLE_SHARE = 0.75  # a cell with a larger share of mixed parts is speckle
 FIRST, CONFIRM = 0, 1  # fidelities
+Words = dict[Point, Word | None]
 Wish = tuple[int, Point]  # fidelity and point of a wanted case
 
 
@@ -34,8 +36,8 @@ class Node:
     corners: tuple[Point, ...]
     points: list[Point]
     open: int
-    seen: tuple[set[str], set[str]] = field(default_factory=lambda: (set(), set()))
-    at_corners: set[str] = field(default_factory=set)
+    seen: tuple[set[Word], set[Word]] = field(default_factory=lambda: (set(), set()))
+    at_corners: set[Word] = field(default_factory=set)
     split: bool = False
     opened: bool = False
     followed: bool = False
@@ -45,12 +47,12 @@ class Node:
     @property
     def mixed(self) -> bool:
         """Whether points of one fidelity have different words."""
-        return any(len(words) > 1 for words in self.seen)
+        return any(map(apart, self.seen))
 
     @property
     def uneven(self) -> bool | None:
         """Whether words at its corners differ, by the first fidelity; None: unknown."""
-        return True if len(self.at_corners) > 1 else (None if self.open else False)
+        return True if apart(self.at_corners) else (None if self.open else False)
 
 
 class Tree:
@@ -107,7 +109,7 @@ class Tree:
         self.twinned: list[Wish] = []
         self._followed: tuple[set[Point], set[Point]] = (set(), set())
         self.cells: dict[Cell, Node] = {}
-        self.words: tuple[dict[Point, str | None], dict[Point, str | None]] = ({}, {})
+        self.words: tuple[Words, Words] = ({}, {})
         self.wanted: tuple[set[Point], set[Point]] = (set(), set())
         self.fresh: list[Wish] = []
         self._demanded: set[Cell] = set()  # cells to be split as soon as they exist
@@ -130,14 +132,14 @@ class Tree:
         twinned, self.twinned = self.twinned, []
         return twinned
 
-    def learn(self, fidelity: int, point: Point, word: str | None) -> None:
+    def learn(self, fidelity: int, point: Point, word: Word | None) -> None:
         """Record the end of a wanted case, with its word or without."""
         words = self.words[fidelity]
         if point in words:
             return
         words[point] = word
         other = self.words[1 - fidelity].get(point)
-        changed = None not in {word, other} and word != other
+        changed = _differ(word, other)
         if word is not None and (
             self.twins == "all" or point in self._followed[fidelity]
         ):
@@ -150,7 +152,7 @@ class Tree:
         """Return whether a cell is known to lie in speckle."""
         return self._allowed(cell) is False
 
-    def word(self, point: Point) -> str | None:
+    def word(self, point: Point) -> Word | None:
         """Return the word of a point by the highest fidelity that has one."""
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
 
@@ -160,7 +162,9 @@ class Tree:
         other: set[Point] = set()
         for node in self.cells.values():
             if not node.split:
-                alike = len({self.word(point) for point in node.points}) == 1
+                words = [self.word(point) for point in node.points]
+                known = {word for word in words if word is not None}
+                alike = not apart(known) and (None not in words or not known)
                 (even if alike else other).update(node.points)
         points = sorted(p for p in even - other if self.word(p) is not None)
         second = self.words[CONFIRM]
@@ -264,8 +268,7 @@ class Tree:
         self._todo.append(cell)
 
     def _changed(self, point: Point) -> bool:
-        both = [words.get(point) for words in self.words]
-        return None not in both and both[0] != both[1]
+        return _differ(*(words.get(point) for words in self.words))
 
     def _want(self, fidelity: int, points: Iterable[Point]) -> None:
         for point in points:
@@ -310,3 +313,7 @@ class Tree:
     def _uneven(self, cell: Cell) -> bool | None:
         node = self.cells.get(cell)
         return node.uneven if node else None
+
+
+def _differ(one: Word | None, other: Word | None) -> bool:
+    return one is not None and other is not None and apart({one, other})

@@ -4,8 +4,10 @@ import functools
 import json
 import random
 import shutil
+from itertools import combinations
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import tomli_w
@@ -23,6 +25,7 @@ from hpcwhirl.refinement.boundary import Cells, boundaries_of
 from hpcwhirl.refinement.growth import Budget, Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
 from hpcwhirl.refinement.tree import SPECKLE_SHARE
+from hpcwhirl.refinement.words import Attractor
 from hpcwhirl.report.map.data import Wish
 from hpcwhirl.report.map.maps import drawing_of
 from hpcwhirl.scene import preset_inputs
@@ -78,7 +81,18 @@ def holes(at):
     return half_plane(at)
 
 
-FIELDS = [half_plane, circle, tongue, noise, holes]
+def orbit(at):
+    """A radius that grows steadily, three tolerances in all, and jumps by two more."""
+    jump = 2.0 * (at[0] + 0.37 * sum(at[1:]) > 1.618)
+    return Attractor("sustained", (at[0] + jump, 0.1 * at[-1]))
+
+
+def shore(at):
+    """The same beside motions that die out."""
+    return Attractor("damped") if circle(at) == "out" else orbit(at)
+
+
+FIELDS = [half_plane, circle, tongue, noise, holes, orbit, shore]
 DEEP = lattice_of(3, 2, depth=4)
 LATTICES = [
     lattice_of(4, depth=5),
@@ -100,6 +114,13 @@ def worded(lattice, field, second=None):
         return (second if fidelity else field)(place(lattice, point))
 
     return word
+
+
+def other(one, two):
+    if isinstance(one, str):
+        return one != two
+    both = zip(one.at, two.at, strict=False)
+    return one.regime != two.regime or any(abs(a - b) > 1.0 for a, b in both)
 
 
 class Brute:
@@ -125,7 +146,7 @@ class Brute:
         changed = {
             p for p in second
             if None not in (self.word(0, p), self.word(1, p))
-            and self.word(0, p) != self.word(1, p)
+            and other(self.word(0, p), self.word(1, p))
         }  # fmt: skip
         for cell in list(self.cells):
             if self.blocked(cell):
@@ -152,7 +173,8 @@ class Brute:
         ]  # fmt: skip
 
     def differ(self, fidelity, points):
-        return len({self.word(fidelity, p) for p in points} - {None}) > 1
+        words = {self.word(fidelity, p) for p in points} - {None}
+        return any(other(*pair) for pair in combinations(words, 2))
 
     def corners_differ(self, cell):
         return self.differ(0, self.lattice.corners(cell))
@@ -249,6 +271,39 @@ def test_speckle_is_the_same_in_whatever_order_words_come(levels):
     assert len(expected) < 0.8 * len(without)
     for seed in range(20):
         assert cases_of(arrived(DEEP, word, levels, False, seed)) == expected
+
+
+def test_a_steady_change_is_refined_no_more_and_a_jump_to_the_end():
+    lattice = Lattice((Side("x", (0.0, 6.0, 12.0), (6, 6)),))
+
+    def radius(_, point):
+        x = lattice.sides[0].value(point[0])
+        return Attractor("sustained", (0.6 * x + 1.4 * (x > 3.3),))
+
+    growth = arrived(lattice, radius, 0, False, 0)
+    (tree,) = growth.trees
+    ends = [cell for cell, node in tree.cells.items() if node.mixed and not node.split]
+    assert [(level, lattice.at_end((level, low))) for level, low in ends] == [(6, True)]
+    steady = [a for a in growth.wanted if lattice.sides[0].value(a.point[0]) > 6.0]
+    assert len(steady) <= 4  # 6 to 12 in four steps, of 64
+    found = boundaries_of(cells_made(growth), words_made(growth, radius))
+    assert [(found.low[0], found.high[0])] == [(3.28125, 3.375)]
+
+
+def cells_made(growth):
+    """Return the unsplit cells of a growth without a second fidelity."""
+    (tree,), rows = growth.trees, {a.point: n for n, a in enumerate(growth.wanted)}
+    own = [(cell, node) for cell, node in tree.cells.items() if not node.split]
+    corner = np.array([[rows[p] for p in node.corners] for _, node in own])
+    mixed = np.array([int(node.mixed) for _, node in own])
+    level = np.array([cell[0] for cell, _ in own])
+    return Cells(corner, 0 * mixed, level, mixed, 0 * mixed)
+
+
+def words_made(growth, word):
+    places = [[place(growth.lattice, a.point)[0] for a in growth.wanted]]
+    words = [word(0, a.point) for a in growth.wanted]
+    return Cases_(np.array(places), ["linear"], words, np.zeros(len(words), int))
 
 
 def shifted(at):
@@ -570,6 +625,33 @@ def test_classify_finds_other_boundaries(refined, tmp_path):
     assert after.sizes.get("point", 0) == 0
 
 
+def small_or_large(settings):
+    """A radius that grows by a factor over the map, and threefold at one speed."""
+    return settings["gap"] * (1 + settings["speed"] / 500) * (3 ** (
+        settings["speed"] > 333.0))  # fmt: skip
+
+
+def test_attractors_of_one_regime_have_a_boundary_in_results_and_map(tmp_path):
+    document = with_refine(words="attractor")
+    found = []
+    for seed in (1, 2):
+        folder = tmp_path / f"{seed}"
+        refined_campaign(folder, document, lambda _: "sustained", seed, small_or_large)
+        found.append(root_variables(folder))
+    assert found[0] == found[1]  # in whatever order the cases came
+    with h5py.File(folder / "results.h5") as file:
+        group = file["boundaries"]
+        assert group.attrs["words"] == b"attractor"
+        at = group["speed"][:]
+    assert len(at)
+    assert (abs(at - 333.0) <= 12.5).all()  # half a cell at the end
+    assert main(["map", str(folder), "--out", str(tmp_path / "map")]) == 0
+    states = hpcwhirl.open_results(folder)["cell_state"].to_numpy()
+    assert main(["classify", str(folder)]) == 0  # made-up evidence: one word
+    assert states.any()
+    assert not hpcwhirl.open_results(folder)["cell_state"].to_numpy().any()
+
+
 def test_a_failed_case_is_a_row_and_splits_nothing(tmp_path):
     def word(settings):
         return None if settings["speed"] == 300.0 else "damped"
@@ -635,7 +717,7 @@ BAD = [
     ({"levels": 17}, "from 0 to 16, got 17"),
     ({"scale": "cubic"}, "linear, log, got 'cubic'"),
     ({"scale": {"friction": "log"}}, "not among over"),
-    ({"words": "outcome"}, "regime, whirl, both, got 'outcome'"),
+    ({"words": "outcome"}, "regime, whirl, both, attractor, got 'outcome'"),
     ({"speckle": -1}, "0 for never, got -1"),
     ({"budget": 100}, "{cases = N} or {core_hours = H}"),
     ({"budget": {"cases": 29}}, "cases = 30, got 29"),

@@ -125,13 +125,14 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
     return folder
 
 
-def refined_campaign(folder, document, field, seed=1):
+def refined_campaign(folder, document, field, seed=1, radius=None):
     """Write a refined campaign whose words a function gives; return its directory.
 
     Parameters
     ----------
     field : (settings of a case) -> its regime, or regime and whirl, None for a case
         that failed; where it has twins, their settings have `twin` beside, its number
+    radius : (settings of a case) -> radius of its orbit, m
     """
     random, design = np.random.default_rng(seed), design_of(document)
     folder.mkdir(parents=True, exist_ok=True)
@@ -152,6 +153,9 @@ def refined_campaign(folder, document, field, seed=1):
             regime, _, whirl = (word or "").partition(" ")
             made |= {"outcome": "completed", "regime": regime, "window": 1.0}
             made |= {"whirl": whirl or "none"}
+            if radius:
+                made["orbit_radius"] = radius(design.settings_of(case))
+                made["gap_scale"] = scene.gap
             told = {"status": "ok", "message": "", "row": made}
             if word is None:
                 told = {"status": "failed", "message": "made up"}

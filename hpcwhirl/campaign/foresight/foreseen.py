@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.refinement.growth import Address
+from hpcwhirl.refinement.words import Word
 from hpcwhirl.store.directory.completions import Ended
 
 MOST = 200_000  # largest number of cases simulated for an estimate
@@ -43,7 +44,7 @@ class Beyond:
 class Known(NamedTuple):
     """A case that has ended: its regime, or None, and its kernel time, s."""
 
-    word: str | None
+    word: Word | None
     seconds: float
 
 
@@ -57,7 +58,7 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
     mean : kernel time of a coarse case, s, used if no refined case has finished
     """
     known, asked = _known(design, ended)
-    words: dict[Address, str | None] = {a: one.word for a, one in known.items()}
+    words: dict[Address, Word | None] = {a: one.word for a, one in known.items()}
     done = [0, 0]
     for address in known:
         done[address.fidelity] += bool(address.level or address.fidelity)
@@ -114,7 +115,7 @@ def _steps(design: Design) -> tuple[float, float]:
     return first, design.predicted(family.number(middle._replace(fidelity=1)))[0]
 
 
-def followers(design: Design, words: Mapping[Address, str | None]) -> tuple[int, int]:
+def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int, int]:
     """Return the number of refined cases of each fidelity, by nearest known regimes.
 
     The rule of refinement is applied as if every case had the regime of the nearest
@@ -132,7 +133,7 @@ def followers(design: Design, words: Mapping[Address, str | None]) -> tuple[int,
     known = np.array([_place(design, address) for address in words])
     spoken = list(words.values())
 
-    def word(address: Address) -> str | None:
+    def word(address: Address) -> Word | None:
         if address in words:
             return words[address]
         if len(growth.wanted) > MOST:

@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 
 NO_BREAK = "\xa0"
 LETTERS_AN_INCH = 13  # letters of a title in an inch
-NAMED = {"regime": "regimes", "whirl": "whirl", "both": "regimes and whirl"}
+NAMED = {
+    "regime": "regimes",
+    "whirl": "whirl",
+    "both": "regimes and whirl",
+    "attractor": "attractors",
+}
 KEY = 0.7  # in, width of a legend entry without its text
 LETTERS_OF_KEY = 14  # letters of a legend in an inch
 

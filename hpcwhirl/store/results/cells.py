@@ -35,6 +35,14 @@ from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Cell, Lattice
 from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.refinement.tree import CONFIRM, Node, Tree
+from hpcwhirl.refinement.words import (
+    ATTRACTOR,
+    NUMBERS,
+    Word,
+    apart,
+    features_of,
+    word_of,
+)
 from hpcwhirl.scene.quantities import AXES, INPUTS, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS, NO_REGIME
@@ -138,9 +146,10 @@ def _cell(
     second = [tree.words[CONFIRM].get(point) is not None for point in node.corners]
     for point, by in zip(node.corners, second, strict=True):
         rows.append(row[Address(int(by), growth.lattice.level(point), panel, point)])
-    words = {tree.word(point) for point in node.corners} - {None}
-    speckle = len(words) > 1 and tree.is_speckle(cell)
-    state = "speckle" if speckle else ("mixed" if len(words) > 1 else "even")
+    words = {tree.word(point) for point in node.corners}
+    mixed = apart({word for word in words if word is not None})
+    speckle = mixed and tree.is_speckle(cell)
+    state = "speckle" if speckle else ("mixed" if mixed else "even")
     return rows, panel, cell[0], STATES.index(state), int(all(second))
 
 
@@ -244,16 +253,21 @@ def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
     data.attrs["long_name"] = utf8(quantity.meaning)
 
 
-def _words(rows: Mapping[str, NDArray[Any]], by: str) -> NDArray[np.str_]:
+def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
     """Return the word of each case by which cells were split, (cases,); "" for none.
 
-    by : "regime", "whirl" or "both"
+    by : kind of word, see `refinement.words`
     """
-    regime, whirl = (np.asarray(rows[n], dtype=str) for n in ("regime", "whirl"))
-    both = np.char.add(np.char.add(regime, " "), whirl)
-    found = {"regime": regime, "whirl": whirl, "both": both}[by]
     lost = (rows["status"] != "ok") | np.isin(rows["outcome"], NO_REGIME)
-    return np.asarray(np.where(lost, "", found))
+    names = [n for n in ("regime", "whirl", *NUMBERS) if n in rows]
+    cases = zip(*(rows[n].tolist() for n in names), strict=True)
+    found = list[Word]()
+    for none, values in zip(lost.tolist(), cases, strict=True):
+        row = dict(zip(names, values, strict=True))
+        if by == ATTRACTOR:
+            row["features"] = features_of(row)
+        found.append("" if none else word_of(by, row))
+    return found
 
 
 def write_boundaries(file: h5py.File) -> None:
@@ -274,15 +288,16 @@ def write_boundaries(file: h5py.File) -> None:
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
     """Return the cells, mixed if the words of their corners differ, and the rows.
 
-    by : "regime", "whirl" or "both"
+    by : kind of word, see `refinement.words`
     """
     group = file[CELLS]
     own = {n: group[n][:] for n in ("corner", "panel", "level", "state", "confirmed")}
     names = [n for n in ("status", "outcome", "regime", "whirl") if n in ENUMS]
     rows: dict[str, Any] = {name: words_in(file, name) for name in names}
-    rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity")}
-    known = np.where(own["corner"] < 0, "", _words(rows, by)[own["corner"]])
-    differ = [len(set(each.tolist()) - {""}) > 1 for each in known]
+    more = NUMBERS if by == ATTRACTOR else ()
+    rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity", *more)}
+    words = [*_words(rows, by), ""]  # the last one of a corner without a case
+    differ = [apart({words[case] for case in each} - {""}) for each in own["corner"]]
     still = own["state"] == STATES.index("speckle")
     own["state"] = np.where(still, own["state"], np.array(differ, dtype=np.int64))
     return Cells(**own), rows

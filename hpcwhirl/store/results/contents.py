@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.rule import rule_of
+from hpcwhirl.refinement.words import ATTRACTOR, NUMBERS
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
@@ -179,13 +180,18 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
     for name in kinds:
         out[name] = np.full(contents.cases, "missing" if name == "status" else "none")
         out[name] = out[name].astype("U16")
-    for name in rule_of(plan.refine).over:
+    rule = rule_of(plan.refine)
+    for name in rule.over:
         values = [row[name] for row in plan.settings]
         out[variable_name(name)] = np.array(values, dtype=float)
+    numbers = NUMBERS if rule.words == ATTRACTOR else ()
+    out |= {name: np.zeros(contents.cases) for name in numbers}
     for at, rows in parts_of(contents, range(contents.cases)):
         for name in kinds:
             own = rows.words(name if name == "status" else f"row.{name}")
             out[name][at] = own
+        for name in numbers:
+            out[name][at] = rows.numbers(f"row.{name}", 0.0)
     return out
 
 

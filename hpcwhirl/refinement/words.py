@@ -1,0 +1,93 @@
+"""The words of cases that refinement compares, and whether words differ.
+
+The regime and the whirl are words: two cases differ if theirs are not the same. An
+attractor has no name that a case could know by itself: `hpcwhirl basins` numbers them
+by clustering all cases. Whether two cases lie on two of them is told by both alone: by
+their regimes, and by numbers of their windows that are farther apart than `TOLERANCES`.
+Where a number changes steadily from case to case, it is closer the finer the cells are,
+so that these are split no more; where it jumps, they are split to their end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple
+
+REGIME, WHIRL, BOTH, ATTRACTOR = "regime", "whirl", "both", "attractor"
+COMPARED = (REGIME, WHIRL, BOTH, ATTRACTOR)  # kinds of words
+NUMBERS = ("orbit_radius", "gap_scale", "whirl_ratio", "late_energy", "growth_rate")
+FLOOR = 1e-6  # orbit over gap below which the centre moves by round-off alone
+LEAST = 1e-300  # of what a logarithm is taken of
+# Smallest differences of two attractors. Of 117 pairs of sustained motions of four
+# engines whose forces differ by 1e-6, none differed by more; of 202 pairs of divergent
+# ones none either (scripts/evidence/neighbours.py).
+TOLERANCES = {
+    "radius": math.log(1.25),
+    "whirl_ratio": 0.2,
+    "energy": math.log(2.0),
+    "growth": math.log(2.0),
+}
+
+
+class Attractor(NamedTuple):
+    """The motion on which a case has ended, as far as the case itself tells.
+
+    Attributes
+    ----------
+    regime : its regime
+    at : numbers that tell it from others of the regime, in `TOLERANCES`
+    """
+
+    regime: str
+    at: tuple[float, ...] = ()
+
+
+Word = str | Attractor
+
+
+def features_of(row: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return the numbers that tell attractors of a regime apart, in `TOLERANCES`.
+
+    Of a sustained motion radius over gap, share of forward whirl and energy, of a
+    divergent one whirl and growth; () of another regime. Where the centre does not
+    move, its radius and its whirl are 0.
+
+    row : with `NUMBERS` and the regime
+    """
+    regime, limit = row["regime"], TOLERANCES
+    if regime not in {"sustained", "divergent"}:
+        return ()
+    radius = float(row["orbit_radius"]) / max(float(row["gap_scale"]), LEAST)
+    moves = radius >= FLOOR
+    whirl = float(row["whirl_ratio"]) / limit["whirl_ratio"] if moves else 0.0
+    if regime == "divergent":
+        return whirl, _log(row["growth_rate"]) / limit["growth"]
+    size = _log(radius) / limit["radius"] if moves else 0.0
+    return size, whirl, _log(row["late_energy"]) / limit["energy"]
+
+
+def _log(value: Any) -> float:
+    return math.log(max(abs(float(value)), LEAST))
+
+
+def apart(words: Collection[Word]) -> bool:
+    """Return whether any two of some words differ."""
+    if len(words) < 2:
+        return False
+    motions = [word for word in words if isinstance(word, Attractor)]
+    if len({word[0] if word in motions else word for word in words}) > 1:
+        return True
+    sides = zip(*(motion.at for motion in motions), strict=True)
+    return any(max(side) - min(side) > 1.0 for side in sides)
+
+
+def word_of(kind: str, row: Mapping[str, Any]) -> Word:
+    """Return the word of a case of a kind of `COMPARED`.
+
+    row : with regime, whirl and, of attractors, `features`, see `features_of`
+    """
+    if kind == ATTRACTOR:
+        return Attractor(str(row["regime"]), tuple(row["features"]))
+    both = {REGIME: row["regime"], WHIRL: row["whirl"]}
+    return str(both.get(kind, f"{row['regime']} {row['whirl']}"))
