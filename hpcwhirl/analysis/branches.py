@@ -121,6 +121,8 @@ def branches_of(
 
 def _branch(results: Results, over: str, cases: list[int]) -> Branch:
     own = results.plan.settings[cases[0]]
+    falls = own["branch"].startswith("down")
+    cases = sorted(cases, key=lambda n: results.plan.settings[n][over], reverse=falls)
     others = {n: v for n, v in own.items() if n not in (over, *ASIDE)}
     keys = "status", "outcome", "regime"
     words = [word_of(*(str(results[name][case]) for name in keys)) for case in cases]

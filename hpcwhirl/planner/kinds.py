@@ -200,6 +200,29 @@ class Refined:
         return sampled(named, self.twins["sample"], self.twins["seed"])
 
 
+class Folds(Refined):
+    """Design of branches, and of cases between two of which the word changes.
+
+    Parameters
+    ----------
+    family : all possible cases
+    before : the coarse case before each, -1 for none
+    digest : function from a case number to its digest
+    """
+
+    def __init__(
+        self, family: Family, before: Sequence[int], digest: Callable[[int], str]
+    ) -> None:
+        super().__init__(family, {}, digest)
+        self.chains = Chains(before)
+        self.waiting = self.chains.waiting
+
+    def after(self, case: int, end: Completion) -> Followers:
+        """Return the next case of a branch, and those on the way to a fold."""
+        following = self.chains.after(case, end).cases
+        return Followers([*following, *super().after(case, end).cases])
+
+
 def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int]:
     """Return a uniform random sample of cases, ascending.
 

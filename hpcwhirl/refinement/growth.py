@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hpcwhirl.refinement.lattice import Lattice, Point
+from hpcwhirl.refinement.lattice import Cell, Lattice, Point
 from hpcwhirl.refinement.tree import Tree
 from hpcwhirl.refinement.words import Word
 
@@ -55,7 +55,7 @@ class Growth:
     Parameters
     ----------
     lattice : places of the refined inputs, the same in each panel
-    panels : number of panels
+    panels : number of panels; or, of panels that are branches, the coarse cells of each
     levels : levels after which mixed cells are speckle, see `Tree`
     confirm : whether there is a second fidelity
     budget : limit of the cases' cost, without twins; None for no limit
@@ -73,7 +73,7 @@ class Growth:
     def __init__(
         self,
         lattice: Lattice,
-        panels: int = 1,
+        panels: int | Sequence[Sequence[Cell]] = 1,
         levels: int = 0,
         *,
         confirm: bool = False,
@@ -82,7 +82,8 @@ class Growth:
     ) -> None:
         self.lattice, self.budget = lattice, budget
         self.trees = [
-            Tree(lattice, levels, confirm=confirm, twins=twins) for _ in range(panels)
+            Tree(lattice, levels, confirm=confirm, twins=twins, branch=branch)
+            for branch in ([None] * panels if isinstance(panels, int) else panels)
         ]
         self.wanted: list[Address] = []
         self.twinned: list[Address] = []
@@ -90,7 +91,7 @@ class Growth:
         self._open: set[Address] = set()  # wanted cases that have not ended
         self._next: list[Address] = []
         self._spent = 0.0
-        fresh = [a for panel in range(panels) for a in self._take(panel)]
+        fresh = [a for panel in range(len(self.trees)) for a in self._take(panel)]
         self._admit(sorted(fresh))
 
     def _take(self, panel: int) -> list[Address]:

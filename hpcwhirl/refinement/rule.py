@@ -10,6 +10,7 @@ from math import prod
 from typing import Any
 
 from hpcwhirl.errors import InputError, StoreError, shown
+from hpcwhirl.refinement.branches import HISTORY, Branches
 from hpcwhirl.refinement.growth import Address, Budget, Growth
 from hpcwhirl.refinement.lattice import Lattice, Point, Side
 from hpcwhirl.refinement.words import Word, word_of
@@ -74,6 +75,9 @@ class Family:
     A panel contains the cases that differ in refined inputs only. The number of a
     coarse case is that of its row; those of other cases follow from their addresses.
 
+    Of a campaign with [branch] a panel is a branch, and the history of a case follows
+    from its place: see `Branches`.
+
     Parameters
     ----------
     rule : rule of the campaign
@@ -102,7 +106,7 @@ class Family:
         places = [{v: i << s.depth for i, v in enumerate(s.values)}
                   for s in self.lattice.sides]  # fmt: skip
         for row in rows:
-            rest = {n: v for n, v in row.items() if n not in rule.over}
+            rest = {n: v for n, v in row.items() if n not in (*rule.over, HISTORY)}
             key = json.dumps(rest, sort_keys=True)
             if key not in numbers:
                 numbers[key] = len(self.panels)
@@ -110,6 +114,14 @@ class Family:
             at = zip(places, rule.over, strict=True)
             point = tuple(place[row[name]] for place, name in at)
             self.coarse.append(Address(0, 0, numbers[key], point))
+
+        self.branches: Branches | None = None
+        if rows and HISTORY in rows[0]:
+            lines = list[list[int]]([] for _ in self.panels)
+            order = sorted(range(len(rows)), key=lambda n: len(rows[n][HISTORY]))
+            for address in map(self.coarse.__getitem__, order):
+                lines[address.panel].append(address.point[0])
+            self.branches = Branches(self.lattice, lines)
 
     @cached_property
     def row_of(self) -> dict[Address, int]:
@@ -146,7 +158,10 @@ class Family:
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
-        return refined | self.panels[address.panel] | preset
+        found: Settings = refined | self.panels[address.panel] | preset
+        if self.branches is not None:
+            found[HISTORY] = self.branches.history(address.panel, address.point[0])
+        return found
 
     @property
     def span(self) -> int:
@@ -173,7 +188,7 @@ class Family:
         total, *each = self.rule.budget or (0.0, 1.0, 1.0)
         return Growth(
             self.lattice,
-            len(self.panels),
+            self.branches.cells if self.branches else len(self.panels),
             self.rule.speckle,
             confirm=bool(self.rule.confirm),
             budget=Budget(total, (each[0], each[1])) if self.rule.budget else None,

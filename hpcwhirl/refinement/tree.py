@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
@@ -88,9 +88,13 @@ class Tree:
     confirm : whether there is a second fidelity
     twins : which cases have twins: "all", "boundary" or "speckle"; with "" or "even"
         these rules give none
+    branch : coarse cells of a panel that is a branch: each is split for itself, since
+        a case between two others begins where the first of them has ended; None: all
+        coarse cells, balanced
 
     Attributes
     ----------
+    coarse : coarse cells
     cells : {cell: state} of all cells, split ones included
     fresh : cases that the rules have asked for (wanted cases) since the last `take`
     twinned : cases whose twins have become wanted since the last `take_twins`
@@ -103,8 +107,11 @@ class Tree:
         *,
         confirm: bool = False,
         twins: str = "",
+        branch: Sequence[Cell] | None = None,
     ) -> None:
         self.lattice, self.levels, self.confirm = lattice, levels, confirm
+        self.coarse = list(lattice.coarse() if branch is None else branch)
+        self._balanced = branch is None
         self.twins = twins
         self.twinned: list[Wish] = []
         self._followed: tuple[set[Point], set[Point]] = (set(), set())
@@ -114,11 +121,9 @@ class Tree:
         self.fresh: list[Wish] = []
         self._demanded: set[Cell] = set()  # cells to be split as soon as they exist
         self._speckled: dict[Cell, bool] = {}
-        self._asking: dict[
-            Cell, set[Cell]
-        ] = {}  # {cell: cells to visit when it is known}
+        self._asking: dict[Cell, set[Cell]] = {}  # {cell: cells to visit afterwards}
         self._todo: list[Cell] = []
-        for cell in lattice.coarse():
+        for cell in self.coarse:
             self._make(cell, ())
         self._settle()
 
@@ -240,7 +245,7 @@ class Tree:
         for child in self.lattice.children(cell):
             self._make(child, node.points)
         level = cell[0]
-        for near in self.lattice.neighbours(cell):
+        for near in self.lattice.neighbours(cell) if self._balanced else ():
             if near not in self.cells:
                 above = self.lattice.at(level - 1, near[1])
                 self._demanded.add(above)

@@ -15,7 +15,8 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 REGIME, WHIRL, BOTH, ATTRACTOR = "regime", "whirl", "both", "attractor"
-COMPARED = (REGIME, WHIRL, BOTH, ATTRACTOR)  # kinds of words
+BRANCH = "branch"  # the regime, from case to case of a branch
+COMPARED = (REGIME, WHIRL, BOTH, ATTRACTOR, BRANCH)  # kinds of words
 NUMBERS = ("orbit_radius", "gap_scale", "whirl_ratio", "late_energy", "growth_rate")
 FLOOR = 1e-6  # orbit over gap below which the centre moves by round-off alone
 LEAST = 1e-300  # of what a logarithm is taken of
@@ -89,5 +90,5 @@ def word_of(kind: str, row: Mapping[str, Any]) -> Word:
     """
     if kind == ATTRACTOR:
         return Attractor(str(row["regime"]), tuple(row["features"]))
-    both = {REGIME: row["regime"], WHIRL: row["whirl"]}
+    both = {REGIME: row["regime"], BRANCH: row["regime"], WHIRL: row["whirl"]}
     return str(both.get(kind, f"{row['regime']} {row['whirl']}"))

@@ -385,10 +385,10 @@ class Refine(TableModel):
         "finest step of the refined grid; relative on a log scale, 0.05 is 5 percent",
         "a number > 0, or {input = number}; instead of levels",
     )
-    words: Literal["regime", "whirl", "both", "attractor"] = key(
+    words: Literal["regime", "whirl", "both", "attractor", "branch"] = key(
         "regime",
         "cells are split where these differ at their corners; attractor: regime, or "
-        "orbit, whirl and energy or growth",
+        "orbit, whirl and energy or growth; branch: the regime along [branch]",
     )
     speckle: int = key(
         2,

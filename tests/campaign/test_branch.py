@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
-from launch import launch, records
+from common import on_engine
+from launch import launch, records, root_variables
 
 import hpcwhirl
-from hpcwhirl.analysis.branches import Branch, folds_of, words_apart
+from hpcwhirl.analysis.branches import Branch, branches_of, folds_of, words_apart
 from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import simulate
@@ -18,8 +19,10 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.jobs import Job
 from hpcwhirl.planner.kinds import cases_before
-from hpcwhirl.scene import Scene, case_before, digest
+from hpcwhirl.scene import Scene, apply_settings, case_before, digest
+from hpcwhirl.scene.history import parsed
 from hpcwhirl.store.directory.states import stored_states
+from hpcwhirl.store.reading.results_file import Results
 
 TABLES = {
     "scene": {"duration": 0.02},
@@ -28,6 +31,17 @@ TABLES = {
     "sweep": {"speed": [300.0, 320.0, 340.0], "friction": [0.0, 0.2]},
     "branch": {"over": "speed"},
 }
+
+
+ALONG = {"over": "speed", "levels": 3, "words": "branch"}
+FOLDED = on_engine("mostly_damped", {
+    "scene": {"duration": 1.0},
+    "solver": {"preset": "draft"},
+    "output": {"traces": "summary"},
+    "sweep": {"speed": [420.0, 460.0, 500.0]},
+    "branch": {"over": "speed", "directions": "up"},
+    "refine": ALONG,
+})  # fmt: skip
 
 
 def tables(**changed):
@@ -151,7 +165,9 @@ def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():
         ({"branch": {}}, "over"),
         ({"branch": {"over": "speed", "starts": [310]}}, "starts must be values of"),
         ({"branch": {"over": "speed", "directions": "left"}}, "both"),
-        ({"refine": {"over": "speed", "levels": 1}}, "not with [refine]"),
+        ({"refine": {"over": "speed", "levels": 1}}, "words must be 'branch' with"),
+        ({"refine": ALONG | {"over": "friction"}}, "over must be that of [branch]"),
+        ({"refine": ALONG | {"confirm": "draft"}}, "confirm goes not with [branch]"),
         ({"twins": {"count": 2}}, "not with [twins]"),
         ({"cases": [{"speed": 1.0}]}, "not with [cases]"),
         ({"sweep": {"speed": [300.0]}}, "its values must be 2 to 1000"),
@@ -171,6 +187,52 @@ def test_shards_and_extensions_are_refused(swept, tmp_path):
     done = launch("campaign", tmp_path / "out", "--extend", "undecided", "--to", "1")
     assert done.returncode == 2
     assert "[branch]" in done.err
+
+
+@pytest.fixture(scope="module")
+def folded(tmp_path_factory):
+    """Branches of an engine that is sustained up to some 500 rad/s, and their folds."""
+    out = tmp_path_factory.mktemp("folded") / "out"
+    with hpcwhirl.campaign(FOLDED, out):
+        return out
+
+
+def test_a_fold_is_bisected_and_its_cases_go_on_from_the_last_before_it(folded):
+    design = Design.of(FOLDED)
+    with Results(folded) as results:
+        _, (branch,) = branches_of(results)
+        own = [results.plan.settings[case] for case in branch.cases]
+    assert branch.values.tolist() == sorted({*branch.values})
+    assert len(own) > len(design.settings) + 2
+    fold = folds_of(branch)[0]
+    assert fold.word == "sustained"
+    assert fold.first - fold.last == 40.0 / 2**3
+    rows = {record["digest"]: record["row"] for record in records(folded)}
+    within = [one for one in own if fold.last <= one["speed"] <= fold.first]
+    for settings in within:  # the motion follows from the inputs alone
+        scene = apply_settings(design.base, settings)
+        assert told(simulate(scene).row) == told(rows[digest(scene)])
+        _, before = parsed(settings["history"])
+        assert before[-1] < settings["speed"]
+        assert digest(case_before(scene)) in rows
+
+
+def test_a_branch_is_refined_further_without_computing_a_case_again(folded, tmp_path):
+    out = Path(shutil.copytree(folded, tmp_path / "out"))
+    finer = FOLDED | {"refine": FOLDED["refine"] | {"levels": 4}}
+    with hpcwhirl.campaign(finer, out):
+        digests = [record["digest"] for record in records(out)]
+    assert len(digests) == len({*digests}) > len(records(folded))
+    assert main(["map", str(out), "--out", str(tmp_path)]) == 0
+    assert main(["figures", str(out), "--kind", "branches"]) == 0
+    shutil.rmtree(out / "states")  # motions that are lost are computed again
+    (out / "states").mkdir()
+    finest = FOLDED | {"refine": FOLDED["refine"] | {"levels": 5}}
+    fresh = tmp_path / "fresh"
+    for place in (out, fresh):
+        with hpcwhirl.campaign(finest, place):
+            pass
+    assert root_variables(out) == root_variables(fresh)
 
 
 MADE_UP = {  # words of a branch up and of one down over speed

@@ -47,8 +47,18 @@ method = "saltelli"
 gap = {distribution = "uniform", low = 1e-4, high = 3e-4}
 force = {distribution = "lognormal", median = 75e3, deviation = 0.2}
 """
+FOLDS = """
+scene = {duration = 0.8}
+solver = {preset = "draft"}
+output = {traces = "summary"}
+sweep = {speed = {start = 420, stop = 520, step = 20}}
+branch = {over = "speed", starts = [420, 520]}
+refine = {over = "speed", levels = 5, words = "branch"}
+"""
 KINDS = {
     "refined": REFINED,
+    "refined, attractors": REFINED.replace("both", "attractor"),
+    "branches, refined": FOLDS,
     "refined, confirmed": REFINED + 'confirm = "standard"\n',
     "refined, twins": REFINED + TWINS,
     "sampled": GRID + SAMPLED,

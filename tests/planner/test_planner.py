@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from hpcwhirl.planner.jobs import Completion, Job, JobCode
-from hpcwhirl.planner.kinds import Chains, Grid, Refined
+from hpcwhirl.planner.kinds import Chains, Folds, Grid, Refined, cases_before
 from hpcwhirl.planner.planner import Planner, Stages
 from hpcwhirl.refinement.rule import Family, Rule
+from hpcwhirl.scene.history import history_of, parsed
 
 SPEEDS, GAPS = [1.0, 2.0, 3.0, 4.0], [1.0, 2.0]
 ROWS = [{"speed": speed, "gap": gap} for speed in SPEEDS for gap in GAPS]
@@ -57,6 +58,28 @@ def branches(_):
     return Chains([-1, 0, 1, 2, -1, 4, 5, 6])
 
 
+def fold_rows():
+    """The cases of ROWS as branches, up at one gap and down at the other."""
+    rows = []
+    for row in ROWS:
+        line = SPEEDS if row["gap"] == GAPS[0] else SPEEDS[::-1]
+        before = line[: line.index(row["speed"])]
+        branch = "up" if line is SPEEDS else "down"
+        rows.append(row | {"branch": branch, "history": history_of("speed", before)})
+    return rows
+
+
+ALONG = Rule(("speed",), ((3, 3, 3),), ("linear",), words="branch", speckle=0)
+FAMILIES = {
+    "refined": Family(RULE, ROWS), "folds": Family(ALONG, fold_rows())
+}  # fmt: skip
+
+
+def folds(_):
+    rows = fold_rows()
+    return Folds(FAMILIES["folds"], cases_before(rows), lambda case: f"{case:064x}")
+
+
 def planner_of(kind, twins, stages=0, find=None):
     passed = PASSED if stages else None
     made = KINDS[kind](twins)
@@ -65,14 +88,17 @@ def planner_of(kind, twins, stages=0, find=None):
     return Planner(made, count, Stages(stages, passed), found.get)
 
 
-KINDS = {"grid": grid, "refined": refined, "sweeps": Sweeps, "branches": branches}
+KINDS = {
+    "grid": grid, "refined": refined, "sweeps": Sweeps, "branches": branches,
+    "folds": folds,
+}  # fmt: skip
 
 
-def ending(job, failing=()):
+def ending(job, failing=(), kind="refined"):
     """Return how any job ends: a function of the job alone."""
     if job in failing:
         return Completion("failed")
-    family = Family(RULE, ROWS)
+    family = FAMILIES[kind]
     own = family.settings(family.address(job.case))
     word = "damped" if own["speed"] + own["gap"] < 3.6 else "sustained"
     chance = random.Random(f"{job}")
@@ -92,7 +118,8 @@ def run(planner, seed, failing=(), most=10**6):
     while waiting and len(ended) < most:
         job = waiting.pop(chance.randrange(len(waiting)))
         assert job not in ended
-        ended[job] = ending(job, failing)
+        kind = "folds" if isinstance(planner.kind, Folds) else "refined"
+        ended[job] = ending(job, failing, kind)
         waiting += planner.complete(job, ended[job])
         assert len(waiting) == len(set(waiting))
     assert jobs_of(planner) == set(waiting)
@@ -104,6 +131,7 @@ CAMPAIGNS = [
     *[("refined", of, 0) for of in TWINS],
     *[("sweeps", of, stages) for of, stages in OF_GRIDS],
     ("branches", "none", 0),
+    ("folds", "none", 0),
 ]
 
 
@@ -153,6 +181,33 @@ def test_a_case_that_waits_goes_out_when_the_one_before_has_ended(stages):
 def test_a_branch_goes_on_after_a_case_that_failed():
     ended = run(planner_of("branches", {}), 0, failing={Job(1), Job(4)})
     assert {job.case for job in ended} == set(range(8))
+
+
+def test_a_fold_is_bisected_from_the_side_that_the_branch_comes_from():
+    family = FAMILIES["folds"]
+    ended = [job.case for job in run(planner_of("folds", {}), 0)]
+    places = {case: family.settings(family.address(case)) for case in ended}
+    for place, case in enumerate(ended):
+        own = places[case]
+        over, before = parsed(own["history"])
+        if before:
+            last = own | {over: before[-1], "history": history_of(over, before[:-1])}
+            first = next(c for c, known in places.items() if known == last)
+            assert ended.index(first) < place  # it has ended, and left its motion
+    found = {gap: [] for gap in GAPS}
+    for case, own in places.items():
+        if case >= len(ROWS):
+            found[own["gap"]].append((own["speed"], own["history"]))
+    assert sorted(found[1.0]) == [  # up, the word changes at 2.6
+        (2.5, "speed = 1.0, 2.0"),
+        (2.625, "speed = 1.0, 2.0, 2.5"),
+        (2.75, "speed = 1.0, 2.0, 2.5"),
+    ]
+    assert sorted(found[2.0]) == [  # down, at 1.6
+        (1.5, "speed = 4.0, 3.0, 2.0"),
+        (1.625, "speed = 4.0, 3.0, 2.0, 1.75"),
+        (1.75, "speed = 4.0, 3.0, 2.0"),
+    ]
 
 
 @settings(deadline=None)

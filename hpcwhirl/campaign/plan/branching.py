@@ -13,7 +13,7 @@ from hpcwhirl.scene.swept import axes_of
 from hpcwhirl.scene.table import Axis
 
 BRANCH, HISTORY = "branch", "history"  # inputs of a case
-APART = ("zip", "cases", "sample", "refine", "twins")  # tables that exclude [branch]
+APART = ("zip", "cases", "sample", "twins")  # tables that exclude [branch]
 FIXED = (
     "--extend and [branch]: each case begins where the one before it has ended; "
     'until = "decided" in [solver] goes on at once'
@@ -42,7 +42,7 @@ def axes_with_branches(
     table = BranchTable.read(document[BRANCH], "[branch]")
     for other in APART:
         if other in document:
-            msg = f"[branch] goes with [sweep] alone, not with [{other}]"
+            msg = f"[branch] goes with [sweep] and [refine] alone, not with [{other}]"
             raise InputError(msg)
     values = _values(table.over, grid)
     branches = _branches(table, values)
@@ -55,6 +55,13 @@ def axes_with_branches(
     names = table.over, BRANCH, HISTORY
     columns = tuple(list(column) for column in zip(*cases, strict=True))
     return [*axes_of(rest, {}), Axis(names, columns)]
+
+
+def branched_over(document: Mapping[str, Any]) -> str:
+    """Return the input along which branches lead, "" without [branch]."""
+    if BRANCH not in document:
+        return ""
+    return BranchTable.read(document[BRANCH], "[branch]").over
 
 
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.campaign.plan.branching import HISTORY, axes_with_branches
+from hpcwhirl.campaign.plan.branching import HISTORY, axes_with_branches, branched_over
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
@@ -419,7 +419,8 @@ def design_of(
     design = Design(base, rows, swept, rules, sample=sample, twins=twins)
     _check_distinct(design.columns)
     if refine:
-        return replace(design, rule=refined(design, refine, grid, explicit))
+        branch = branched_over(document)
+        return replace(design, rule=refined(design, refine, grid, explicit, branch))
     return design
 
 

@@ -13,6 +13,7 @@ from hpcwhirl.campaign.plan.twins import Twins
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.refinement.lattice import EXACT
 from hpcwhirl.refinement.rule import Rule
+from hpcwhirl.refinement.words import BRANCH
 from hpcwhirl.scene import Scene, apply_settings, preset_inputs
 from hpcwhirl.scene.campaign_tables import MOST_LEVELS, Refine
 from hpcwhirl.scene.files import check_kept, full_name, is_number
@@ -76,7 +77,13 @@ class Coarse(Protocol):
         """Return the mean predicted time of its cases at fidelity 0 and at 1, s."""
 
 
-def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) -> Rule:
+def refined(
+    design: Coarse,
+    table: Refine,
+    grid: Listed,
+    listed: Sequence[Any],
+    branch: str = "",
+) -> Rule:
     """Return the rule that refines a coarse design.
 
     Parameters
@@ -85,6 +92,7 @@ def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) 
     table : table [refine]
     grid : {dotted input: values} of [sweep]
     listed : cases of [[cases]]
+    branch : input along which branches lead, "" without [branch]
 
     Raises
     ------
@@ -95,6 +103,7 @@ def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) 
         msg = "[refine] has no cells between the cases of [[cases]]: use [sweep]"
         raise InputError(msg)
     over = table.over
+    _check_branch(table, branch)
     for name in over:
         _check_side(name, grid)
     _check_twins(design, table, {name: grid[name] for name in over})
@@ -112,11 +121,36 @@ def refined(design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any]) 
     if inputs and apply_settings(design.base, inputs) == design.base:
         msg = f"[refine] confirm = {shown(table.confirm)} is what the first cases have "
         raise InputError(msg + 'already: say first = "draft", for example')
-    rule = Rule(
-        over, depths, scales, table.words, table.speckle, table.confirm or "", inputs
+    rule = Rule(  # along a branch a word changes once
+        over,
+        depths,
+        scales,
+        table.words,
+        0 if branch else table.speckle,
+        table.confirm or "",
+        inputs,
     )
     budget = _budget(table.budget, design, rule)
     return replace(rule, budget=budget)
+
+
+def _check_branch(table: Refine, branch: str) -> None:
+    """Refuse words of branches without [branch], and with it all but these."""
+    if not branch:
+        if table.words == BRANCH:
+            msg = f"[refine] words = {shown(BRANCH)} compares cases of [branch], which "
+            raise InputError(msg + "this campaign has not")
+        return
+    if table.words != BRANCH:
+        msg = f"[refine] words must be {shown(BRANCH)} with [branch], got "
+        raise InputError(msg + shown(table.words))
+    if table.over != (branch,):
+        msg = f"[refine] over must be that of [branch], {branch}, got "
+        raise InputError(msg + ", ".join(table.over))
+    for name in ("confirm", "budget"):
+        if getattr(table, name) is not None:
+            msg = f"[refine] {name} goes not with [branch]: each case begins where one "
+            raise InputError(msg + "of the same branch has ended")
 
 
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:

@@ -34,6 +34,7 @@ NAMED = {
     "whirl": "whirl",
     "both": "regimes and whirl",
     "attractor": "attractors",
+    "branch": "branches",
 }
 KEY = 0.7  # in, width of a legend entry without its text
 LETTERS_OF_KEY = 14  # letters of a legend in an inch

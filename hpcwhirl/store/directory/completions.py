@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.planner.jobs import OK, Completion, Job, completion_of
-from hpcwhirl.planner.kinds import Chains, Grid, Kind, Refined, cases_before
+from hpcwhirl.planner.kinds import Chains, Folds, Grid, Kind, Refined, cases_before
 from hpcwhirl.planner.planner import Planner, Stages
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.scene.batch_validation import Many
@@ -142,6 +142,8 @@ class Ended:
         def find(job: Job) -> Completion | None:
             return self.places.get(Place(digest(job.case), job.twin, job.stage))
 
+        if "history" in self.plan.table.names:
+            return Folds(family, cases_before(self.plan.settings), digest), find
         return Refined(family, self.plan.twins, digest), find
 
     def take(self, record: Record, case: int, *, again: bool) -> None:

@@ -128,7 +128,7 @@ def _unsplit(
         points = tree.cells[cell].corners
         return all(Address(0, lattice.level(p), panel, p) in row for p in points)
 
-    out, todo = [], list(lattice.coarse())
+    out, todo = [], list(tree.coarse)
     while todo:
         cell = todo.pop()
         parts = lattice.children(cell) if tree.cells[cell].split else []

@@ -1,0 +1,59 @@
+"""Branches that are refined: from place to place, where their word changes.
+
+A coarse case begins where the one before it in its branch has ended. Between two of
+them whose words differ lies a fold. The case half way begins where the first has ended,
+too; then that half is taken in which the word changes, and so on. The middle of a cell
+thus begins at that end of the cell from which the branch comes, and the digits of its
+place in binary notation tell the cases before it: the history is a function of the
+place alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hpcwhirl.refinement.lattice import Cell, Lattice
+from hpcwhirl.scene.history import history_of
+
+HISTORY = "history"  # input of a case, see `scene.history`
+
+
+class Branches:
+    """The cells of branches, and the history of each place.
+
+    Parameters
+    ----------
+    lattice : of the one input along which branches lead
+    places : coarse places of each branch, in the order in which they follow one another
+
+    Attributes
+    ----------
+    cells : coarse cells of each branch
+    """
+
+    def __init__(self, lattice: Lattice, places: Sequence[Sequence[int]]) -> None:
+        (self.side,), self.places = lattice.sides, places
+        ends = [(min(line), max(line)) for line in places]
+        self.cells: list[list[Cell]] = [
+            [cell for cell in lattice.coarse() if low <= cell[1][0] < high]
+            for low, high in ends
+        ]
+
+    def history(self, branch: int, place: int) -> str:
+        """Return the history of the case at a place of a branch."""
+        values = [self.side.value(before) for before in self.before(branch, place)]
+        return history_of(self.side.name, values)
+
+    def before(self, branch: int, place: int) -> list[int]:
+        """Return the places of the cases before one, in the order of the branch."""
+        line = self.places[branch]
+        sign = 1 if line[-1] > line[0] else -1
+        found = [one for one in line if sign * (place - one) > 0]
+        rest = abs(place - found[-1]) if found else 0
+        if rest == 1 << self.side.depth:  # a coarse case, after another
+            return found
+        while rest & (rest - 1):  # the highest of several digits
+            step = 1 << (rest.bit_length() - 1)
+            found.append(found[-1] + sign * step)
+            rest -= step
+        return found
