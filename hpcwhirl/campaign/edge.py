@@ -145,7 +145,8 @@ class Continued:
         self.words = ("", "")
         self.stride, self.judged = ROWS * march.beat, 0
         self.free = apply_settings(march.scene, {"force": 0.0})
-        still = March(march.case)
+        at_rest = apply_settings(march.case.given, {"start_energy": 0.0})
+        still = March(replace(march.case, given=at_rest))
         still.unfold()
         self._rest = copy_of(still)
 

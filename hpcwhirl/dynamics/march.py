@@ -24,6 +24,7 @@ from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.waves import folds_well
+from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
@@ -58,8 +59,8 @@ class March:
         the case; its `scene` and `model` are attributes here, too, as is `lean`, the
         scene and model that are integrated
     start
-        the motion that it begins with, which another march has left; None: at rest, or
-        on the circle of an unbalanced rotor
+        the motion that it begins with, which another march has left; None: that of the
+        case's `start_energy`, at rest, or on the circle of an unbalanced rotor
 
     Raises
     ------
@@ -74,7 +75,7 @@ class March:
         if start is not None:
             check_continuable(case.model, case.scene)
             start = turned(case.model, start)
-        self.start = start
+        self.start = start_of(case) if start is None else start
         self.case, self.scene, self.model = case, case.scene, case.model
         scene = self.scene
         self.total, self.stride = step_counts(scene)

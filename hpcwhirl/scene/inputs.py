@@ -553,6 +553,33 @@ class Scene(Inputs, metaclass=_Told):
         "rad",
         later=True,
     )
+    start_energy: NonNegative = given(
+        0.0,
+        "energy of the motion that the run begins with, on modes of both bodies; 0: at "
+        "rest; beside the pulse, which `force` = 0 leaves out; not with an unbalance",
+        "J",
+        symbol="E_0",
+        later=True,
+    )
+    start_modes: Annotated[str, AfterValidator(printable)] = given(
+        "rotor 1F 1",
+        "modes that share start_energy; by body, family and nodal diameter as in "
+        "`hpcwhirl model`, any of them, several by commas: rotor suspension, casing 2",
+        max_length=200,
+        later=True,
+    )
+    start_draw: NonNegative = given(
+        0.0,
+        "number that draws how modes share start_energy; uniform over the shell of "
+        "that energy; sweep whole numbers, or draw it by [sample], uniform from 0 to 1",
+        later=True,
+    )
+    start_as: Literal["velocities", "both"] = given(
+        "velocities",
+        "what the start gives the modes; velocities: these alone, so that gaps are "
+        "open; both: displacements, too, and a case with a gap then closed is refused",
+        later=True,
+    )
     branch: Annotated[str, AfterValidator(printable)] = given(
         "",
         "direction in which the input of [branch] was swept to this case; up or down; "

@@ -260,6 +260,16 @@ OF_SCENE = (
         ),
     ),
     Rule(
+        ("start_energy", "unbalance", "engine.rotor.lost_blade"),
+        lambda energy, load, lost: (
+            (energy == 0.0) | ((load == 0.0) & (lost == NO_BLADE))
+        ),
+        lambda energy, *_: (
+            "start_energy must be 0 with an unbalance or a lost blade, which begin on "
+            f"their circle, got {energy}"
+        ),
+    ),
+    Rule(
         ("revolutions", "speed"),
         lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
         lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0",

@@ -106,6 +106,10 @@ TOLD = {
     "solver.amplitude_limit": ("0.1", "ends"),
     "output.traces": ('"orbit"', "summary", "full", "tips"),
     "output.interval": ("0.0002", "s", "samples"),
+    "start_energy": ("0", "J", "energy", "at rest", "force", "unbalance"),
+    "start_modes": ('"rotor 1F 1"', "body", "family", "nodal diameter", "commas"),
+    "start_draw": ("0", "uniform", "shell", "[sample]"),
+    "start_as": ('"velocities"', "both", "displacements", "refused"),
     "output.chaos": ("0", "revolutions", "sustained", "Lyapunov"),
 }
 LIMITED = [
@@ -166,7 +170,7 @@ def test_a_limit_told_is_the_limit_held(name, sign, limit):
 
 def test_words_allowed_are_the_words_taken():
     words = {n: f.allowed for n, f in catalogue().items() if " | " in f.allowed}
-    assert len(words) == 12
+    assert len(words) == 13
     for name, allowed in words.items():
         with pytest.raises(InputError, match="must be one of") as refused:
             apply_settings(Scene(), {name: "sideways"})
@@ -176,7 +180,7 @@ def test_words_allowed_are_the_words_taken():
 def test_units_are_no_part_of_the_meaning():
     facts = catalogue().values()
     units = {fact.unit for fact in facts} - {""}
-    assert len(units) == 13
+    assert len(units) == 14
     assert not any(fact.meaning.endswith(tuple(f", {u}" for u in units))
                    for fact in facts)  # fmt: skip
 

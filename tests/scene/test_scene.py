@@ -45,6 +45,8 @@ WORDS = {
     "engine.casing.families": "bending",
     "engine.rotation": "full",
     "gap_at": "rest",
+    "start_modes": "casing 2",
+    "start_as": "both",
     "branch": "up",
     "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",

@@ -36,6 +36,7 @@ AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
 MOST_MODELS = 512  # largest number of models built to get their time step
 # inputs on which the time step does not depend, or only if they are extreme
 STEPLESS = frozenset({
+    "start_energy", "start_modes", "start_draw", "start_as",
     "direction", "duration", "revolutions", "solver.scheme", "solver.plan",
     "solver.until", "solver.longest", "solver.amplitude_limit",
 })  # fmt: skip

@@ -1,0 +1,170 @@
+"""The motion of a given energy that a case begins with: a point of an energy shell.
+
+Of the m chosen modes, with amplitudes q_j and frequencies omega_j at rest, the shell of
+the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2 m dimensions; with
+velocities alone it is sum q'_j^2 = 2 E, in m. Normal numbers over their norm are
+uniform on a sphere (Muller 1959, doi:10.1145/377939.377946). Each number is a hash of `start_draw` and its mode: the direction does not depend on
+speed, gap or energy, and other modes that are chosen beside change no number.
+
+With the terms of rotation the strain energy of the rotor is that of its stiffness at
+speed, as in the ledger: the direction is scaled to E by that energy.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from hpcwhirl.case.resolve import Case
+from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
+from hpcwhirl.dynamics.schemes.integrator import unfold
+from hpcwhirl.errors import InputError, shown
+from hpcwhirl.reduction.families import family_ranks
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
+
+Floats = NDArray[np.float64]
+Name = tuple[str, str, str]  # body, family, nodal diameter
+BITS = 53  # of a number from 0 to 1
+CLOSED = 1e-9  # share of the gap that a start leaves at least
+
+
+def start_of(case: Case) -> Motion | None:
+    """Return the motion of the energy that a case asks for; None where it is 0.
+
+    Raises
+    ------
+    InputError
+        where the modes are none of the model's, where their directions have no energy
+        at this speed, or where a gap would be closed
+    """
+    scene, model = case.scene, case.model
+    if scene.start_energy == 0.0:
+        return None
+    found = direction(model, scene.start_modes, scene.start_draw, scene.start_as)
+    unit = energy_of(model, scene.speed, found)
+    if not unit > 0.0:
+        msg = "start_energy: this direction of start_modes has no energy > 0 at "
+        raise InputError(msg + f"{scene.speed:g} rad/s, by centrifugal softening")
+    scale = math.sqrt(scene.start_energy / unit)
+    motion = unfold(model, Amplitudes(*(scale * part for part in found)))
+    gaps = gaps_of(model, scene.gap, motion.rotor, motion.casing, 0.0)
+    if gaps.min() < CLOSED * scene.gap:
+        reach = float(scene.gap - gaps.min())
+        most = scene.start_energy * (scene.gap / reach) ** 2 if reach > 0.0 else 0.0
+        msg = "start_energy must leave the gaps open, which this direction does up to "
+        msg += f"{most:.4g} J (start_as = {shown('velocities')} does always), got "
+        raise InputError(msg + f"{scene.start_energy:g} J")
+    return motion
+
+
+def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
+    """Return amplitudes and rates of chosen modes of the energy 1 J at rest.
+
+    Parameters
+    ----------
+    model : of all sectors
+    modes, draw, how : the inputs start_modes, start_draw and start_as
+    """
+    rotor, casing = names_of(model), casing_names(model)
+    bodies = (rotor, model.rotor.omega), (casing, _omega(model.casing))
+    _check(modes, [*rotor, *casing])
+    found, shares = list[Floats](), 0.0
+    for names, omega in bodies:
+        parts = np.zeros((2, len(names)))
+        for mode, name in _chosen(names, modes):
+            still = how != "both" or omega[mode] == 0.0
+            parts[0, mode] = 0.0 if still else _normal(draw, "place", name)
+            parts[1, mode] = _normal(draw, "rate", name)
+        shares += float((parts**2).sum()) / 2.0
+        found += [parts[0] / np.where(omega > 0.0, omega, 1.0), parts[1]]
+    return Amplitudes(*(part / math.sqrt(shares) for part in found))
+
+
+def _omega(body: ModalModel | None) -> Floats:
+    return np.zeros(0) if body is None else body.omega
+
+
+def _normal(draw: float, part: str, name: str) -> float:
+    """Return a number of the normal law, that of a draw for one part of one mode."""
+    told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
+    whole = int.from_bytes(told[:8]) >> (64 - BITS)
+    return float(ndtri((whole + 0.5) / 2**BITS))
+
+
+def names_of(model: Model) -> list[Name]:
+    """Return body, family and nodal diameter of each mode of the rotor."""
+    own = model.rotor
+    families = {int(k): family_ranks(own, int(k)) for k in np.unique(own.diameter)}
+    pairs = zip(own.diameter.tolist(), own.rank.tolist(), strict=True)
+    return [("rotor", families[k][rank], str(k)) for k, rank in pairs]
+
+
+def casing_names(model: Model) -> list[Name]:
+    """Return the same of the casing, counted as in the modal table."""
+    own = model.casing
+    if own is None:
+        return []
+    pairs = zip(own.diameter.tolist(), own.rank.tolist(), strict=True)
+    return [("casing", f"{rank + 1}F", str(k)) for k, rank in pairs]
+
+
+def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
+    """Yield the modes that a text chooses, each with a text of its own.
+
+    That is its name, and its number among those of this name: a pair has two.
+    """
+    parts = _parts(modes)
+    met = Counter[Name]()
+    for mode, name in enumerate(names):
+        if any(part <= {*name} for part in parts):
+            yield mode, f"{' '.join(name)} {met[name]}"
+        met[name] += 1
+
+
+def _parts(modes: str) -> list[set[str]]:
+    """Return the words of each part of a text, which a mode's name must have."""
+    return [{*part.split()} for part in modes.split(",")]
+
+
+def _check(modes: str, names: list[Name]) -> None:
+    """Raise InputError where a part of a text chooses no mode."""
+    if all(p and any(p <= {*name} for name in names) for p in _parts(modes)):
+        return
+    known = sorted({f"{body} {family}" for body, family, _ in names})
+    msg = "start_modes must choose modes of the model by body, family and nodal "
+    msg += f"diameter, such as {shown('rotor suspension, casing 1F 2')}; there are "
+    raise InputError(f"{msg}{', '.join(known[-8:])}, got {shown(modes)}")
+
+
+def energy_of(model: Model, speed: float, state: Amplitudes) -> float:
+    """Return the energy of a motion about its steady one, J, as the ledger has it.
+
+    1/2 q'^2 + 1/2 omega^2 q^2 of both bodies and, of a rotor with terms of rotation,
+    1/2 x^T (K(Omega) - K) x and that of its supports.
+    """
+    total = 0.0
+    pairs = (model.rotor, state[:2]), (model.casing, state[2:])
+    for body, (q, rate) in pairs:
+        if body is not None:
+            total += 0.5 * float(rate @ rate + (body.omega * q) @ (body.omega * q))
+    return total + _of_rotation(model.rotor, model.blades, speed, state.rotor)
+
+
+def _of_rotation(rotor: ModalModel, blades: int, speed: float, q: Floats) -> float:
+    if rotor.spin is None:
+        return 0.0
+    x = rotor.shapes @ q
+    found = 0.5 * float(x @ stiffening_at(rotor.spin, speed) @ x)
+    if has_centre(rotor, blades):
+        hub = x[2 * blades : 2 * blades + 2]
+        found += (
+            0.5 * rotor.spin.support.at(speed).turning(speed).real * float(hub @ hub)
+        )
+    return found
