@@ -149,6 +149,11 @@ def facts_of_file(rotor: ModalModel) -> dict[str, object]:
         "suspension_known": not np.isnan(rotor.centre_share).any(),
         "told": "rotor from file: fewer than 3 blades, marched by scheme general",
     }
+    if rotor.points is not None:
+        facts["told"] = (
+            f"rotor from file: {rotor.points.count} contact points a tip, marched by "
+            "scheme general, without folding, certificate and closed form"
+        )
     if symmetry is None:
         return facts | {"deviation": None, "tolerance": None, "where": None}
     size = symmetry.deviation if np.isfinite(symmetry.deviation) else None

@@ -43,7 +43,8 @@ MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3
 
 
 def check_limits(model: Model, scene: Scene) -> None:
-    """Raise InputError if a scene's time step or speed exceeds one of its limits."""
+    """Raise InputError where a scene's time step or speed exceeds one of its limits."""
+    check_points(model, scene)
     check_rotation(model, scene)
     check_supports(model, scene)
     check_unbalance(model, scene)
@@ -51,6 +52,24 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_loading(scene)
     check_turn(model, scene)
     check_wall(scene)
+
+
+def check_points(model: Model, scene: Scene) -> None:
+    """Raise InputError for what tips of several contact points do not allow."""
+    if model.rotor.points is None:
+        return
+    solver, each = scene.solver, f"with {model.each} contact points a tip"
+    if not SCHEMES[solver.scheme].points:
+        able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.points)
+        msg = f"scheme must be {able} {each}, got '{solver.scheme}'"
+        raise InputError(msg)
+    least = -float(model.rotor.points.gap.min())
+    if not scene.gap >= least:
+        msg = (
+            f"gap must be >= {least:.6g} m, since rotor/tip_gap of engine.file "
+            f"{scene.engine.file} takes that off one point, got {scene.gap:.6g}"
+        )
+        raise InputError(msg)
 
 
 def check_rotation(model: Model, scene: Scene) -> None:

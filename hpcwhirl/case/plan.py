@@ -77,7 +77,7 @@ def settling_time(scene: Scene, model: Model) -> float:
     """
     if model.casing is None:
         return 0.0 if scene.engine.casing.amplitude == 0.0 else math.inf
-    if not isinstance(model.ring, FourierOperator):
+    if not isinstance(model.ring, FourierOperator) or model.rotor.points is not None:
         return math.inf
     if scene.force == 0.0:
         return 0.0

@@ -80,12 +80,18 @@ class Case:
         Raises
         ------
         InputError
-            if the tips have grown into the casing
+            where the tips have grown into the casing, or would grow unequally
         """
         settings: dict[str, Value] = {"force": 0.0} if self.goes_on else {}
         if self.given.solver.accuracy > 0.0:
             settings["time_step"] = self.step
         if self.given.gap_at == "rest":
+            if self.model.rotor.points is not None:
+                msg = (
+                    f"gap_at must be speed with {self.model.each} contact points a tip,"
+                    " which grow unequally, got rest"
+                )
+                raise InputError(msg)
             if not self.clearance > 0.0:
                 msg = (
                     f"gap must be > {self.growth:.6g} m (growth of the tips at "

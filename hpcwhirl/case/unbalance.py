@@ -154,13 +154,17 @@ def centre_of(model: Model, places: Any) -> complex:
 
 
 def reach_of(model: Model, scene: Scene) -> float:
-    """Return the largest outward displacement of any blade's tip in x_s, m."""
+    """Return the largest outward displacement of any blade's tip in x_s, m.
+
+    Of contact points with a clearance of their own, beyond what that adds.
+    """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
         return 0.0
     outward = places if swung is None else places + np.abs(swung)
-    tips = np.arange(model.blades) != scene.engine.rotor.lost_blade
-    return float(outward[0 : 2 * model.blades : 2][tips].max())
+    tips = np.arange(model.contacts) != scene.engine.rotor.lost_blade
+    reached = outward[model.places[0]] - model.clearances(0.0)
+    return float(reached[tips].max())
 
 
 def share_at_start(model: Model, scene: Scene) -> float:

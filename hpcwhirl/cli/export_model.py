@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
 from hpcwhirl.reduction.round_casing import table_of
@@ -85,18 +85,24 @@ def turning_arrays(
 
 
 def arrays_of(model: Model) -> dict[str, Any]:
-    """Return {path in the file: array} of everything that is exported from a model."""
-    tips = 2 * np.arange(model.blades)
+    """Return {path in the file: array} of all that is exported of a model."""
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
-    radial, tangential = tip_rows(model.rotor, model.blades)
+    points, places = model.rotor.points, {}
+    tips = np.array(model.places)
+    if points is not None:
+        tips = tips.reshape(2, model.blades, -1)
+        own = "station", "angle", "gap"
+        places = {f"rotor/tip_{name}": getattr(points, name) for name in own}
+    radial, tangential = (model.rotor.shapes[rows] for rows in tips)
     out = _body("rotor", model.rotor) | {
-        "rotor/tip_radial": tips,
-        "rotor/tip_tangential": tips + 1,
+        "rotor/tip_radial": tips[0],
+        "rotor/tip_tangential": tips[1],
         "rotor/centre": hub[: len(hub) - model.rotor.kept],
         "rotor/modal_tip_radial": radial,
         "rotor/modal_tip_tangential": tangential,
         "rotor/modal_centre": centre_rows(model.rotor, model.blades),
     }
+    out |= places
     if model.rotor.spin is not None:
         body = model.rotor
         turning = turning_arrays(
@@ -110,7 +116,10 @@ def arrays_of(model: Model) -> dict[str, Any]:
         out |= {"casing/radial_rows": rows[0], "casing/tangential_rows": rows[1]}
         if isinstance(model.ring, FourierOperator):
             table = table_of(model.casing, model.ring)
+            station = table.pop("station", None)
             out |= {f"casing/modal_{name}": array for name, array in table.items()}
+            if station is not None:
+                out["casing/station"] = station
     return out
 
 

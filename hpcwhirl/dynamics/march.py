@@ -179,7 +179,7 @@ class March:
         return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
     def _empty_tracks(self) -> Tracks:
-        blades, kept = self.lean.model.blades, self.scene.output.traces
+        blades, kept = self.lean.model.contacts, self.scene.output.traces
         samples = self.total // self.stride
         full, width = kept in {"blades", "full"}, self.scheme.casing_width
         size = 8.0 * samples * (7 + (3 * blades + width) * full)
@@ -313,6 +313,7 @@ class March:
         if folds > 1:
             tips, pushed = np.tile(tips, (1, folds, 1)), np.tile(pushed, (1, folds))
             waves = unfolded(waves, folds, self.scene)
+        tips, pushed = self._by_blade(tips, pushed)
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -348,6 +349,18 @@ class March:
             folds=folds,
             circle=self._circle(judged.time),
         )
+
+    def _by_blade(self, tips: Floats, pushed: Floats) -> tuple[Floats, Floats]:
+        """Return the reference points' tips (n, N, 2) and impulses of blades (n, N).
+
+        tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
+        """
+        points = self.model.rotor.points
+        if points is None:
+            return tips, pushed
+        count, shape = len(tips), (self.model.blades, points.count)
+        own = tips.reshape(count, *shape, 2)[:, :, points.reference]
+        return own, pushed.reshape(count, *shape).sum(axis=2)
 
     def _circle(self, time: Floats) -> Floats:
         """Return the centre's motion without contact, 0 for a balanced rotor.

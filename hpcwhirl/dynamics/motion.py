@@ -17,7 +17,6 @@ motion that is read and begun again is the uninterrupted one, to round-off.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -207,7 +206,7 @@ def _repeats(x: Floats, found: Floats) -> bool:
 def gaps_of(
     model: Model, gap: float, rotor: Floats, casing: Floats, angle: float
 ) -> Floats:
-    """Return the gaps (N,), m, the rotor turned by an angle, rad.
+    """Return the gaps of all contact points, (N n_c,), m, the rotor turned by an angle.
 
     Parameters
     ----------
@@ -216,11 +215,15 @@ def gaps_of(
     rotor, casing : (n,), (c,), m, displacements in the coordinates of the model
     angle : rad, of blade 0, in the circle of the model
     """
-    gaps = gap - rotor[0 : 2 * model.blades : 2]
+    gaps = model.clearances(gap) - rotor[model.places[0]]
     if model.ring is None:
         return np.asarray(gaps)
-    angles = angle + 2 * math.pi * np.arange(model.blades) / model.blades
-    return np.asarray(gaps + model.ring.rows(angles)[0] @ casing)
+    angles = angle + model.angles
+    if isinstance(model.ring, FourierOperator):
+        rows = model.ring.rows(angles, model.stations)[0]
+    else:
+        rows = model.ring.rows(angles)[0]
+    return np.asarray(gaps + rows @ casing)
 
 
 def turned(model: Model, motion: Motion) -> Motion:
@@ -230,16 +233,19 @@ def turned(model: Model, motion: Motion) -> Motion:
     """
     if model.ring is None or motion.angle == 0.0:
         return motion._replace(angle=0.0)
-    back = _back if isinstance(model.ring, FourierOperator) else _back_elements
-    casing, velocity = (
-        back(x, motion.angle) for x in (motion.casing, motion.casing_velocity)
-    )
+
+    def back(x: Floats) -> Floats:
+        if isinstance(model.ring, FourierOperator):
+            return _back(x, motion.angle, model.ring.width)
+        return _back_elements(x, motion.angle)
+
+    casing, velocity = back(motion.casing), back(motion.casing_velocity)
     return motion._replace(casing=casing, casing_velocity=velocity, angle=0.0)
 
 
-def _back(x: Floats, angle: float) -> Floats:
-    """Return harmonics of w, then u, (2 width,), seen from an angle, rad."""
-    out = x.reshape(2, -1).copy()
+def _back(x: Floats, angle: float, width: int) -> Floats:
+    """Return harmonics of w, u and so on, (r width,), seen from an angle, rad."""
+    out = x.reshape(-1, width).copy()
     h = np.arange(1, out.shape[1] // 2 + 1)
     waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
     out[:, 1::2], out[:, 2::2] = waves.real, -waves.imag

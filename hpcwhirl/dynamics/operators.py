@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     DenseBody,
     Load,
     ModalBody,
+    Points,
     Ring,
     Wall,
 )
@@ -21,9 +24,9 @@ from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning import ALIKE, coupled_body, standing, turning
 from hpcwhirl.dynamics.unbalance import circling_matrices
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
 
@@ -92,9 +95,12 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 
 
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
-    """Return the rotor's part of W, (N, N), m/N, see `contact_operators`."""
+    """Return the rotor's part of W, (N, N), m/N, see `contact_operators`.
+
+    Of several contact points a tip, that of all points, (N n_c, N n_c).
+    """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
-    radial, tangential = tip_rows(model.rotor, model.blades)
+    radial, tangential = contact_rows(model.rotor, model.blades)
     if model.rotor.spin is not None:
         inverse = turning(model, scene, model.rotor.shapes).inverse
         return np.ascontiguousarray(radial @ inverse @ (radial + mu * tangential).T)
@@ -111,13 +117,25 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
+    points = points_of(model, scene)
     if model.casing is None or model.ring is None:
-        return Contact(w_rotor, EMPTY, ring_kind(model), lost)
+        return Contact(w_rotor, EMPTY, ring_kind(model), lost, points)
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
     outward = model.casing.shapes[model.ring.radial]
     along = model.casing.shapes[model.ring.tangential]
     compliance = ((outward + mu * along) * give) @ outward.T
-    return Contact(w_rotor, compliance, ring_kind(model), lost)
+    return Contact(w_rotor, compliance, ring_kind(model), lost, points)
+
+
+def points_of(model: Model, scene: Scene) -> Points:
+    """Return where the contact points stand, as the kernels take them."""
+    turn, points = np.arange(model.blades) / model.blades, model.rotor.points
+    if points is not None:
+        turn = np.add.outer(turn, points.angle / (2.0 * math.pi)).ravel()
+    weight = np.ones((model.contacts, 1))
+    if isinstance(model.ring, FourierOperator):
+        weight = np.ascontiguousarray(model.ring.axial.at(model.stations))
+    return Points(model.angles, turn, model.clearances(scene.gap), weight)
 
 
 def wall_of(scene: Scene) -> Wall:
@@ -152,7 +170,7 @@ def ring_kind(model: Model) -> Ring:
 def modal_arrays(model: Model, scene: Scene) -> Arrays:
     """Return the arrays of `kernels.bodies.march_bodies` for bodies as modes."""
     step = scene.solver.time_step
-    radial, tangential = tip_rows(model.rotor, model.blades)
+    radial, tangential = contact_rows(model.rotor, model.blades)
     hub = centre_rows(model.rotor, model.blades)
     outputs = np.ascontiguousarray(_rows(np.vstack([radial, hub])).T)
     tips = _rows(radial), _rows(tangential)
@@ -183,17 +201,16 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
     if model.casing is not None and not model.casing.has_matrices:
         msg = (
             "scheme paper marches coordinates: families must be 'all', and "
-            "discretization not 'file', got "
+            "discretization not 'file', nor 'shell' with one contact point a tip, got "
             f"'{scene.engine.casing.families}' and "
             f"'{scene.engine.casing.discretization}'"
         )
         raise InputError(msg)
     step = scene.solver.time_step
-    tips, none = np.arange(2 * model.blades), np.zeros(0, np.int64)
-    free = len(model.rotor.shapes) > len(tips) + model.rotor.kept
-    hub = len(tips) + np.arange(2 * free)
+    none, free = np.zeros(0, np.int64), has_centre(model.rotor, model.blades)
+    hub = 2 * model.blades + np.arange(2 * free)
     places = (model.ring.radial, model.ring.tangential) if model.ring else (none, none)
-    rotor_places = tips[::2].copy(), tips[1::2].copy(), hub
+    rotor_places = *model.places, hub
     if model.rotor.spin is None:
         rotor = _dense_body(model.rotor, step, *rotor_places)
     else:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Stand
 from hpcwhirl.dynamics.unbalance import circling_modes
-from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.waves import turning_matrices
@@ -145,7 +145,7 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         return np.concatenate([matrix[a:b, a:b].T.ravel() for a, b in ends])
 
     radial, tangential = (
-        rows[:, order] for rows in tip_rows(model.rotor, model.blades)
+        rows[:, order] for rows in contact_rows(model.rotor, model.blades)
     )
     hub = centre_rows(model.rotor, model.blades)[:, order]
     body = CoupledBody(

@@ -31,7 +31,8 @@ Floats = NDArray[np.float64]
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
     """Return an unbalanced rotor's modes with those added that stand for x_s."""
     rows, count = read_by(model, scene), 2 * model.blades
-    tips, hub = rows[:, :count].reshape(len(rows), -1, 2), rows[:, count : count + 2]
+    radial, tangential = (rows[:, places] for places in model.places)
+    hub = rows[:, count : count + 2]
     none = np.zeros(len(rows))
     pulls = np.array([0.0, *(len(rows) - 1) * [swings(scene)[0]]])
     return body._replace(
@@ -42,9 +43,9 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
         damping=np.append(body.damping, none),
         push=np.append(body.push, none),
         starts=np.append(body.starts, body.starts[-1] + 1 + np.arange(len(rows))),
-        read=np.vstack([body.read, np.hstack([tips[:, :, 0], hub])]),
-        radial=np.ascontiguousarray(np.hstack([body.radial, tips[:, :, 0].T])),
-        tangential=np.ascontiguousarray(np.hstack([body.tangential, tips[:, :, 1].T])),
+        read=np.vstack([body.read, np.hstack([radial, hub])]),
+        radial=np.ascontiguousarray(np.hstack([body.radial, radial.T])),
+        tangential=np.ascontiguousarray(np.hstack([body.tangential, tangential.T])),
     )
 
 

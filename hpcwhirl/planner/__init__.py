@@ -11,8 +11,8 @@ Parts of a planner:
 - a kind (`kinds`), which says which cases there are, and which of them have twins, from
   completions: `Grid`, all cases known beforehand (grids, zips, lists, samples);
   `Chains`, branches, each case of which follows another one; `Refined`, cases that
-  follow from words; `Folds`, branches with cases that follow from words. Another kind of
-  design is another class there.
+  follow from words; `Folds`, branches with such cases. Another kind of design is
+  another class there.
 - stages: an extended campaign (`--extend undecided --to S`) has a stage for each end
   time, for cases whose regime is still open. Their records have digests of their own; a
   decided case has no further stage.

@@ -19,6 +19,7 @@ from hpcwhirl.reduction.modes import (
     with_ratio,
 )
 from hpcwhirl.reduction.round_casing import round_casing
+from hpcwhirl.reduction.shell import at_station, shell_model
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
 from hpcwhirl.reduction.squeeze_film import small_damping
 from hpcwhirl.reduction.supports import Support, bearing_of
@@ -33,7 +34,14 @@ from hpcwhirl.structure import (
     rotation_of,
 )
 
-__all__ = ["casing_model", "centre_rows", "file_model", "rotor_model", "tip_rows"]
+__all__ = [
+    "casing_model",
+    "centre_rows",
+    "contact_rows",
+    "file_model",
+    "rotor_model",
+    "tip_rows",
+]
 
 Floats = NDArray[np.float64]
 OF_SUPPORTS = (
@@ -150,25 +158,52 @@ def file_model(
 
 @lru_cache(maxsize=32)
 def casing_model(
-    casing: Casing, radius: float, source: tuple[str, str] = ("", "")
+    casing: Casing,
+    radius: float,
+    source: tuple[str, str] = ("", ""),
+    *,
+    wide: bool = False,
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
     """Return the modes of an elastic casing and its contact operator.
 
-    source : engine file and the digest of its content, for a casing from file
+    Parameters
+    ----------
+    casing : its inputs
+    radius : R_c, m
+    source : engine's file and the digest of its content, for a casing from file
+    wide : whether to keep how modes vary along the axis, for several contact points a
+        tip; else they are those of the casing's middle
     """
     operator: RingOperator | FourierOperator
     if casing.discretization == "file":
-        return round_casing(casing, radius, source)
-    if casing.discretization == "fourier":
-        model, operator = harmonic_model(casing, radius)
-    else:
+        model, operator = round_casing(casing, radius, source)
+        return (model, operator) if wide else at_station(model, operator, 0.0)
+    if casing.discretization == "elements":
         structure, operator = ring(casing, radius)
         model = modal_model(structure, casing.damping)
+    elif casing.discretization == "shell":
+        model, operator = shell_model(casing, radius)
+    else:
+        model, operator = harmonic_model(casing, radius)
     # The foundation holds omega_c1^2 / omega^2 of the strain energy of a mode.
     carried = model.omega**2 < casing.support_frequency**2 / SUPPORT_SHARE
-    return with_ratio(model, carried, casing.support_damping), operator
+    model = with_ratio(model, carried, casing.support_damping)
+    if wide or isinstance(operator, RingOperator):
+        return model, operator
+    return at_station(model, operator, 0.0)
 
 
 def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
     """Return (radial, tangential) modal tip shapes, each (N, m)."""
     return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
+
+
+def contact_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
+    """Return (radial, tangential) modal shapes of all contact points, (N n_c, m) each.
+
+    Blade by blade; where a tip has one point, those of `tip_rows`.
+    """
+    if model.points is None:
+        return tip_rows(model, blades)
+    radial, tangential = model.points.radial, model.points.tangential
+    return model.shapes[radial.ravel()], model.shapes[tangential.ravel()]

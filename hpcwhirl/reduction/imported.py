@@ -26,6 +26,12 @@ from hpcwhirl.reduction.modes import (
     stiffening_at,
     with_ratio,
 )
+from hpcwhirl.reduction.points import (
+    points_in,
+    reordered,
+    tip_points,
+    with_single_points,
+)
 from hpcwhirl.reduction.recognise import EQUAL, equal_sectors
 from hpcwhirl.reduction.shaft import MisplacedError, shaft_stiffness
 from hpcwhirl.reduction.spin import (
@@ -79,14 +85,15 @@ def rotor_from(
     turns : whether to include the terms of rotation; then the excess of `suspension`
         over `damping` is a damper in the static frame
     """
-    given = read_rotor(file)
+    given = with_single_points(read_rotor(file))
     _check_modal_rows(given)
     _check_given_ratios(given)
     if turns or "mass" in given or "stiffness" in given:
         model = _from_matrices(given, blades, damping, eta, turns=turns)
     else:
         model = _from_modes(given, blades, damping)
-    model = turned_alike(equal_sectors(model, blades), model, blades)
+    if model.points is None:  # of several points a tip there are no waves yet
+        model = turned_alike(equal_sectors(model, blades), model, blades)
     model = _with_shaft(given, model, blades)
     if "damping" in given or "damping_ratio" in given:
         return model
@@ -103,9 +110,10 @@ def _from_matrices(
     if turns:
         check_terms(given)
     _check_shapes(given)
-    places = _places(given, blades)
-    rest = np.setdiff1d(np.arange(len(given["mass"])), places)
-    order = np.r_[places, rest]
+    places, others = _places(given, blades)
+    held = np.r_[places, others]
+    rest = np.setdiff1d(np.arange(len(given["mass"])), held)
+    order = np.r_[held, rest]
     whole = [
         _symmetric(given, name)[np.ix_(order, order)]
         for name in ("mass", "stiffness", "damping")
@@ -114,9 +122,9 @@ def _from_matrices(
     spin = transformed(spin_of(given), np.eye(len(order))[:, order]) if turns else None
     reach = math.inf
     if eta is not None and eta < len(rest):
-        basis = _basis(given, whole, spin, len(places), eta)
+        basis = _basis(given, whole, spin, len(held), eta)
         if basis.shape[1] < len(order):
-            whole, spin, reach = _reduced(whole, spin, basis, len(places) + eta)
+            whole, spin, reach = _reduced(whole, spin, basis, len(held) + eta)
     mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
     shapes, ratios = aligned(shapes, omega, blades), damping
@@ -131,9 +139,9 @@ def _from_matrices(
             modal = np.diag(np.diag(modal))
         ratios = _ratios(given, modal, omega)
     kept = len(mass) - len(places)
-    matrices = mass, stiffness
-    model = named_modes(matrices, shapes, omega, blades, ratios, kept=kept)
-    return replace(model, spin=spin, reach=reach)
+    model = named_modes((mass, stiffness), shapes, omega, blades, ratios, kept=kept)
+    points = tip_points(given, blades, len(places))
+    return replace(model, spin=spin, reach=reach, points=points)
 
 
 def _reduced(
@@ -211,13 +219,17 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
         raise given.refusal("has rotor/damping without rotor/mass and rotor/stiffness")
     radial = given["modal_tip_radial"]
     _check_blades(given, "modal_tip_radial", blades)
-    _check_size(given, "modal_tip_radial", (blades, len(omega)))
-    _check_size(given, "modal_tip_tangential", (blades, len(omega)))
-    tips = np.stack([radial, given["modal_tip_tangential"]], axis=1)
-    shapes = tips.reshape(2 * blades, -1)
+    count = points_in(given)
+    size = (blades, len(omega)) if count == 1 else (blades, count, len(omega))
+    _check_size(given, "modal_tip_radial", size)
+    _check_size(given, "modal_tip_tangential", size)
+    tips = np.stack([radial, given["modal_tip_tangential"]], axis=-2)
+    shapes, others = reordered(tips.reshape(blades, count, 2, -1))
     if "modal_centre" in given:
         _check_size(given, "modal_centre", (2, len(omega)))
         shapes = np.vstack([shapes, given["modal_centre"]])
+    points = tip_points(given, blades, len(shapes))
+    shapes = np.vstack([shapes, others])
     order = np.argsort(omega, kind="stable")
     shapes, ratios = np.ascontiguousarray(shapes[:, order]), damping
     if "damping_ratio" in given:  # ratios belong to these modes, not to combinations
@@ -225,7 +237,9 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
     else:
         shapes = aligned(shapes, omega[order], blades)
     none = np.zeros((0, 0)), np.zeros((0, 0))
-    return named_modes(none, shapes, omega[order], blades, ratios, kept=0)
+    kept = len(others)
+    model = named_modes(none, shapes, omega[order], blades, ratios, kept=kept)
+    return replace(model, points=points)
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
@@ -235,8 +249,10 @@ def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
     """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
+    points = model.points
+    first = 0.0 if points is None else float(points.angle[points.reference])
     try:
-        spring = shaft_stiffness(tips, hub, model.omega)
+        spring = shaft_stiffness(tips, hub, model.omega, first)
     except MisplacedError as found:
         raise given.refusal(
             "has a rotor whose rigid translation moves its tips as if they were "
@@ -277,26 +293,32 @@ def _check_shapes(given: Given) -> None:
         _check_size(given, "shapes", (count, len(given["omega"])))
 
 
-def _places(given: Given, blades: int) -> Integers:
-    """Return the indices of tips (radial, tangential of blade 0, 1, ...) and centre."""
-    count = len(given["mass"])
-    for name in ("tip_radial", "tip_tangential"):
+def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
+    """Return the indices of tips and centre, and those of further contact points.
+
+    The former are radial and tangential of blade 0, 1, ..., at the reference point, and
+    the centre's, if any.
+    """
+    count, both = len(given["mass"]), ("tip_radial", "tip_tangential")
+    for name in both:
         _check_blades(given, name, blades)
-    tips = np.column_stack([given["tip_radial"], given["tip_tangential"]]).ravel()
+        _check_size(given, name, given[both[0]].shape)
+    tips = np.stack([given[name] for name in both], axis=-1)
+    own, others = reordered(tips.reshape(blades, -1, 2))
     centre = given["centre"] if "centre" in given else np.zeros(0, dtype=np.int64)
     if len(centre) not in {0, 2}:
         raise given.wrong("centre", "name 0 or 2 coordinates", len(centre))
-    for name in ("tip_radial", "tip_tangential", "centre"):
+    for name in (*both, "centre"):
         indices = centre if name == "centre" else given[name]
         wrong = indices[(indices < 0) | (indices >= count)]
         if len(wrong):
             raise given.wrong(name, f"be indices 0 to {count - 1}", wrong[0])
-    places = np.asarray(np.r_[tips, centre], dtype=np.int64)
-    values, times = np.unique(places, return_counts=True)
+    places = np.asarray(np.r_[own, centre], dtype=np.int64)
+    values, times = np.unique(np.r_[places, others], return_counts=True)
     if times.max() > 1:
         twice = values[times > 1][0]
         raise given.refusal(f"names coordinate {twice} twice among tips and centre")
-    return places
+    return places, np.asarray(others, dtype=np.int64)
 
 
 def _symmetric(given: Given, name: str) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
 from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
 from hpcwhirl.reduction.numbers import representable
@@ -17,6 +19,7 @@ from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 MOST_KEPT = 32  # cached models, some 100 kB to some MB each
 
 
@@ -40,6 +43,52 @@ class Model:
     blades: int
     folds: int = 1
     lifts: tuple[Floats, Floats] | None = None
+
+    @property
+    def each(self) -> int:
+        """Number of contact points a blade, n_c."""
+        return 1 if self.rotor.points is None else self.rotor.points.count
+
+    @property
+    def contacts(self) -> int:
+        """Number of contact points, N n_c."""
+        return self.blades * self.each
+
+    @property
+    def places(self) -> tuple[Integers, Integers]:
+        """Radial and tangential coordinates of the contact points, (N n_c,) each."""
+        points = self.rotor.points
+        if points is None:
+            tips = np.arange(0, 2 * self.blades, 2)
+            return tips, tips + 1
+        return points.radial.ravel(), points.tangential.ravel()
+
+    @property
+    def angles(self) -> Floats:
+        """Angles of the contact points, (N n_c,), rad, blade 0 being at 0."""
+        angle = 2.0 * math.pi * np.arange(self.blades) / self.blades
+        points = self.rotor.points
+        if points is None:
+            return angle
+        return np.add.outer(angle, points.angle).ravel()
+
+    @property
+    def stations(self) -> Floats:
+        """Axial places of the contact points, (N n_c,), m."""
+        points = self.rotor.points
+        return np.zeros(self.contacts) if points is None else self._by_point("station")
+
+    def clearances(self, gap: float) -> Floats:
+        """Return the clearances of the contact points, (N n_c,), m.
+
+        gap : of the scene, m
+        """
+        if self.rotor.points is None:
+            return np.full(self.blades, gap)
+        return gap + self._by_point("gap")
+
+    def _by_point(self, name: str) -> Floats:
+        return np.tile(getattr(self.rotor.points, name), self.blades)
 
     def limits(self, speed: float) -> dict[str, float]:
         """Return the largest stable step of each body, s: dt < 2 / omega_max.
@@ -131,5 +180,22 @@ def _model(
     if ring is None:
         return Model(body, None, None, rotor.blades)
     with representable("the casing"):
-        casing, operator = casing_model(*ring)
-    return Model(body, casing, operator, rotor.blades)
+        casing, operator = casing_model(*ring, wide=body.points is not None)
+    model = Model(body, casing, operator, rotor.blades)
+    _check_stations(model, source[0])
+    return model
+
+
+def _check_stations(model: Model, file: str) -> None:
+    """Raise InputError where contact points of a tip lie beyond the casing's ends."""
+    points, ring = model.rotor.points, model.ring
+    if points is None or not isinstance(ring, FourierOperator):
+        return
+    least, most = ring.axial.ends
+    beyond = points.station[(points.station < least) | (points.station > most)]
+    if len(beyond):
+        msg = (
+            f"engine.file {file} has rotor/tip_station {beyond[0]:g} m, beyond the "
+            f"casing, which reaches from {least:g} to {most:g} m"
+        )
+        raise InputError(msg)

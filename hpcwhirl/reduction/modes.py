@@ -22,6 +22,7 @@ from hpcwhirl.reduction.cyclic import (
     real_block,
     spread,
 )
+from hpcwhirl.reduction.points import TipPoints
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support
 from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
@@ -139,8 +140,10 @@ class ModalModel:
     cyclic : whether all sectors are the same, so that k, rank and phase are exact
     symmetry : deviation of the sectors, for a rotor from file with three or more blades
     spin : terms of rotation, if included; omega and shapes are those at rest
-    reach : rad/s, highest omega of the basis at rest; higher modes occur only in a
-        basis for all speeds
+    reach : rad/s, highest omega of the basis at rest; modes beyond it only a basis for
+        all speeds has
+    points : the contact points of a rotor with several a tip; the tips among the
+        coordinates are the reference points then, others are behind the centre
     """
 
     mass: Floats
@@ -157,6 +160,7 @@ class ModalModel:
     symmetry: Symmetry | None = None
     spin: Spin | None = None
     reach: float = math.inf
+    points: TipPoints | None = None
 
     @property
     def ratios(self) -> Floats:

@@ -1,9 +1,10 @@
 """A round casing from file: a table of its modes by harmonic.
 
 A mode of harmonic h is w = W cos(h theta), u = U sin(h theta) and, as the second of the
-pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W, or the rotation u
-= U. W and U are mass-orthonormal amplitudes where the blades touch: other parts of the
-casing (flanges, axial motion) only change omega and reduce W and U.
+pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W or the turn u = U.
+W and U are mass-orthonormal amplitudes where the blades touch, at each of the stations
+that the file has: other parts of the casing (flanges, axial motion) only change omega
+and reduce W and U.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
 from hpcwhirl.store.models.engine_file import Given, read_casing
-from hpcwhirl.structure import FourierOperator
+from hpcwhirl.structure import FourierOperator, Stations, Uniform
 
 Table = dict[str, NDArray[Any]]
 NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
@@ -27,6 +28,8 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 @lru_cache(maxsize=16)
 def casing_table(file: str, content: str) -> Table:
     """Return the table of modes in a file, {name: (m,)}, by harmonic and omega.
+
+    `radial` and `tangential` are (m, s), by `station` (s,), of one that has stations.
 
     Raises
     ------
@@ -37,6 +40,7 @@ def casing_table(file: str, content: str) -> Table:
     del content  # part of the cache's key, so that a changed file is read again
     given = read_casing(file)
     table = {name: given[f"modal_{name}"] for name in NAMES}
+    stations = _checked_stations(given, table)
     count = len(table["harmonic"])
     for name in NAMES:
         if len(table[name]) != count or not count:
@@ -47,18 +51,43 @@ def casing_table(file: str, content: str) -> Table:
             raise given.wrong(f"modal_{name}", "be >= 0", table[name].min())
     _check_harmonics(given, table)
     order = np.lexsort((table["omega"], table["harmonic"]))
-    return {name: column[order] for name, column in table.items()}
+    return {name: column[order] for name, column in table.items()} | stations
+
+
+def _checked_stations(given: Given, table: Table) -> Table:
+    """Return {"station": (s,)} of a file that has stations, checked; else nothing."""
+    sizes = {name: table[name].shape[1:] for name in NAMES[3:]}
+    if "station" not in given:
+        wide = [name for name, size in sizes.items() if size]
+        if wide:
+            raise given.refusal(
+                f"has casing/modal_{wide[0]} at several stations, but no casing/station"
+            )
+        return {}
+    station = given["station"]
+    for name, size in sizes.items():
+        if size != station.shape:
+            allowed = f"be (modes, {len(station)}), a column for each casing/station"
+            raise given.wrong(f"modal_{name}", allowed, table[name].shape)
+    if not len(station) or not (np.diff(station) > 0.0).all():
+        raise given.wrong("station", "ascend", station[:4])
+    return {"station": station}
+
+
+def _moves(column: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which modes move at any station, (m,); column : (m,) or (m, s)."""
+    return np.asarray((column.reshape(len(column), -1) != 0.0).any(axis=1))
 
 
 def _check_harmonics(given: Given, table: Table) -> None:
-    harmonic, radial = table["harmonic"], table["radial"]
-    both = (harmonic == 0) & (radial != 0.0) & (table["tangential"] != 0.0)
+    harmonic, radial = table["harmonic"], _moves(table["radial"])
+    both = (harmonic == 0) & radial & _moves(table["tangential"])
     if both.any():
         raise given.refusal(
             "has a casing mode of harmonic 0 with modal_radial and modal_tangential: a "
             "round casing breathes or turns, one must be 0"
         )
-    have = set(harmonic[radial != 0.0].tolist())
+    have = set(harmonic[radial].tolist())
     missing = [h for h in range(int(harmonic.max()) + 1) if h not in have]
     if missing:
         raise given.refusal(
@@ -89,8 +118,12 @@ def round_casing(
     radius : R_c, m
     source : path of the file, and the digest of its content
     """
-    table, operator = casing_table(*source), FourierOperator(casing.harmonics, radius)
-    rows, wide, columns, labels = range(len(table["omega"])), operator.width, [], []
+    table = casing_table(*source)
+    own = tuple(table["station"].tolist()) if "station" in table else None
+    axial = Stations(own) if own else Uniform()
+    operator = FourierOperator(casing.harmonics, radius, axial)
+    rows, columns, labels = range(len(table["omega"])), [], []
+    layers, layer = operator.width * np.arange(axial.count), len(operator.radial)
     for m in rows:
         h, omega, ratio, w, u = (table[n][m] for n in ("harmonic", *NAMES[1:]))
         h = int(h)
@@ -99,9 +132,10 @@ def round_casing(
         rank = m - int(np.searchsorted(table["harmonic"], h))
         cosine, sine = max(2 * h - 1, 0), 2 * h
         for phase in range(2 if h else 1):
-            shape = np.zeros(2 * wide)
-            places = (cosine, wide + sine) if phase == 0 else (sine, wide + cosine)
-            shape[list(places)] = (w, u) if phase == 0 else (w, -u)
+            shape = np.zeros(operator.size)
+            of_w, of_u = (cosine, sine) if phase == 0 else (sine, cosine)
+            shape[layers + of_w] = w
+            shape[layer + layers + of_u] = u if phase == 0 else -u
             columns.append(shape)
             labels.append((omega, h, rank, phase, ratio))
     omegas, diameter, ranks, phases, ratios = map(np.array, zip(*labels, strict=True))
@@ -122,15 +156,35 @@ def round_casing(
 
 
 def table_of(model: ModalModel, operator: FourierOperator) -> Table:
-    """Return the table of a round casing's modes in the form of `casing_table`."""
+    """Return the table of a round casing's modes in the form of `casing_table`.
+
+    Of one that varies along its axis, at the stations of its file, or of a shell at
+    `_stations_of`.
+    """
     modes = np.flatnonzero(model.phase == 0)
     modes = modes[np.lexsort((model.omega[modes], model.diameter[modes]))]
-    h = model.diameter[modes]
-    cosine, sine = np.maximum(2 * h - 1, 0), operator.width + 2 * h
-    return {
+    h, stations = model.diameter[modes], _stations_of(operator)
+    layers = operator.width * np.arange(operator.axial.count)[:, None]
+    of_w, of_u = layers + np.maximum(2 * h - 1, 0), layers + 2 * h
+    weight = operator.axial.at(stations)
+    radial = (weight @ model.shapes[of_w, modes]).T
+    tangential = (weight @ model.shapes[len(operator.radial) + of_u, modes]).T
+    table = {
         "harmonic": h,
         "omega": model.omega[modes],
         "damping_ratio": model.ratios[modes],
-        "radial": model.shapes[cosine, modes],
-        "tangential": model.shapes[sine, modes],
+        "radial": radial,
+        "tangential": tangential,
     }
+    if isinstance(operator.axial, Uniform):
+        return table | {"radial": radial[:, 0], "tangential": tangential[:, 0]}
+    return table | {"station": stations}
+
+
+def _stations_of(operator: FourierOperator) -> NDArray[np.float64]:
+    axial = operator.axial
+    if isinstance(axial, Uniform):
+        return np.zeros(1)
+    if isinstance(axial, Stations):
+        return np.array(axial.places)
+    return np.linspace(*axial.ends, 2 * axial.count + 1)

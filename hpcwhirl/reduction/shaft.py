@@ -20,7 +20,9 @@ class MisplacedError(ValueError):
     """The rotor translates rigidly, but its tips or centre are not where assumed."""
 
 
-def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
+def shaft_stiffness(
+    shapes: Floats, hub: Floats, omega: Floats, first: float = 0.0
+) -> float | None:
     """Return the shaft's stiffness k_o, N/m; None where modes do not determine it.
 
     Parameters
@@ -28,6 +30,7 @@ def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
     shapes : (N, 2, m), mass-orthonormal: radial and tangential motion of the tips
     hub : (2, m), motion of the centre x_o and y_o
     omega : (m,), rad/s
+    first : rad, angle of the tip of blade 0
 
     Raises
     ------
@@ -44,7 +47,7 @@ def shaft_stiffness(shapes: Floats, hub: Floats, omega: Floats) -> float | None:
         return None
     answer = shapes @ steady / give  # (N, 2, 2): tips if x_o or y_o is 1
     moved = answer @ np.array([1.0, 1j])
-    angle = 2 * np.pi * np.arange(len(shapes)) / len(shapes)
+    angle = first + 2 * np.pi * np.arange(len(shapes)) / len(shapes)
     expected = np.exp(1j * angle)[:, None] * np.array([1.0, 1j])
     miss = float(np.abs(moved - expected).max())
     if miss <= RIGID:

@@ -315,11 +315,12 @@ class Casing(Inputs):
         "elastic ring or rigid casing; rigid: prescribed distortion -A0 exp(sigma t) "
         "cos(k theta), fixed in the static frame",
     )
-    discretization: Literal["fourier", "elements", "file"] = given(
+    discretization: Literal["fourier", "elements", "file", "shell"] = given(
         "fourier",
-        "discretization of the ring; fourier: harmonics; elements: the beam elements "
-        "of the paper; file: a round casing from a table in engine.file, for which "
-        "sections, support and damping have no effect",
+        "of the ring: harmonics, the paper's elements, or file: a round casing of the "
+        "table in engine.file; its sections, support and damping count for nothing "
+        "then; shell: harmonics of a cylindrical shell, simply supported at both ends, "
+        "its length the width",
     )
     harmonics: int = given(
         20,
@@ -332,6 +333,22 @@ class Casing(Inputs):
         "all",
         "modes of a ring of harmonics; all: also those that stretch it, which limit "
         "the time step; bending: only those that do not stretch it",
+    )
+    axial_modes: int = given(
+        3,
+        "axial half waves of a shell; three modes a harmonic, half wave and phase",
+        symbol="P",
+        ge=1,
+        le=50,
+        later=True,
+    )
+    poisson: float = given(
+        0.3,
+        "Poisson's ratio of a shell; a ring has none",
+        symbol="ν",
+        ge=0,
+        lt=0.5,
+        later=True,
     )
     elements: int = given(
         40,

@@ -224,6 +224,10 @@ ARRAYS: dict[str, Quantity] = {
     **_table("i8", "1", tip_radial="index of each tip's radial coordinate"),
     **_table("i8", "1", tip_tangential="index of each tip's tangential coordinate"),
     **_table("i8", "1", centre="indices of x_o and y_o; empty if clamped"),
+    **_table("f8", "m", tip_station="axial position of each contact point of a tip"),
+    **_table("f8", "rad", tip_angle="angle of each contact point beyond its blade's"),
+    **_table("f8", "m", tip_gap="clearance of each contact point beyond the gap"),
+    **_table("f8", "m", station="axial positions of modal_radial, modal_tangential"),
     **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
     **_table(
         "f8", "1/sqrt(kg)", modal_tip_tangential="tangential displacement of tips"

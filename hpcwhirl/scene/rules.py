@@ -194,7 +194,9 @@ OF_ROTOR = (
 OF_CASING = (
     Rule(
         ("families", "discretization"),
-        lambda families, kind: (families == "all") | (kind == "fourier"),
+        lambda families, kind: (
+            (families == "all") | (kind == "fourier") | (kind == "shell")
+        ),
         lambda families, kind: (
             f"families must be all on a ring of {kind}, got {families}"
         ),

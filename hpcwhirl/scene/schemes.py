@@ -31,6 +31,7 @@ class Scheme:
     cyclic : whether it uses the cyclic kernel, and so refuses other rotors and rings
     matrices : whether it integrates coordinates with M, D and K instead of modes
     stands : whether supports in the static frame may differ by direction
+    points : whether tips may have several contact points
     turns : `nominal` with engine.rotation = "full", s, assumed for "auto", too
     uneven : factor by which a step of unequal sectors takes longer
     """
@@ -45,6 +46,7 @@ class Scheme:
     cyclic: bool = False
     matrices: bool = False
     stands: bool = True
+    points: bool = True
     turns: float = 0.0
     uneven: float = 1.0
 
@@ -66,12 +68,13 @@ _TABLE = (
     ),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
-        flies=True, cyclic=True, stands=False, turns=0.35e-6,
+        flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
     ),
     Scheme(
         "general",
-        "mode by mode, also takes over where modal cannot (a ring of elements, "
-        "supports that differ by direction)", 2, 0.8e-6, turns=25e-6,
+        "mode by mode, also takes over where modal cannot (several contact points a "
+        "tip, a ring of elements, supports that differ by direction)",
+        2, 0.8e-6, turns=25e-6,
     ),
     Scheme(
         "paper", "the dense Algorithm 1, slow and obvious", 2, 14e-6, matrices=True,

@@ -2,7 +2,9 @@
 
 Coordinates: w_0, w_1c, w_1s, ... w_Hs, then u_0, u_1c, ... u_Hs, with
 w(theta) = w_0 + sum_h w_hc cos(h theta) + w_hs sin(h theta), u alike; u tangential
-with theta, w radial outward, static frame.
+with theta, w radial outward, static frame. Of a casing that varies along its axis these
+are w of the first axial function, then of the next, and so on; then u alike, and the
+axial displacements, if any.
 """
 
 from __future__ import annotations
@@ -13,69 +15,91 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene import Casing
+from hpcwhirl.structure.axial import EVERYWHERE, Axial
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+MIDDLE = np.zeros(1)
 
 
 @dataclass(frozen=True)
 class FourierOperator:
-    """Contact operator of a ring of harmonics 0 .. H.
+    """Contact operator of a casing of harmonics 0 .. H: reads and loads it at angles.
 
-    It gives the ring's displacements at angles and, transposed, the loads of forces
-    there.
+    Attributes
+    ----------
+    harmonics : H
+    radius : m
+    axial : how harmonics vary along the axis
+    directions : 2, of w and u; 3 where coordinates include axial displacements
     """
 
-    harmonics: int  # H
-    radius: float  # m
+    harmonics: int
+    radius: float
+    axial: Axial = EVERYWHERE
+    directions: int = 2
 
     @property
     def width(self) -> int:
-        """Number of radial coordinates, 2 H + 1."""
+        """Number of radial coordinates of an axial function, 2 H + 1."""
         return 2 * self.harmonics + 1
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.directions * self.axial.count * self.width
 
     @property
     def radial(self) -> Integers:
         """Indices of the coordinates of w."""
-        return np.arange(self.width)
+        return np.arange(self.axial.count * self.width)
 
     @property
     def tangential(self) -> Integers:
         """Indices of the coordinates of u, in the order of `radial`."""
-        return self.width + np.arange(self.width)
+        return len(self.radial) + self.radial
 
-    def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return the matrices from the coordinates to w and u at angles (m,), rad.
+    def rows(self, angles: Floats, stations: Floats = MIDDLE) -> tuple[Floats, Floats]:
+        """Return the rows that give w and u at points, (m, size) each.
 
-        Returns
-        -------
-        (m, 2 width) each
+        angles, stations : (m,), rad; (m,) or (1,), m, axial places
         """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         phase = angles[:, None] * np.arange(1, self.harmonics + 1)
         waves = np.ones((len(angles), self.width))
         waves[:, 1::2], waves[:, 2::2] = np.cos(phase), np.sin(phase)
-        nothing = np.zeros_like(waves)
-        return np.hstack([waves, nothing]), np.hstack([nothing, waves])
+        parts = self.axial.at(stations)[:, :, None] * waves[:, None, :]
+        radial, tangential = (np.zeros((len(angles), self.size)) for _ in range(2))
+        radial[:, self.radial] = parts.reshape(len(angles), -1)
+        tangential[:, self.tangential] = parts.reshape(len(angles), -1)
+        return radial, tangential
+
+    def _in_the_middle(self, harmonic: int, *, sine: bool) -> Floats:
+        """Return the row (size,) of the cos or sin part of w at zeta = 0."""
+        place = 2 * harmonic if sine else max(2 * harmonic - 1, 0)
+        row = np.zeros(self.size)
+        row[self.radial[place :: self.width]] = self.axial.at(MIDDLE)[0]
+        return row
 
     def waves(self) -> Floats:
-        """Return the matrices to the cos and sin parts of w, (H + 1, 2, 2 width)."""
-        out = np.zeros((self.harmonics + 1, 2, 2 * self.width))
+        """Return the rows that give cos and sin parts of w, (H + 1, 2, size).
+
+        Of a casing with width, those in the plane zeta = 0.
+        """
+        out = np.zeros((self.harmonics + 1, 2, self.size))
         for h in range(self.harmonics + 1):
-            out[h, 0, max(2 * h - 1, 0)] = 1.0
+            out[h, 0] = self._in_the_middle(h, sine=False)
             if h > 0:
-                out[h, 1, 2 * h] = 1.0
+                out[h, 1] = self._in_the_middle(h, sine=True)
         return out
 
     def lobes(self, k: int) -> Floats:
-        """Return the generalized forces (2 width,) of a radial load p ~ cos(k theta).
+        """Return loads (size,) of a radial load p ~ cos(k theta) in the plane zeta = 0.
 
         They are scaled so that the generalized force on the unit shape cos(k theta) is
         1.
         """
-        load = np.zeros(2 * self.width)
-        load[max(2 * k - 1, 0)] = 1.0
-        return load
+        return self._in_the_middle(k, sine=False)
 
 
 def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Floats]:

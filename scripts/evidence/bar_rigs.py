@@ -112,7 +112,7 @@ def rotor_of_bars(bar: Bar, blades: int, slider: Slider) -> ModalModel:
     return modal_model(structure, 0.0, eta=blades * (size - 2))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BarEnd(FourierOperator):
     """A bar's end, where a ring's breathing harmonic is; a body force for lobes."""
 
@@ -149,7 +149,7 @@ def casing_of_bar(bar: Bar, slider: Slider) -> tuple[ModalModel, BarEnd]:
         damping=0.0,
         kept=0,
     )
-    return model, BarEnd(0, 1.0, mass @ rigid / bar.mass)
+    return model, BarEnd(0, 1.0, share=mass @ rigid / bar.mass)
 
 
 @dataclass(frozen=True)

@@ -537,7 +537,8 @@ def test_delassus_rows_of_the_ring_of_elements():
     model, step = march.model, march.scene.solver.time_step
     turned = 0.37
     index, shape = np.zeros((22, 4), np.int64), np.zeros((22, 4))
-    contact.place_on_elements(turned, 40, model.ring.length, index, shape)
+    turns = np.arange(22) / 22
+    contact.place_on_elements(turned, 40, model.ring.length, turns, index, shape)
     found = np.zeros((22, 22))
     for j in range(22):
         contact.delassus_row(j, w_rotor, compliance, index, shape, np.zeros(80), found)

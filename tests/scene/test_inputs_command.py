@@ -50,6 +50,8 @@ TOLD = {
     "engine.casing.discretization": ('"fourier"', "elements"),
     "engine.casing.harmonics": ("20", "highest harmonic H", "two modes"),
     "engine.casing.families": ('"all"', "bending", "stretch"),
+    "engine.casing.axial_modes": ("3", "half waves", "shell"),
+    "engine.casing.poisson": ("0.3", "shell"),
     "engine.casing.elements": ("40", "curved beam", "4 degrees of freedom"),
     "engine.casing.thickness": ("0.0413", "radial", "m"),
     "engine.casing.width": ("0.322", "axial", "m"),

@@ -61,29 +61,28 @@ def flush(motion):
 
 
 @njit(cache=True)
-def place_blades(ring, turned, index, shape):
-    """Set what the blades read of the ring."""
+def place_blades(ring, turned, points, index, shape):
+    """Set what the contact points of the blades read of the ring."""
     kind, size, length = ring
     if kind == ELEMENTS:
-        place_on_elements(turned, size, length, index, shape)
+        place_on_elements(turned, size, length, points.turn, index, shape)
     elif kind != RIGID:
-        place_on_waves(turned, size, index, shape)
+        place_on_waves(turned, size, points.angle, points.weight, index, shape)
 
 
 @njit(cache=True)
-def read_gaps(u, radial, wall, ring, index, shape, turned, time, lost, gaps):
-    """Set the N gaps from tips and radial coordinates; return the lowest.
+def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
+    """Set the gaps (N,) from tips and radial coordinates; return the lowest.
 
     lost : blade that is lost, whose gap is `NOWHERE`; -1: none
     """
-    n = len(gaps)
     lowest = 1.0
-    for j in range(n):
+    for j in range(len(gaps)):
         if ring.kind == RIGID:
-            w = rigid_radial(wall, time, turned + 2.0 * math.pi * j / n)
+            w = rigid_radial(wall, time, turned + points.angle[j])
         else:
             w = read_ring(radial, index, shape, j)
-        gaps[j] = wall.gap + w - u[j] if j != lost else NOWHERE
+        gaps[j] = points.gap[j] + w - u[j] if j != lost else NOWHERE
         lowest = min(lowest, gaps[j])
     return lowest
 
@@ -134,6 +133,8 @@ def march_bodies(
 ):  # fmt: skip
     """March `steps` steps of the central differences, see timestep.recursion.
 
+    Where tips have several contact points, N in all arrays is the number of points.
+
     Parameters
     ----------
     steps : to take
@@ -147,7 +148,7 @@ def march_bodies(
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
-    w_rotor, compliance, ring, lost = contact
+    w_rotor, compliance, ring, lost, points = contact
     (
         q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
         impulse,
@@ -173,9 +174,9 @@ def march_bodies(
             load(casing, c, push, loading.modal)
         read(rotor, b.following, u)
         read(casing, c.following, w)
-        place_blades(ring, turned, index, shape)
+        place_blades(ring, turned, points, index, shape)
         lowest = read_gaps(
-            u, w, wall, ring, index, shape, turned, following, lost, gaps
+            u, w, wall, ring, points, index, shape, turned, following, lost, gaps
         )
         counter[STEP] += 1
         if counter[STEP] >= counter[NEXT_LOOK]:
@@ -228,7 +229,10 @@ def march_bodies(
                 tips[lost] = 0.0
             if judge and lowest < 0.0:
                 read(casing, q_c, w)
-                read_gaps(u, w, wall, ring, index, shape, turned, following, lost, gaps)
+                read_gaps(
+                    u, w, wall, ring, points, index, shape, turned, following, lost,
+                    gaps,
+                )  # fmt: skip
                 note_miss(gaps, last, u, wall.gap, ledger)
             write_sample(
                 counter, ledger, impulse, tips, q_c,

@@ -50,14 +50,18 @@ RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 
 @kernel
-def place_on_elements(turned, size, length, index, shape):
-    """Set the weights by which blades read a ring of `size` elements at `turned`.
+def place_on_elements(turned, size, length, turns, index, shape):
+    """Set the weights by which contact points read a ring of `size` elements.
 
+    Parameters
+    ----------
+    turned : rad, angle of blade 0
+    size, length : elements; length of one, m
+    turns : (N,), places of the points, of a turn, beyond blade 0's
     index, shape : (N, 4): places in the list of radial nodal DoF, Hermite shapes
     """
-    blades = len(index)
-    for j in range(blades):
-        part = turned / (2.0 * math.pi) + j / blades
+    for j in range(len(index)):
+        part = turned / (2.0 * math.pi) + turns[j]
         part = (part - math.floor(part)) * size
         e = min(int(part), size - 1)
         x = part - e
@@ -70,21 +74,30 @@ def place_on_elements(turned, size, length, index, shape):
 
 
 @kernel
-def place_on_waves(turned, size, index, shape):
-    """Set the weights by which blades read harmonics 0 .. `size`.
+def place_on_waves(turned, size, angles, weight, index, shape):
+    """Set the weights by which contact points read harmonics 0 .. `size`.
 
-    They are 1, cos h theta, sin h theta; index, shape : (N, 2 size + 1)
+    They are 1, cos h theta, sin h theta, times those of each axial function.
+
+    Parameters
+    ----------
+    turned, size : rad, angle of blade 0; highest harmonic
+    angles, weight : (N,), rad, of the points beyond that; (N, L), of axial functions
+    index, shape : (N, L (2 size + 1))
     """
-    blades = len(index)
-    for j in range(blades):
-        theta = turned + 2.0 * math.pi * j / blades
+    wide = 2 * size + 1
+    for j in range(len(index)):
+        theta = turned + angles[j]
         c, s = math.cos(theta), math.sin(theta)
-        x, y = 1.0, 0.0
-        index[j, 0], shape[j, 0] = 0, 1.0
-        for h in range(1, size + 1):
-            x, y = c * x - s * y, s * x + c * y
-            index[j, 2 * h - 1], index[j, 2 * h] = 2 * h - 1, 2 * h
-            shape[j, 2 * h - 1], shape[j, 2 * h] = x, y
+        for layer in range(weight.shape[1]):
+            own, at = weight[j, layer], layer * wide
+            x, y = 1.0, 0.0
+            index[j, at], shape[j, at] = at, own
+            for h in range(1, size + 1):
+                x, y = c * x - s * y, s * x + c * y
+                a, b = at + 2 * h - 1, at + 2 * h
+                index[j, a], index[j, b] = a, b
+                shape[j, a], shape[j, b] = own * x, own * y
 
 
 @kernel

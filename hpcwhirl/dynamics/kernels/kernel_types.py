@@ -148,13 +148,33 @@ class Ring(NamedTuple):
     length: float
 
 
+class Points(NamedTuple):
+    """Where contact points stand, blade by blade; N of them.
+
+    Attributes
+    ----------
+    angle, turn : (N,), beyond blade 0's angle: rad; of a turn
+    gap : (N,), m, clearance
+    weight : (N, L), by which they read the casing's axial functions
+    """
+
+    angle: Floats
+    turn: Floats
+    gap: Floats
+    weight: Floats
+
+
 class Contact(NamedTuple):
-    """W of the rotor (N, N) and compliance (R, R), m/N; the ring; the lost blade."""
+    """W of the rotor (N, N) and compliance (R, R), m/N; the ring; the lost blade.
+
+    points : where they stand
+    """
 
     w_rotor: Floats
     compliance: Floats
     ring: Ring
     lost: int
+    points: Points
 
 
 class ContactSpace(NamedTuple):

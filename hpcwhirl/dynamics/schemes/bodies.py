@@ -46,11 +46,11 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     """Return the kernel's state with rotor and casing at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
     rotor = int(own.starts[-1]) if isinstance(own, CoupledBody) else len(own.keep)
-    gaps = np.full(model.blades, scene.gap)
+    gaps = model.clearances(scene.gap)
     return BodiesState(
         np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),
         np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
-        *nothing_yet(model.blades),
+        *nothing_yet(model.contacts),
     )  # fmt: skip
 
 
@@ -70,12 +70,11 @@ def started(
         and their increments in the step before
     """
     state, m, share = whole.state, len(own), share_at_start(model, scene)
+    outward = steady_at(model, scene, 0.0)[model.places[0]]
     state.q_b[:m], state.d_b[:m] = own, rises
     state.q_b[m:], state.d_b[m:] = amplitudes_at_start(len(state.q_b) - m, scene)
     for gaps in (state.gaps, state.older):
-        gaps[:] = (
-            scene.gap - share * steady_at(model, scene, 0.0)[0 : 2 * model.blades : 2]
-        )
+        gaps[:] = model.clearances(scene.gap) - share * outward
     if share < 1.0:
         state.ledger[PULSE] = whole.balance(state).energy
     return whole

@@ -52,12 +52,13 @@ from hpcwhirl.structure import RingOperator
 def build(model: Model, scene: Scene, _: int) -> Integrator:
     """Return the integrator of a scene.
 
-    The casing is integrated in the static frame where the ring is one of elements or
-    rotation couples the modes of the rotor, else in the rotating frame.
+    The casing is integrated in the static frame where the ring is one of elements,
+    rotation couples the modes of the rotor or tips have several contact points, else in
+    the rotating frame.
     """
     if model.rotor.spin is not None:
         return _spinning(model, scene)
-    if isinstance(model.ring, RingOperator):
+    if isinstance(model.ring, RingOperator) or model.rotor.points is not None:
         return two_bodies(model, scene, modal_arrays(model, scene))
     return _turning(model, scene, general_arrays(model, scene))
 

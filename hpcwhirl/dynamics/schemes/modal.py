@@ -16,10 +16,13 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
     The cyclic kernel, or with terms of rotation that of waves, for three or more equal
     sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where no
-    two of them nearly coincide, else scheme `general`.
+    two of them nearly coincide, else scheme `general`, which integrates all rotors
+    with several contact points a tip.
 
     beat : steps between rows of evidence
     """
+    if model.rotor.points is not None:
+        return general.build(model, scene, beat)
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)
     waves = waves_apart(model, scene, beat) or whole_apart(model, scene)

@@ -9,9 +9,10 @@ The group `rotor`, as `hpcwhirl export-model` writes it; N is `engine.rotor.blad
 
 mass, stiffness             (n, n), kg and N/m: symmetric; M positive definite, K
                             positive semidefinite
-damping                     (n, n), N s/m, optional: modal (Phi^T D Phi diagonal to
-                            1e-6), from which each mode's damping ratio xi follows
-tip_radial, tip_tangential  (N,), from 0: coordinates of the tips, blade j at 2 pi j / N
+damping                     (n, n), N s/m, if any: modal (Phi^T D Phi diagonal to 1e-6),
+                            gives xi mode by mode
+tip_radial, tip_tangential  (N,), from 0: coordinates of the tips, blade j at 2 pi j /
+                            N; (N, n_c) of several contact points a tip
 centre                      (2,), from 0: coordinates x_o, y_o; empty or absent: clamped
 
 and, with these, what engine.rotation = "full" needs, all or none:
@@ -26,13 +27,21 @@ speeds, stiffness_a,        or, instead of these two, the stiffness (n, n), N/m,
 stiffness_b                 speeds (2,), ascending, rad/s, softening included
 centre_damping              (1,), N s/m, optional: of the shaft's support, static frame
 
+with several contact points a tip, see `reduction.points`,
+
+tip_station                 (n_c,), m: axial place of each, ascending, 0 in the middle
+                            of the casing
+tip_angle                   (n_c,), rad: angle of each beyond that of its blade, if any;
+                            radial and tangential are the directions there
+tip_gap                     (n_c,), m: clearance of each beyond the scene's gap, if any
+
 or, instead of matrices,
 
 omega                       (m,), rad/s: frequencies of mass-orthonormal modes
-damping_ratio               (m,), optional: xi of each mode
-modal_tip_radial,           (N, m), 1/sqrt(kg): displacements of the tips in each mode
-modal_tip_tangential
-modal_centre                (2, m), 1/sqrt(kg): x_o, y_o in each mode; absent: clamped
+damping_ratio               (m,), xi of each, if any
+modal_tip_radial,           (N, m), 1/sqrt(kg): tips of each mode; (N, n_c, m) of
+modal_tip_tangential        several contact points a tip
+modal_centre                (2, m), 1/sqrt(kg): x_o, y_o of each mode; absent: clamped
 
 The group `casing`, read if `engine.casing.discretization` is "file": a round casing in
 the static frame, as a table of m modes, several for each harmonic h, see
@@ -42,7 +51,10 @@ modal_harmonic              (m,): h = 0, 1, ... up to the highest, without a gap
 modal_omega                 (m,), rad/s
 modal_damping_ratio         (m,), xi
 modal_radial                (m,), 1/sqrt(kg): W of w = W cos(h theta)
-modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: rotation
+modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: the turn
+station                     (s,), m, if any: axial places, ascending, 0 in the middle,
+                            of a casing with width; W and U are (m, s) then, and linear
+                            in between
 
 A file with matrices may also have `shapes`, `omega` and `damping_ratio`, which must
 agree with the matrices to 1e-6 and are not used otherwise. With modes only, the scheme
@@ -72,28 +84,32 @@ if TYPE_CHECKING:
     import h5py
 
 Array = NDArray[Any]
-# {name: (number of dimensions, whether it holds indices)}, as `export-model` writes
-DATASETS = {
-    "mass": (2, False),
-    "stiffness": (2, False),
-    "damping": (2, False),
-    "omega": (1, False),
-    "damping_ratio": (1, False),
-    "shapes": (2, False),
-    "modal_tip_radial": (2, False),
-    "modal_tip_tangential": (2, False),
-    "modal_centre": (2, False),
-    "coriolis": (2, False),
-    "centrifugal_load": (1, False),
-    "stress_stiffness": (2, False),
-    "softening": (2, False),
-    "speeds": (1, False),
-    "stiffness_a": (2, False),
-    "stiffness_b": (2, False),
-    "centre_damping": (1, False),
-    "tip_radial": (1, True),
-    "tip_tangential": (1, True),
-    "centre": (1, True),
+Kinds = dict[str, tuple[tuple[int, ...], bool]]
+# name: (dimensions allowed, whether it holds indices); the layout of `export-model`
+DATASETS: Kinds = {
+    "mass": ((2,), False),
+    "stiffness": ((2,), False),
+    "damping": ((2,), False),
+    "omega": ((1,), False),
+    "damping_ratio": ((1,), False),
+    "shapes": ((2,), False),
+    "modal_tip_radial": ((2, 3), False),
+    "modal_tip_tangential": ((2, 3), False),
+    "modal_centre": ((2,), False),
+    "coriolis": ((2,), False),
+    "centrifugal_load": ((1,), False),
+    "stress_stiffness": ((2,), False),
+    "softening": ((2,), False),
+    "speeds": ((1,), False),
+    "stiffness_a": ((2,), False),
+    "stiffness_b": ((2,), False),
+    "centre_damping": ((1,), False),
+    "tip_radial": ((1, 2), True),
+    "tip_tangential": ((1, 2), True),
+    "centre": ((1,), True),
+    "tip_station": ((1,), False),
+    "tip_angle": ((1,), False),
+    "tip_gap": ((1,), False),
 }
 AT_SPEEDS = ("speeds", "stiffness_a", "stiffness_b")
 BY_PARTS = ("stress_stiffness", "softening")
@@ -101,12 +117,13 @@ BODY = (
     "mass", "stiffness", "damping", "omega", "damping_ratio", "shapes",
     "nodal_diameter",
 )  # fmt: skip
-CASING = {
-    "modal_harmonic": (1, True),
-    "modal_omega": (1, False),
-    "modal_damping_ratio": (1, False),
-    "modal_radial": (1, False),
-    "modal_tangential": (1, False),
+CASING: Kinds = {
+    "modal_harmonic": ((1,), True),
+    "modal_omega": ((1,), False),
+    "modal_damping_ratio": ((1,), False),
+    "modal_radial": ((1, 2), False),
+    "modal_tangential": ((1, 2), False),
+    "station": ((1,), False),
 }
 # All allowed names; `export-model` also writes labels and the casing in the coordinates
 # of the time integration, which are not read.
@@ -143,7 +160,7 @@ class Given:
         if name not in self.arrays and self.group == "casing":
             raise self.refusal(
                 f"has no casing/{name}; the table of a round casing is "
-                f"{', '.join(f'casing/{n}' for n in CASING)}"
+                f"{', '.join(f'casing/{n}' for n in CASING if n != 'station')}"
             )
         if name not in self.arrays:
             raise self.refusal(
@@ -192,8 +209,8 @@ def read_casing(file: str) -> Given:
     return _read(file, "casing", CASING)
 
 
-def _read(file: str, name: str, datasets: dict[str, tuple[int, bool]]) -> Given:
-    """Return the arrays of a group, finite, and of the right type and dimensions.
+def _read(file: str, name: str, datasets: Kinds) -> Given:
+    """Return the arrays of a group, finite and of the right kind.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
     `scene.files.MOST_BYTES`. Of a larger file nothing is read.
@@ -300,7 +317,9 @@ def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
         )
 
 
-def _check_kind(given: Given, name: str, data: Any, kind: tuple[int, bool]) -> None:
+def _check_kind(
+    given: Given, name: str, data: Any, kind: tuple[tuple[int, ...], bool]
+) -> None:
     """Check type, dimensions and size of a dataset before it is read."""
     dimensions, indices = kind
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
@@ -309,8 +328,9 @@ def _check_kind(given: Given, name: str, data: Any, kind: tuple[int, bool]) -> N
         raise given.wrong(name, f"hold {kinds[1]}", "no array")
     if data.dtype.kind not in kinds[0] or data.dtype.itemsize > WIDEST:
         raise given.wrong(name, f"hold {kinds[1]}", data.dtype)
-    if len(shape) != dimensions:
-        raise given.wrong(name, f"have {dimensions} dimensions", len(shape))
+    if len(shape) not in dimensions:
+        told = " or ".join(map(str, dimensions))
+        raise given.wrong(name, f"have {told} dimensions", len(shape))
     if max(shape) > LARGEST:
         raise given.wrong(name, f"have at most {LARGEST} entries along an axis", shape)
     if data.chunks:

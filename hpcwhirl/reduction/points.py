@@ -1,0 +1,159 @@
+"""Several contact points a tip: where they stand, and which coordinates are theirs.
+
+Point m = 0 .. n_c - 1 of blade j stands at the axial place zeta_m, 0 in the casing's
+middle, and at the angle 2 pi j / N + tau_m; its radial and tangential directions are
+those of that angle. Its clearance is the scene's gap and what the tip's profile adds.
+One point of each blade, `TipPoints.reference`, is the tip wherever one stands for all:
+in the traces of blades, the names of modes and the growth with the speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from hpcwhirl.store.models.engine_file import Given
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+BY_POINT = "tip_station", "tip_angle", "tip_gap"
+BY_BLADE = (
+    "tip_radial",
+    "tip_tangential",
+    "modal_tip_radial",
+    "modal_tip_tangential",
+)  # {array: blades, then points, then modes}
+
+
+@dataclass(frozen=True)
+class TipPoints:
+    """The contact points of all tips, n_c each.
+
+    Attributes
+    ----------
+    radial, tangential : (N, n_c), their rows among a rotor's coordinates
+    station : (n_c,), m, axial places zeta, ascending
+    angle : (n_c,), rad, tau, beyond the angle of the blade
+    gap : (n_c,), m, clearance beyond the scene's gap
+    """
+
+    radial: Integers
+    tangential: Integers
+    station: Floats
+    angle: Floats
+    gap: Floats
+
+    @property
+    def count(self) -> int:
+        """Number of points a blade, n_c."""
+        return len(self.station)
+
+    @property
+    def reference(self) -> int:
+        """The point that stands for its tip: the middle one."""
+        return reference_of(self.count)
+
+
+def reference_of(count: int) -> int:
+    """Return the point that stands for a tip of `count` points."""
+    return count // 2
+
+
+def with_single_points(given: Given) -> Given:
+    """Return a file's arrays without an axis of points where each tip has one.
+
+    Raises
+    ------
+    InputError
+        where the arrays of one point have places that only several have
+    """
+    flat = {name: given[name] for name in BY_BLADE if name in given}
+    for name, array in flat.items():
+        axes = 2 if name.startswith("modal") else 1
+        if array.ndim > axes and array.shape[1] == 1:
+            flat[name] = array[:, 0]
+    out = replace(given, arrays={**given.arrays, **flat})
+    if points_in(out) == 1:
+        beside = next((name for name in BY_POINT if name in given), None)
+        if beside is not None:
+            raise given.refusal(
+                f"has rotor/{beside}, but one contact point a tip: it belongs to "
+                "rotor/tip_radial, or modal_tip_radial, of several points (N, n_c)"
+            )
+    return out
+
+
+def points_in(given: Given) -> int:
+    """Return n_c of a file, after `with_single_points`."""
+    for name, axes in (("tip_radial", 1), ("modal_tip_radial", 2)):
+        if name in given and given[name].ndim > axes:
+            return int(given[name].shape[1])
+    return 1
+
+
+def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
+    """Return the points of a file's tips; None where each has one.
+
+    The reference points' coordinates are the first of a rotor, (radial, tangential) of
+    blade 0, 1, ...; those of all other points, blade by blade, begin at `start`.
+
+    Raises
+    ------
+    InputError
+        where places are missing, of another number, out of order or impossible
+    """
+    count = points_in(given)
+    if count == 1:
+        return None
+    at = _places(given, count)
+    rows = np.zeros((blades, count), dtype=np.int64)
+    own, others = reference_of(count), np.delete(np.arange(count), reference_of(count))
+    rows[:, own] = 2 * np.arange(blades)
+    rows[:, others] = start + 2 * np.arange(blades * (count - 1)).reshape(blades, -1)
+    return TipPoints(rows, rows + 1, *at)
+
+
+def reordered(rows: Any) -> tuple[Any, Any]:
+    """Return (those of reference points, of others) of rows by blade and point.
+
+    Parameters
+    ----------
+    rows : (N, n_c, 2, ...), radial and tangential of each point
+
+    Returns
+    -------
+    own, others : (2 N, ...), (2 N (n_c - 1), ...), blade by blade
+    """
+    rest = rows.shape[3:]
+    own = reference_of(rows.shape[1])
+    others = np.delete(rows, own, axis=1)
+    return rows[:, own].reshape(-1, *rest), others.reshape(-1, *rest)
+
+
+def _places(given: Given, count: int) -> tuple[Floats, Floats, Floats]:
+    """Return station, angle and gap of the points, (n_c,) each, checked."""
+    if "tip_station" not in given:
+        raise given.refusal(
+            f"has {count} contact points a tip, but no rotor/tip_station: their axial "
+            f"places ({count},), m, ascending"
+        )
+    none = np.zeros(count)
+    station, angle, gap = (given.arrays.get(name, none) for name in BY_POINT)
+    for name, array in zip(BY_POINT, (station, angle, gap), strict=True):
+        if array.shape != (count,):
+            allowed = f"have one entry a contact point, {count}"
+            raise given.wrong(name, allowed, len(array))
+    back = np.flatnonzero(np.diff(station) < 0.0)
+    if len(back):
+        first = int(back[0])
+        got = f"{station[first + 1]:g} m after {station[first]:g} m"
+        raise given.wrong("tip_station", "ascend from point to point", got)
+    if not np.abs(angle).max() <= math.pi:
+        worst = angle[np.abs(angle).argmax()]
+        raise given.wrong("tip_angle", "be within +-pi rad", f"{worst:g}")
+    return station, angle, gap

@@ -1,0 +1,278 @@
+"""Several contact points a tip: contact of all of them at once, in a casing with width.
+
+The oracle is independent of the kernels: full matrices of both bodies, a casing written
+down by hand, and multipliers by projected iterations.
+"""
+
+import h5py
+import numpy as np
+import pytest
+import scipy.linalg
+from launch import words_of
+from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning, written
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.dynamics.kernels.contact import pulse_of
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, named_scene
+
+SHELL = {
+    "discretization": "shell", "casing.width": 0.1, "casing.thickness": 0.004,
+    "axial_modes": 2, "casing.harmonics": 4, "casing.damping": 0.03,
+    "support_damping": -1.0,
+}  # fmt: skip
+FAST = {
+    "duration": 1e-2, "interval": 1e-4, "time_step": 5e-6, "traces": "full",
+    "blades": N, "gap": 1e-4, "friction": 0.3, "force": 6e4, "pulse": 6e-4,
+    "speed": 300.0, "nodal_diameter": 2, "radius": 0.5,
+}  # fmt: skip
+TRACES = "tips", "centre", "energy", "impulse", "casing", "blade_impulse"
+
+
+def scene(file, **settings):
+    return apply_settings(
+        named_scene("table2"), FAST | SHELL | {"file": str(file)} | settings
+    )
+
+
+def run(file, **settings):
+    return March(resolve(scene(file, **settings))).run()
+
+
+def same(one, other, allowed, names=TRACES):
+    for name in names:
+        a, b = getattr(one, name), getattr(other, name)
+        assert np.abs(a - b).max() <= allowed * np.abs(b).max(), name
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("stage") / "stage.h5", rotor())
+
+
+def multipliers(gaps, w):
+    """Return lam of 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0, by projection."""
+    lam = np.zeros(len(gaps))
+    for _ in range(20000):
+        before = lam.copy()
+        for j in range(len(gaps)):
+            lam[j] = max(0.0, lam[j] - (gaps[j] + w[j] @ lam) / w[j, j])
+        if np.abs(lam - before).max() <= 1e-13 * np.abs(lam).max():
+            return lam
+    raise AssertionError
+
+
+def casing_rows(turned):
+    """Return w and u of the shell at all points, (N n_c, size), written out by hand."""
+    modes, harmonics = SHELL["axial_modes"], SHELL["casing.harmonics"]
+    theta = turned + np.add.outer(2 * np.pi * np.arange(N) / N, ANGLES).ravel()
+    waves = [np.ones_like(theta)]
+    for h in range(1, harmonics + 1):
+        waves += [np.cos(h * theta), np.sin(h * theta)]
+    place = np.tile(STATIONS, N) / SHELL["casing.width"] + 0.5
+    along = [np.sin((p + 1) * np.pi * place) for p in range(modes)]
+    rows = np.array([value * wave for value in along for wave in waves]).T
+    none = np.zeros_like(rows)
+    return np.hstack([rows, none, none]), np.hstack([none, rows, none])
+
+
+def loads_of(arrays, mu, turned):
+    """Return gap rows and, by columns, loads of unit multipliers of both bodies."""
+    out, tangent = casing_rows(turned)
+    radial, along = arrays["tip_radial"].ravel(), arrays["tip_tangential"].ravel()
+    same = np.eye(len(arrays["mass"]))
+    reads = -same[radial], out
+    return reads, (-(same[radial] + mu * same[along]).T, (out + mu * tangent).T)
+
+
+def pulse_on_shell(lobes, size):
+    """Return the load of a unit force that squeezes the shell in its middle."""
+    load = np.zeros(size)
+    for p in range(SHELL["axial_modes"]):
+        place = p * (2 * SHELL["casing.harmonics"] + 1) + 2 * lobes - 1
+        load[place] = -np.sin((p + 1) * np.pi / 2)
+    return load
+
+
+def oracle(file, **settings):
+    """March with full matrices; return points, impulses, lowest gap, contacts."""
+    given, arrays = scene(file, **settings), rotor()
+    step, casing = given.solver.time_step, resolve(given).model.casing
+    bodies = (
+        [arrays[n] for n in ("mass", "damping", "stiffness")],
+        [casing.mass, casing.damping_matrix(), casing.stiffness],
+    )
+    left = [scipy.linalg.lu_factor(m / step**2 + d / (2 * step)) for m, d, _ in bodies]
+    x, old = ([np.zeros(len(m)) for m, *_ in bodies] for _ in range(2))
+    load = pulse_on_shell(given.nodal_diameter, len(casing.mass))
+    clear = given.gap + np.tile(GAPS, N)
+    seen, pushed, lowest, touched = [], np.zeros(len(clear)), 0.0, 0
+    for n in range(round(given.duration / step)):
+        new = []
+        for b, (m, d, k) in enumerate(bodies):
+            right = m @ (2 * x[b] - old[b]) / step**2 + d @ old[b] / (2 * step)
+            right += b * pulse_of(n * step, given.force, given.pulse) * load[: len(m)]
+            new.append(scipy.linalg.lu_solve(left[b], right - k @ x[b]))
+        turned = given.speed * (n + 1) * step
+        reads, loads = loads_of(arrays, given.friction, turned)
+        gaps = clear + sum(r @ v for r, v in zip(reads, new, strict=True))
+        if gaps.min() < 0.0:
+            gives = [scipy.linalg.lu_solve(left[b], loads[b]) for b in range(2)]
+            lam = multipliers(
+                gaps, sum(r @ g for r, g in zip(reads, gives, strict=True))
+            )
+            new = [v + g @ lam for v, g in zip(new, gives, strict=True)]
+            closed = clear + sum(r @ v for r, v in zip(reads, new, strict=True))
+            lowest = min(lowest, closed.min())
+            pushed, touched = pushed + lam * step, touched + (lam > 0.0).sum()
+        x, old = new, x
+        if (n + 1) % round(given.output.interval / step) == 0:
+            rows = (arrays[n].ravel() for n in ("tip_radial", "tip_tangential"))
+            seen.append(np.column_stack([x[0][r] for r in rows]))
+    return np.array(seen), pushed, lowest, touched
+
+
+def test_all_points_move_as_full_matrices_and_projected_multipliers_say(stage):
+    seen, pushed, lowest, touched = oracle(stage)
+    assert touched > 100
+    assert lowest > -1e-12
+    for scheme in ("general", "paper"):
+        march = March(resolve(scene(stage, scheme=scheme)))
+        march.run()
+        size = np.abs(seen).max()
+        assert np.abs(march.tracks.tips[: len(seen)] - seen).max() < 1e-8 * size
+        assert np.abs(march.state.impulse - pushed).max() < 1e-8 * pushed.max()
+        shares = pushed.reshape(N, -1).sum(axis=0) / pushed.sum()
+        assert (shares > 0.02).all()  # every point of the chord takes its part
+
+
+def one_point(arrays):
+    """Return a rotor of modes with the middle point of each tip alone."""
+    flat = {n: arrays[n][:, 1] for n in ("modal_tip_radial", "modal_tip_tangential")}
+    places = ("tip_station", "tip_angle", "tip_gap")
+    return {n: v for n, v in arrays.items() if n not in places} | flat
+
+
+def repeated(arrays, gaps):
+    """Return the same with as many equal points a tip, and their clearances."""
+    count = len(gaps)
+    return arrays | {
+        **{n: np.repeat(arrays[n][:, None], count, axis=1)
+           for n in ("modal_tip_radial", "modal_tip_tangential")},
+        "tip_station": np.zeros(count), "tip_gap": np.array(gaps),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "gaps",
+    [(0.0, 0.0), (0.0, 1e-3), (1e-3, 0.0), (0.0, 0.0, 0.0)],
+    ids=["singular", "second away", "first away", "three"],
+)
+@pytest.mark.parametrize("casing", [{}, {"kind": "rigid", "amplitude": 1.2e-4}])
+def test_equal_points_of_a_tip_move_as_one(tmp_path, gaps, casing):
+    single = one_point(by_modes(rotor()))
+    one = run(written(tmp_path / "one.h5", single), scheme="general", **casing)
+    more = run(written(tmp_path / "more.h5", repeated(single, gaps)), **casing)
+    assert one.contacts > 0
+    same(more, one, 1e-9)
+    assert more.gap_error < 1e-9
+
+
+def test_a_tip_of_one_point_in_an_axis_of_points_is_the_same_bits(tmp_path):
+    single = one_point(by_modes(rotor()))
+    axis = {n: v[:, None] if v.shape[0] == N and v.ndim > 1 and n.startswith("modal")
+            else v for n, v in single.items()}  # fmt: skip
+    axis["modal_centre"] = single["modal_centre"]
+    one, other = (
+        run(written(tmp_path / f"{n}.h5", a)) for n, a in enumerate((single, axis))
+    )
+    assert one.contacts > 0
+    same(one, other, 0.0)
+
+
+def test_the_order_of_a_tip_s_points_does_not_matter(tmp_path):
+    arrays = by_modes(rotor(stations=np.zeros(3)))
+    order = [1, 2, 0]
+    turned = {n: arrays[n][:, order] for n in
+              ("modal_tip_radial", "modal_tip_tangential")}  # fmt: skip
+    turned |= {n: arrays[n][order] for n in ("tip_angle", "tip_gap")}
+    marches = [
+        March(resolve(scene(written(tmp_path / f"{n}.h5", a))))
+        for n, a in enumerate((arrays, arrays | turned))
+    ]
+    one, other = (march.run() for march in marches)
+    assert one.contacts == other.contacts > 0
+    same(one, other, 1e-9, ("centre", "energy", "casing", "blade_impulse"))
+    points = [march.state.impulse.reshape(N, 3) for march in marches]
+    assert points[1] == pytest.approx(points[0][:, order], rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("scheme", ["general", "paper"])
+@pytest.mark.parametrize("rotation", ["none", "full"])
+def test_the_energy_account_closes_and_no_point_penetrates(tmp_path, scheme, rotation):
+    file = written(tmp_path / "stage.h5", turning(rotor()))
+    own = {"scheme": scheme, "rotation": rotation, "suspension_damping": -1.0}
+    found = run(file, **own)
+    assert found.contacts > 0
+    assert abs(found.ledger["residual"]) < 1e-10 * found.ledger["pulse"]
+    assert found.gap_error < 1e-9
+
+
+def test_with_rotation_both_schemes_agree(tmp_path):
+    file = written(tmp_path / "stage.h5", turning(rotor()))
+    own = {"rotation": "full", "unbalance": 2e-4, "suspension_damping": -1.0}
+    one, other = (run(file, scheme=s, **own) for s in ("modal", "paper"))
+    assert one.contacts == other.contacts > 0
+    same(one, other, 1e-8)
+
+
+def test_a_casing_of_one_axial_mode_moves_as_the_ring(tmp_path):
+    ring = SHELL | {"discretization": "fourier", "gap": FAST["gap"]}
+    assert main(["export-model", str(tmp_path / "ring.h5"), *words_of(ring)]) == 0
+    with h5py.File(tmp_path / "ring.h5") as root:
+        table = {n: a[()] for n, a in root["casing"].items() if n.startswith("modal_")}
+    wide = {n: np.column_stack([table[n]] * 3) for n in
+            ("modal_radial", "modal_tangential")}  # fmt: skip
+    file = written(tmp_path / "stage.h5", rotor())
+    written(file, table | wide | {"station": [-0.05, 0.0, 0.05]}, "casing")
+    one, other = (run(file, discretization=d) for d in ("file", "fourier"))
+    assert one.contacts > 0
+    same(one, other, 1e-11)
+
+
+def test_a_march_goes_on_from_the_motion_of_another(stage):
+    whole = March(resolve(scene(stage)))
+    whole.reach(1200)
+    assert whole.counter[1] > 0
+    for scheme in ("general", "paper"):
+        next_one = March(
+            resolve(scene(stage, force=0.0, scheme=scheme)), whole.motion()
+        )
+        gaps = next_one.state.gaps
+        assert gaps == pytest.approx(whole.state.gaps, rel=1e-9, abs=1e-15)
+
+
+REFUSED = [
+    (
+        {"scheme": "exact"},
+        "scheme must be 'modal' or 'general' or 'paper' with 3 contact",
+    ),
+    ({"gap_at": "rest", "rotation": "full"}, "gap_at must be speed with 3 contact"),
+    ({"casing.width": 0.07}, "rotor/tip_station 0.04 m, beyond the casing, which"),
+]
+
+
+@pytest.mark.parametrize(("settings", "told"), REFUSED)
+def test_what_several_points_do_not_allow_is_told(tmp_path, settings, told):
+    file = written(tmp_path / "stage.h5", turning(rotor()))
+    with pytest.raises(InputError, match=told) as caught:
+        March(resolve(scene(file, suspension_damping=-1.0, **settings)))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_profile_may_not_reach_into_the_casing(tmp_path):
+    arrays = rotor(gaps=[-2e-4, 0.0, 0.0])
+    with pytest.raises(InputError, match=r"gap must be >= 0\.0002 m"):
+        run(written(tmp_path / "stage.h5", arrays))
