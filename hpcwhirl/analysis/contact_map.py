@@ -18,7 +18,7 @@ class Touches:
     Attributes
     ----------
     time : (c,), s, middle of the interval
-    blade : (c,), 0 .. N - 1
+    blade : (c,), 0 .. N - 1, the column of the impulses
     angle : (c,), rad in [0, 2 pi), position on the casing, static frame
     impulse : (c,), N s, normal
     """
@@ -29,7 +29,9 @@ class Touches:
     impulse: Floats
 
 
-def touches(time: Floats, blade_impulse: Floats, speed: float) -> Touches:
+def touches(
+    time: Floats, blade_impulse: Floats, speed: float, angles: Floats | None = None
+) -> Touches:
     """Return the contacts of a run in order of time.
 
     Blade j is at theta_j = Omega t + 2 pi j / N, evaluated at the middle of the
@@ -40,6 +42,7 @@ def touches(time: Floats, blade_impulse: Floats, speed: float) -> Touches:
     time : (n,), s, equally spaced, the first one interval after the start
     blade_impulse : (n, N), N s, cumulative
     speed : Omega, rad/s
+    angles : (N,), rad, of other columns than blades, such as contact points, at t = 0
     """
     if not len(time):
         none = np.zeros(0)
@@ -51,5 +54,8 @@ def touches(time: Floats, blade_impulse: Floats, speed: float) -> Touches:
     interval = time[1] - time[0] if len(time) > 1 else time[0]
     when = time[sample] - interval / 2
     around = 2 * np.pi
-    angle = (speed * when + around * blade / blade_impulse.shape[1]) % around
+    place = around * blade / blade_impulse.shape[1]
+    if angles is not None:
+        place = angles[blade]
+    angle = (speed * when + place) % around
     return Touches(when, blade, angle, change[sample, blade])

@@ -51,8 +51,9 @@ class Result:
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
         `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
-        (n, H + 1, 2), m, STATIC frame; empty for `summary`
-        performance : numbers that depend on the machine and its load
+        (n, H + 1, 2), m, STATIC frame, and with several contact points a tip
+        `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c); empty for `summary`
+    performance : numbers that depend on the machine and the day
     """
 
     row: dict[str, Value]
@@ -322,4 +323,7 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
             "blade_impulse": history.blade_impulse,
             "casing": history.casing,
         }
+        if history.point_impulse.shape[2]:
+            traces["point_tips"] = history.point_tips
+            traces["point_impulse"] = history.point_impulse
     return traces

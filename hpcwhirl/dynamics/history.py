@@ -66,6 +66,8 @@ class History:
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless asked
+    point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same of all contact
+        points where tips have several, of which `tips` has one; else n_c is 0
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
         evidence where the final one is not finite
     gap_error : largest difference between the solved gaps and those of the bodies, over
@@ -118,5 +120,7 @@ class History:
     end: float
     judged: Evidence
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
+    point_tips: Floats = field(default_factory=lambda: np.zeros((0, 1, 0, 2)))
+    point_impulse: Floats = field(default_factory=lambda: np.zeros((0, 1, 0)))
     folds: int = 1
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))

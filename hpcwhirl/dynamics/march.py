@@ -313,7 +313,11 @@ class March:
         if folds > 1:
             tips, pushed = np.tile(tips, (1, folds, 1)), np.tile(pushed, (1, folds))
             waves = unfolded(waves, folds, self.scene)
-        tips, pushed = self._by_blade(tips, pushed)
+        by_point = self._by_point(tips, pushed)
+        points = self.model.rotor.points
+        if points is not None:
+            tips = by_point["point_tips"][:, :, points.reference]
+            pushed = by_point["point_impulse"].sum(axis=2)
         step = self.scene.solver.time_step
         last = int(self.counter[contact.LAST])
         certified = int(self.counter[contact.CERTIFIED])
@@ -348,19 +352,19 @@ class March:
             interval=self.interval,
             folds=folds,
             circle=self._circle(judged.time),
+            **by_point,
         )
 
-    def _by_blade(self, tips: Floats, pushed: Floats) -> tuple[Floats, Floats]:
-        """Return the reference points' tips (n, N, 2) and impulses of blades (n, N).
+    def _by_point(self, tips: Floats, pushed: Floats) -> dict[str, Floats]:
+        """Return traces of contact points by blade; none where a tip has one.
 
         tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
         """
-        points = self.model.rotor.points
-        if points is None:
-            return tips, pushed
-        count, shape = len(tips), (self.model.blades, points.count)
-        own = tips.reshape(count, *shape, 2)[:, :, points.reference]
-        return own, pushed.reshape(count, *shape).sum(axis=2)
+        if self.model.rotor.points is None:
+            return {}
+        shape = len(tips), self.model.blades, self.model.each
+        own = tips.reshape(*shape, 2), pushed.reshape(shape)
+        return dict(zip(("point_tips", "point_impulse"), own, strict=True))
 
     def _circle(self, time: Floats) -> Floats:
         """Return the centre's motion without contact, 0 for a balanced rotor.

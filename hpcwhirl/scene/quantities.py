@@ -185,6 +185,14 @@ TRACES: dict[str, Quantity] = {
     "blade_impulse": Quantity(
         "N s", "cumulative contact impulse of each blade", axes=("blade",)
     ),
+    "point_tips": Quantity(
+        "m",
+        "contact points of tips, rotating frame: radial, tangential",
+        axes=("blade", "chord", "component"),
+    ),
+    "point_impulse": Quantity(
+        "N s", "cumulative contact impulse of each point", axes=("blade", "chord")
+    ),
     "casing": Quantity(
         "m",
         "casing, static frame: radial displacement by harmonic, its cos and sin part",
@@ -263,6 +271,7 @@ AXES = {
     "sample": Quantity("1", "number of the sample"),
     "xy": Quantity("1", "0: X_o, 1: Y_o"),
     "blade": Quantity("1", "blade"),
+    "chord": Quantity("1", "contact point of a tip, by its axial place"),
     "component": Quantity("1", "0: radial, 1: tangential"),
     "harmonic": Quantity("1", "number of waves around the casing"),
     "phase": Quantity("1", "0: cos, 1: sin"),

@@ -180,6 +180,20 @@ def test_equal_points_of_a_tip_move_as_one(tmp_path, gaps, casing):
     assert more.gap_error < 1e-9
 
 
+@pytest.mark.parametrize("apart", [1e-16, 1e-14, 1e-12, 1e-9])
+@pytest.mark.parametrize("count", [2, 5])
+def test_nearly_equal_points_of_a_tip_move_nearly_as_one(tmp_path, apart, count):
+    single = one_point(by_modes(rotor()))
+    near, random = repeated(single, np.zeros(count)), np.random.default_rng(1)
+    for name in ("modal_tip_radial", "modal_tip_tangential"):
+        near[name] = near[name] * (1 + apart * random.normal(size=near[name].shape))
+    one = run(written(tmp_path / "one.h5", single), scheme="general")
+    more = run(written(tmp_path / "more.h5", near))
+    assert more.stop == "end"
+    same(more, one, 100 * apart + 1e-11)
+    assert more.gap_error < 1e-9
+
+
 def test_a_tip_of_one_point_in_an_axis_of_points_is_the_same_bits(tmp_path):
     single = one_point(by_modes(rotor()))
     axis = {n: v[:, None] if v.shape[0] == N and v.ndim > 1 and n.startswith("modal")

@@ -11,15 +11,23 @@ import numpy as np
 
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.report.figures import basins, branches, motions, shapes, sweeps, waves
+from hpcwhirl.report.figures import (
+    basins,
+    branches,
+    chord,
+    motions,
+    shapes,
+    sweeps,
+    waves,
+)
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
-MOST_CASES = 12  # up to which all figures of a kind are drawn without being named
-FULL = {"tips", "blade_impulse"}  # traces that only `full` keeps
+MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
+FULL = {"tips", "blade_impulse", "point_impulse"}  # traces that `full` alone keeps
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,9 @@ KINDS = {
     "section": Kind(motions.draw_section, ("centre",), "case", transient=True),
     "contributions": Kind(motions.draw_contributions, ("centre", "tips"), "case"),
     "contacts": Kind(motions.draw_contacts, ("blade_impulse",), "case", transient=True),
+    "chord": Kind(
+        chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
+    ),
     "basins": Kind(basins.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
@@ -160,6 +171,8 @@ def _lacking(results: Results, kind: Kind) -> str:
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""
+    if lacking == ["point_impulse"] and "tips" in results.kept:
+        return "needs an engine.file of several contact points a tip"
     level = "full" if FULL & {*lacking} else "orbit"
     return f"needs traces = {level}, the campaign kept none of {', '.join(lacking)}"
 

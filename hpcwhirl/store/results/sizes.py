@@ -20,8 +20,9 @@ from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define
 
-NAME = "0001-00000.bin"  # a typical name of a file of traces
-MORE = ("tips", "blade_impulse", "casing")  # traces of `full` beyond those of `orbit`
+NAME = "0001-00000.bin"  # of a file of traces
+# what `full` keeps beyond `orbit`
+MORE = ("tips", "blade_impulse", "point_tips", "point_impulse", "casing")
 
 ONE_RANK: Share = {
     "run": 1,
