@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.rules import words_of_one
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.case.speed import angle_at, extremes
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
@@ -218,7 +219,9 @@ def summit(time: Floats, energy: Floats, start: float) -> float:
     return float(level[-1] - highest)
 
 
-def evidence(scene: Scene, history: History) -> dict[str, Value]:
+def evidence(
+    scene: Scene, history: History, angles: Floats | None = None
+) -> dict[str, Value]:
     """Return the evidence of a run: the numbers that determine its words.
 
     Its window is the last 40 % of the run. Evidence comes from `History.judged` and
@@ -228,6 +231,7 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     ----------
     scene : the case
     history : its integrated motion
+    angles : (b,), rad, of the rotor at its rows of evidence; None: by the scene's law
 
     Returns
     -------
@@ -246,14 +250,16 @@ def evidence(scene: Scene, history: History) -> dict[str, Value]:
     start = (1 - STEADY_SHARE) * end
     first = int(np.searchsorted(judged.time, start, side="right"))
     time, centre = judged.time[first:], judged.centre[first:]
-    turned = static_frame(centre, scene.speed * time)
+    turned = static_frame(
+        centre, angle_at(scene, time) if angles is None else angles[first:]
+    )
     with np.errstate(all="ignore"):  # of a diverged run, `History.stop` decides
         energy, rotor, casing = _energies(scene, judged)
         energies = energy[first:], rotor[first:], casing[first:]
         orbit = _squared(centre, history.circle[first:])
         rates = _rates(np.stack([time, *energies, orbit]))
         rates["summit"] = summit(judged.time, rotor, start)
-        whirl = whirl_numbers(time, turned, scene.speed)
+        whirl = whirl_numbers(time, turned, extremes(scene)[1])
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
     rubbed = _change(judged.friction[first:])
     radius, mean = scene.engine.rotor.radius, energies[0].mean() if len(time) else 0.0
@@ -323,7 +329,7 @@ def slip_ratio(scene: Scene, history: History) -> float:
     Coulomb's law; from 1 on a tip may have slid backwards, where real friction would
     push it forwards. At speed 0 no friction acts.
     """
-    rim = abs(scene.speed) * scene.engine.rotor.radius
+    rim = abs(extremes(scene)[0]) * scene.engine.rotor.radius
     return _finite(history.slip / rim) if rim > 0.0 else 0.0
 
 

@@ -23,7 +23,7 @@ from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.blend import copy_of, distance, put_between
-from hpcwhirl.dynamics.history import Evidence, History
+from hpcwhirl.dynamics.history import since
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
@@ -217,27 +217,6 @@ class Continued:
         found = evidence(self.free, later) | {"stop": later.stop}
         outcome, regime, _ = name_regime(found, USUAL)
         return outcome if regime == "none" else regime
-
-
-def since(history: History, start: float) -> History:
-    """Return a history from `start`, s, on, which becomes its time 0.
-
-    Only evidence is shifted and cut: samples are unchanged, and the ledger is that of
-    the whole run.
-    """
-    judged = history.judged
-    rows = judged.time > start
-    later = {n: getattr(judged, n)[rows] for n in judged.__dataclass_fields__}
-    later["time"] = later["time"] - start
-    same = len(history.circle) == len(rows)
-    return replace(
-        history,
-        judged=Evidence(**later),
-        circle=history.circle[rows] if same else history.circle,
-        end=history.end - start,
-        last_contact=max(history.last_contact - start, -1.0),
-        certificate=history.certificate - start if history.certificate >= 0 else -1.0,
-    )
 
 
 @one_thread()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.blades import blade_numbers
 from hpcwhirl.analysis.motion_kind import motion_numbers, twins_of
+from hpcwhirl.analysis.over_speed import told_over_speed, words_over_speed
 from hpcwhirl.analysis.regimes import (
     STEADY_SHARE,
     MotionThresholds,
@@ -23,6 +24,7 @@ from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
@@ -281,6 +283,8 @@ def result_of(case: Case, history: History) -> Result:
     }
     row |= {f"ledger_{term}": history.ledger[term] for term in LEDGER_TERMS}
     row |= found
+    if changes(scene):
+        row["words_over_speed"] = told_over_speed(words_over_speed(case, history))
     row["sample_interval"] = history.interval
     row |= blade_numbers(history.time, history.tips, (1 - STEADY_SHARE) * history.end)
     performance: dict[str, Value] = {
@@ -310,7 +314,7 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
         return {}
     traces = {
         "time": history.time,
-        "centre": static_frame(history.centre, scene.speed * history.time),
+        "centre": static_frame(history.centre, angle_at(scene, history.time)),
         "energy": history.energy,
         "impulse": history.impulse,
         "fed": history.fed,

@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -52,6 +53,7 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_loading(scene)
     check_turn(model, scene)
     check_wall(scene)
+    check_change(scene, model)
 
 
 def check_points(model: Model, scene: Scene) -> None:
@@ -83,23 +85,25 @@ def check_rotation(model: Model, scene: Scene) -> None:
         return
     with representable("the rotor's stiffness at speed"):
         most = stiff_up_to(model.rotor, model.blades)
-    if not abs(scene.speed) < most:
+    _, fastest = extremes(scene)
+    if not abs(fastest) < most:
         msg = (
             f"speed must be < {most:.6g} rad/s with rotation full: a wave of the blades"
-            f" has no stiffness left beyond it, got {scene.speed:.6g}"
+            f" has no stiffness left beyond it, got {fastest:.6g}"
         )
         raise InputError(msg)
 
 
-def _check_range(bearing: Bearing, speed: float) -> None:
+def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
     """Raise InputError for a speed, rad/s, outside the range of a bearing's table."""
     least, most = float(bearing.speeds[0]), float(bearing.speeds[-1])
-    if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
-        msg = (
-            f"speed must be {least:.6g} to {most:.6g} rad/s, either way, as in the "
-            f"table of bearing, got {speed:.6g}"
-        )
-        raise InputError(msg)
+    for speed in speeds:
+        if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
+            msg = (
+                f"speed must be {least:.6g} to {most:.6g} rad/s, either way, as in the "
+                f"table of bearing, got {speed:.6g}"
+            )
+            raise InputError(msg)
 
 
 def check_supports(model: Model, scene: Scene) -> None:
@@ -114,7 +118,7 @@ def check_supports(model: Model, scene: Scene) -> None:
     if spin is None:
         return
     if isinstance(spin.support, Bearing):
-        _check_range(spin.support, scene.speed)
+        _check_range(spin.support, extremes(scene))
     if spin.support.is_plain:
         return
     own = spin.support.at(scene.speed)
@@ -164,10 +168,17 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
     return ""
 
 
+def shortest_limits(model: Model, scene: Scene) -> dict[str, float]:
+    """Return {body: longest stable step, s} over all speeds of a scene."""
+    slow, fast = (model.limits(speed) for speed in extremes(scene))
+    return {body: min(slow[body], limit) for body, limit in fast.items()}
+
+
 def check_step(model: Model, scene: Scene) -> None:
     """Raise InputError, naming the limit, if dt >= 2 / omega_max of a body."""
     step = scene.solver.time_step
-    body, limit = min(model.limits(scene.speed).items(), key=lambda item: item[1])
+    bodies = shortest_limits(model, scene)
+    body, limit = min(bodies.items(), key=lambda item: item[1])
     if not step < limit:
         msg = (
             f"time_step must be < {limit:.6g} s (2 / omega_max of the {body}), "
@@ -246,7 +257,7 @@ def longest_turn(model: Model, scene: Scene) -> float:
         waves = 0.5 * model.ring.elements
     elif model.ring is not None:
         waves = float(model.ring.harmonics)
-    turn = max(waves, 1.0) * abs(scene.speed)
+    turn = max(waves, 1.0) * abs(extremes(scene)[1])
     return math.pi / turn if turn > 0.0 else math.inf
 
 
@@ -254,10 +265,11 @@ def check_turn(model: Model, scene: Scene) -> None:
     """Raise InputError if a blade passes half a wave of the casing in a step."""
     longest, step = longest_turn(model, scene), scene.solver.time_step
     if not step < longest:
-        most = abs(scene.speed) * longest / step
+        fastest = extremes(scene)[1]
+        most = abs(fastest) * longest / step
         msg = (
             f"speed must be < {most:.6g} rad/s with this time_step (a blade would pass "
-            f"half the casing's shortest wave in a step), got {scene.speed:.6g}"
+            f"half the casing's shortest wave in a step), got {fastest:.6g}"
         )
         raise InputError(msg)
 
@@ -335,9 +347,9 @@ def step_asked(model: Model, scene: Scene) -> float:
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
     omega, stiffer = np.minimum(rotor.omega, rotor.reach), 1.0
-    bodies = model.limits(scene.speed)
+    bodies = shortest_limits(model, scene)
     if rotor.spin is not None:
-        omega = turned(omega, scene.speed)
+        omega = turned(omega, extremes(scene)[1])
         stiffer = max(1.0, model.limits(0.0)["rotor"] / bodies["rotor"])
     step = 1.0 / float((stiffer * omega / phases).max())
     limits = [*bodies.values(), longest_turn(model, scene)]
@@ -381,7 +393,7 @@ def beat_of(model: Model, scene: Scene) -> int:
     """
     step = scene.solver.time_step
     total, _ = step_counts(scene)
-    line = fastest_line(model, scene.speed)
+    line = fastest_line(model, extremes(scene)[1])
     longest = 2 * math.pi / (PER_PERIOD * line) / step if line > 0.0 else math.inf
     return max(1, round(min(longest, total / FEWEST_ROWS)))
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
 from hpcwhirl.case.rotation import with_rotation
+from hpcwhirl.case.speed import check_tables, law_of
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
@@ -85,6 +86,8 @@ class Case:
         settings: dict[str, Value] = {"force": 0.0} if self.goes_on else {}
         if self.given.solver.accuracy > 0.0:
             settings["time_step"] = self.step
+        if self.model.rotor.spin is not None and law_of(self.given) is not None:
+            settings["scheme"] = "general"  # waves are those of one speed
         if self.given.gap_at == "rest":
             if self.model.rotor.points is not None:
                 msg = (
@@ -134,6 +137,7 @@ class Case:
 
     def check(self) -> None:
         """Raise InputError, naming the limit, if time step or speed exceeds one."""
+        check_tables(self.given)
         check_limits(self.model, self.scene)
 
 

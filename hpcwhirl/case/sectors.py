@@ -24,6 +24,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
 from hpcwhirl.reduction.supports import ROUND
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.over_time import scaled
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -127,6 +128,9 @@ def folded_scene(scene: Scene, folds: int) -> Scene:
     return scene.model_copy(
         update={
             "speed": folds * scene.speed,
+            "acceleration": folds * scene.acceleration,
+            "speed_to": folds * scene.speed_to,
+            "speed_table": scaled(scene.speed_table, folds),
             "nodal_diameter": scene.nodal_diameter // folds,
             "force": scene.force / folds,
             "duration": scene.end_time,

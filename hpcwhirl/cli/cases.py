@@ -166,6 +166,7 @@ def _columns(
     chosen: NDArray[np.intp],
 ) -> Columns:
     from hpcwhirl.analysis.columns import WORD
+    from hpcwhirl.scene.quantities import OVER_SPEED
     from hpcwhirl.store.reading.select import swept_of
 
     swept = swept_of(data) or ["speed"]
@@ -174,7 +175,8 @@ def _columns(
     else:
         twins = (n for n in TWINS if n in data)
         numbers = (n for n in NUMBERS if n in data)
-        wanted = [WORD, *ENDS, *twins, "whirl", *numbers, "message"]
+        over = (n for n in OVER_SPEED if n in data)
+        wanted = [WORD, *ENDS, *twins, "whirl", *numbers, *over, "message"]
     names = dict.fromkeys(["case", *swept, *wanted])
     columns = {name: source.column(name) for name in names}
     if not np.array_equal(chosen, np.arange(source.cases)):

@@ -61,8 +61,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Integrate one case, print its summary, write its file and figures if asked to."""
+    from hpcwhirl.analysis.over_speed import crossings
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.simulate import course_of
+    from hpcwhirl.case.speed import changes
 
     scene = scene_of(args.scene, args.settings)
     if scene.output.traces in {"summary", "blades"} and args.plot:
@@ -79,6 +81,8 @@ def run(args: argparse.Namespace) -> int:
     with _progress(course, quiet=args.quiet) as tick:
         result = course.run(tick)
     facts = summary(result.row | result.performance)
+    if changes(scene):
+        facts["crossings"] = crossings(course.march.case)
     if args.explain:
         facts |= _explained(course.march)
     try:
@@ -206,6 +210,23 @@ def motion_told(facts: Mapping[str, Any]) -> str:
     )
 
 
+def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
+    """Return lines on the words over speed and time, and critical speeds crossed."""
+    from hpcwhirl.analysis.over_speed import spells_of
+
+    lines = [
+        f"{one.begin:.4g} to {one.end:.4g} s, {one.first:.5g} to {one.last:.5g} rad/s: "
+        f"{one.regime}, whirl {one.whirl}"
+        for one in spells_of(facts.get("words_over_speed", ""))
+    ]
+    lines += [
+        f"critical speed {one['speed']:.6g} rad/s of {one['of']}, crossed at "
+        f"{one['time']:.4g} s"
+        for one in facts.get("crossings", ())
+    ]
+    return [*lines, ""] if lines else []
+
+
 def _show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
@@ -224,6 +245,7 @@ def _show(facts: dict[str, Any]) -> None:
         f"{facts['steps']} steps in {facts['seconds']:.2f} s, "
         f"{rate:,.0f} steps a second"
     )
+    console.print(*over_speed_told(facts), sep="\n", end="", highlight=False)
     table = Table("quantity", "value")
     for name in (
         "speed", "nodal_diameter", "gap", "friction", "time_step", "contacts",

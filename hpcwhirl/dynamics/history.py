@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,3 +124,36 @@ class History:
     point_impulse: Floats = field(default_factory=lambda: np.zeros((0, 1, 0)))
     folds: int = 1
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
+
+
+def since(history: History, start: float) -> History:
+    """Return a history without what was before `start`, s, which becomes its time 0.
+
+    Samples are left out; the ledger is that of the whole run.
+    """
+    return between(history, start, history.end)
+
+
+def between(history: History, start: float, end: float) -> History:
+    """Return the part of a history from `start` to `end`, s; `start` becomes time 0.
+
+    Samples are left out; the ledger is that of the whole run. The last contact is known
+    to a row of evidence, since only contact feeds.
+    """
+    judged = history.judged
+    rows = (judged.time > start) & (judged.time <= end)
+    part = {n: getattr(judged, n)[rows] for n in judged.__dataclass_fields__}
+    part["time"] = part["time"] - start
+    same, last = len(history.circle) == len(rows), history.last_contact
+    if last > end:
+        fed = np.flatnonzero(np.diff(judged.fed[judged.time <= end]))
+        last = float(judged.time[fed[-1] + 1]) if len(fed) else -1.0
+    proved = 0.0 <= history.certificate <= end
+    return replace(
+        history,
+        judged=Evidence(**part),
+        circle=history.circle[rows] if same else history.circle,
+        end=end - start,
+        last_contact=max(last - start, -1.0),
+        certificate=history.certificate - start if proved else -1.0,
+    )

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.limits import beat_of, step_counts
+from hpcwhirl.case.limits import beat_of, shortest_limits, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.case.unbalance import centre_of, circle, swing
+from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
+from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
 from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
@@ -25,6 +27,7 @@ from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.waves import folds_well
 from hpcwhirl.dynamics.start import start_of
+from hpcwhirl.dynamics.varying import DrivenRotor
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
@@ -84,6 +87,7 @@ class March:
         if scene.output.traces == "summary":  # the first sample lies beyond the end
             self.stride = (self.total // self.beat + 1) * self.beat
         self.seconds = 0.0
+        self.schedule = schedule_of(scene, self.model)
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
@@ -95,9 +99,42 @@ class March:
             self._begin(self.case.whole)
             return
         self.state = self.scheme.state
+        self._refresh(self.state)
         self.tracks = self._empty_tracks()
         self.coast = self._coast()
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
+
+    def _refresh(self, state: Any) -> None:
+        """Set arrays, and a state unless it is None, to the interval of this step."""
+        scene = self.lean.scene
+        self.wall, self.speed = wall_of(scene), scene.speed
+        if self.schedule is None:
+            return
+        now = self.schedule.interval(self.steps // self.schedule.every)
+        folds = self.lean.model.folds
+        self.speed = folds * now.first
+        self.wall = self.wall._replace(
+            gap=now.gap, opening=now.opening, since=now.since,
+            ahead=folds * now.ahead, bend=folds * now.bend,
+        )  # fmt: skip
+        if self.scheme.refresh:
+            self.scheme.refresh(state, now)
+
+    @contextmanager
+    def at_start(self) -> Iterator[None]:
+        """Have the arrays of the first interval for a while."""
+        steps = self.steps
+        self.counter[contact.STEP] = 0
+        self._refresh(None)
+        try:
+            yield
+        finally:
+            self.counter[contact.STEP] = steps
+            self._refresh(None)
+
+    def recall(self) -> None:
+        """Set the arrays to a state that was read, see `snapshot.restore`."""
+        self._refresh(None)
 
     def _coast(self) -> FreeDecay | None:
         """Return the search for a certificate, if the plan includes one."""
@@ -106,6 +143,8 @@ class March:
         if scheme.ended is None or not self.case.plan.settles:
             return None
         if isinstance(scheme.arrays.rotor, GeneralRotor):  # some mode does not swing
+            return None
+        if law_of(scene) is not None:  # its closed form is that of a constant speed
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(first if scene.is_loaded else 1)
@@ -155,6 +194,8 @@ class March:
             return
         sizes, decays = self.coast.bound(self.state)
         reach, room = float(sizes.sum(axis=1).max()), self.scene.gap
+        if self.schedule is not None:
+            room = self.schedule.least_gap(self.steps)
         far = self.coast.farthest(self.state)
         if not (reach < LESS * room and far < LESS * self._limit):
             pause = LOOKS * self.beat
@@ -240,26 +281,42 @@ class March:
     def motion(self) -> Motion:
         """Return displacements and velocities, and the angle of the rotor."""
         now = self.scheme.motion(self.state, self.steps)
-        angle = self.scene.speed * (self.steps * self.scene.solver.time_step)
+        time = self.steps * self.scene.solver.time_step
+        angle = float(angle_at(self.scene, time))
         return now._replace(angle=angle % (2.0 * math.pi))
 
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any division into slices gives the same bits."""
+        start, goal = time.perf_counter(), min(self.steps + steps, self.total)
+        if self.schedule is None:
+            self._call(goal - self.steps)
+        else:
+            self._through_intervals(self.schedule.every, goal)
+        self.seconds += time.perf_counter() - start
+
+    def _through_intervals(self, every: int, goal: int) -> None:
+        """March to step `goal`; a state at an interval's end is that of the next."""
+        while self.steps < goal and self.counter[contact.STOP] == 0:
+            begun = self.steps
+            self._call(min(goal - begun, every - begun % every))
+            if self.steps % every == 0 and self.steps > begun:
+                self._refresh(self.state)
+
+    def _call(self, steps: int) -> None:
+        """Call the kernel for some steps."""
         scene = self.lean.scene
-        start = time.perf_counter()
         self.scheme.kernel(
-            min(steps, self.total - self.steps),
+            steps,
             Strides(self.stride, self.beat),
             self._limit,
             scene.solver.time_step,
-            scene.speed,
+            self.speed,
             friction_with_sign(scene),
-            wall_of(scene),
+            self.wall,
             *self.scheme.arrays,
             self.state,
             self.tracks,
         )
-        self.seconds += time.perf_counter() - start
 
     @property
     def kind(self) -> tuple[str | int, ...]:
@@ -337,7 +394,7 @@ class March:
             ledger=self._closing(),
             gap_error=float(self.state.ledger[contact.MISS]),
             slip=float(self.state.ledger[contact.SLIP]),
-            step_share=step / min(self.model.limits(self.scene.speed).values()),
+            step_share=step / min(shortest_limits(self.model, self.scene).values()),
             stop=STOPS[int(self.counter[contact.STOP])],
             steps=self.steps,
             contacts=folds * int(self.counter[contact.TOUCHDOWNS]),
@@ -371,12 +428,21 @@ class March:
 
         time : (b,), s. The result, (b, 2), m, is in the rotating frame
         """
+        if law_of(self.scene) is not None:
+            return self._circles(time)
         places, swung = circle(self.model, self.scene), swing(self.model, self.scene)
         z = np.full(len(time), 0j if places is None else centre_of(self.model, places))
         if swung is not None:
             back = centre_of(self.model, swung.conj()) / 2
             z += back * np.exp(-2j * self.scene.speed * time)
         return np.column_stack([z.real, z.imag])
+
+    def _circles(self, time: Floats) -> Floats:
+        """Return `_circle` at a speed that changes."""
+        if not is_unbalanced(self.scene):
+            return np.zeros((len(time), 2))
+        rotor = DrivenRotor(self.model, self.scene)
+        return rotor.centres(speed_at(self.scene, time))
 
     def _judged(self) -> Evidence:
         """Return the rows of evidence so far; energies are those of all sectors."""

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.flights import flight_arrays, flying_modes
-from hpcwhirl.dynamics.kernels import passes
+from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicCasing,
     CyclicContact,
     CyclicRotor,
+    CyclicState,
     Load,
 )
 from hpcwhirl.dynamics.kernels.vectors import aligned
@@ -260,15 +261,48 @@ def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     step = scene.solver.time_step
     ring, mu = _ring(model, step, flies=_flies(scene)), friction_with_sign(scene).hex()
     items = _rubbed_ring(model, step, mu, flies=_flies(scene)).copy()
-    spin = ring.turns * scene.speed
-    turn = np.exp(1j * (spin * step))
-    items[passes.TURN_RE, ring.row, ring.slot] = turn.real
-    items[passes.TURN_IM, ring.row, ring.slot] = turn.imag
-    items[passes.SPIN, ring.row, ring.slot] = spin
+    _set_turn(items, ring, scene.speed, step)
     load = np.zeros(items.shape[1:])
     force = _lobes(model, scene.nodal_diameter, scene.direction)
     load[ring.row, ring.slot] = force[ring.column]
     return items.ravel(), load.ravel(), items.shape[1]
+
+
+def _set_turn(items: Floats, ring: _Ring, speed: float, step: float) -> None:
+    """Set the items (ITEMS, rows, slots) by which a ring's modes turn with a rotor."""
+    spin = ring.turns * speed
+    turn = np.exp(1j * (spin * step))
+    items[passes.TURN_RE, ring.row, ring.slot] = turn.real
+    items[passes.TURN_IM, ring.row, ring.slot] = turn.imag
+    items[passes.SPIN, ring.row, ring.slot] = spin
+
+
+def turn_ring(
+    model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
+) -> None:
+    """Set a ring's items, packed, to another speed, rad/s, and its state to them.
+
+    The kernel ends the step that waits with the items of the next one: the increments
+    before that are turned, so that it ends with the turn that it had.
+    """
+    if not len(items):
+        return
+    step = scene.solver.time_step
+    ring = _ring(model, step, flies=_flies(scene))
+    new = passes.unpacked(items).reshape(ring.items.shape).copy()
+    old = new[passes.TURN_RE] + 1j * new[passes.TURN_IM]
+    _set_turn(new, ring, speed, step)
+    items[:] = passes.packed(new.ravel())
+    if state is None:
+        return
+    size = len(state.ring) // passes.RING_STATE
+    turned = new[passes.TURN_RE] + 1j * new[passes.TURN_IM]
+    there = turned != 0.0  # slots without a mode have none
+    back = np.where(there, old / np.where(there, turned, 1.0), 1.0).ravel()
+    at = (2 - (int(state.counter[contact.STEP]) & 1)) * 2 * size
+    re, im = state.ring[at : at + size], state.ring[at + size : at + 2 * size]
+    d = (re + 1j * im) * back
+    re[:], im[:] = d.real, d.imag
 
 
 @dataclass(frozen=True)

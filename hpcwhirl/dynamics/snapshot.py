@@ -20,6 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics import kernels
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Flight
@@ -35,7 +36,11 @@ def fingerprint(march: March) -> str:
     kept = march.stride if march.stride <= march.total else 0
     looks = march.coast is not None  # for a certificate, which ends the stepping
     digest.update(repr((kept, march.beat, looks)).encode())
-    _feed(digest, march.scheme.arrays)
+    with march.at_start():  # arrays of a changing speed are those of the present one
+        _feed(digest, march.scheme.arrays)
+    if march.schedule is not None:
+        schedule = march.schedule
+        digest.update(repr((schedule.every, laws_of(schedule.scene))).encode())
     if march.start is not None:
         _feed(digest, march.start)
     return digest.hexdigest()
@@ -95,6 +100,7 @@ def restore(march: March, arrays: Arrays) -> bool:
     for name, array in targets.items():
         array[:] = arrays[name]
     march.seconds = float(arrays["seconds"][0])
+    march.recall()
     return True
 
 

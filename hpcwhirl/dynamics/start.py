@@ -3,8 +3,9 @@
 Of the m chosen modes, with amplitudes q_j and frequencies omega_j at rest, the shell of
 the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2 m dimensions; with
 velocities alone it is sum q'_j^2 = 2 E, in m. Normal numbers over their norm are
-uniform on a sphere (Muller 1959, doi:10.1145/377939.377946). Each number is a hash of `start_draw` and its mode: the direction does not depend on
-speed, gap or energy, and other modes that are chosen beside change no number.
+uniform on a sphere (Muller 1959, doi:10.1145/377939.377946). Each number is a hash of
+`start_draw` and its mode: the direction does not depend on speed, gap or energy, and
+further chosen modes change no number.
 
 With the terms of rotation the strain energy of the rotor is that of its stiffness at
 speed, as in the ledger: the direction is scaled to E by that energy.

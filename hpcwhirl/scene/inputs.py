@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.history import checked
+from hpcwhirl.scene.over_time import table_over_time
 from hpcwhirl.scene.quantity import given, quantity_of
 from hpcwhirl.scene.resolve_path import anchored, printable
 from hpcwhirl.scene.rules import (
@@ -58,6 +59,16 @@ def _own_ratio(value: float) -> float:
         msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
         raise ValueError(msg)
     return value
+
+
+def speed_over_time(text: str) -> str:
+    """Return a table of speeds as a scene keeps it."""
+    return table_over_time(text, "speed")
+
+
+def gap_over_time(text: str) -> str:
+    """Return a table of gaps as a scene keeps it."""
+    return table_over_time(text, "gap")
 
 
 OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
@@ -489,6 +500,14 @@ class Output(Inputs):
     interval: Positive = given(
         2e-4, "time between samples of the traces; words do not depend on it", "s"
     )
+    windows: int = given(
+        20,
+        "windows of equal time by which a run whose speed or gap changes has its words "
+        "told, each judged by the same rules",
+        ge=1,
+        le=200,
+        later=True,
+    )
     chaos: NonNegative = given(
         0.0,
         "if > 0: number of revolutions after the end of a sustained case over which "
@@ -609,6 +628,50 @@ class Scene(Inputs, metaclass=_Told):
         "cases that precede this one on its branch; an input and its values: the "
         "first of them began with its pulse, each other one where the one before had "
         "ended; set by [branch]",
+        later=True,
+    )
+    acceleration: Finite = given(
+        0.0,
+        "rate at which the speed changes from `speed` on, a run-up or run-down; of a "
+        "smooth change the mean rate, of a decay the first; 0: constant speed",
+        "rad/s^2",
+        symbol="dΩ/dt",
+        later=True,
+    )
+    ramp: Literal["linear", "smooth", "decay"] = given(
+        "linear",
+        "how the speed changes; linear: to speed_to where that lies ahead, else to the "
+        "end; smooth: half a cosine to speed_to; decay: speed_to is approached "
+        "exponentially, with the time constant (speed_to - speed) / acceleration, as by"
+        " windmilling",
+        later=True,
+    )
+    speed_to: Finite = given(
+        0.0, "speed to which it changes; see `ramp`", "rad/s", later=True
+    )
+    speed_table: Annotated[str, AfterValidator(speed_over_time)] = given(
+        "",
+        "table of the speed, instead of acceleration; a CSV file of columns time, s, "
+        "and speed, rad/s, or such rows in one line; linear between rows, then held; "
+        "kept as text",
+        later=True,
+    )
+    gap_closure: Finite = given(
+        0.0,
+        "clearance that is lost in time, as by heat, Delta; gap(t) = gap - Delta (1 - "
+        "exp(-t/gap_time)); < 0: it opens",
+        "m",
+        symbol="Δ",
+        later=True,
+    )
+    gap_time: Positive = given(
+        1.0, "time constant of that", "s", symbol="τ_g", later=True
+    )
+    gap_table: Annotated[str, AfterValidator(gap_over_time)] = given(
+        "",
+        "table of the clearance, instead of gap_closure; a CSV file of columns time, s,"
+        " and gap, m, or such rows in one line; its first gap is `gap`; linear between "
+        "rows, then held; kept as text",
         later=True,
     )
     duration: Positive = given(

@@ -133,6 +133,11 @@ CHAOS: dict[str, Quantity] = {
     ),
     **_table("f8", "1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
+# variables of campaigns in which speed or gap change in time
+OVER_SPEED: dict[str, Quantity] = {
+    **_table("S4096", "1", words_over_speed="words by windows: times, s, speeds, rad/s,"
+             " regime, whirl; one interval after the other"),
+}  # fmt: skip
 # variables of cases whose tuned counterpart was computed, too
 TUNED: dict[str, Quantity] = {
     **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"

@@ -230,7 +230,83 @@ OF_ENGINE = (
         lambda *_: "file must be named where casing.discretization is file, got none",
     ),
 )
+# inputs by which speed or gap change in time, and their values where they do not
+CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
+
+
+def _constant(acceleration: Any, table: Any) -> Any:
+    return (acceleration == 0.0) & (table == "")
+
+
+def _at_constant_speed(name: str, usual: Any) -> Rule:
+    """Return the rule that an input must be `usual` where the speed changes."""
+    return Rule(
+        ("acceleration", "speed_table", name),
+        lambda rate, table, value: _constant(rate, table) | (value == usual),
+        lambda _, __, value: (
+            f"{name} must be {_told(usual)} where the speed changes (acceleration, "
+            f"speed_table), got {shown(value)}"
+        ),
+    )
+
+
+def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
+    return (rate == 0.0) | (ramp == "linear") | ((end - speed) * rate > 0.0)
+
+
 OF_SCENE = (
+    *(
+        _at_constant_speed(*one)
+        for one in (("revolutions", 0.0), ("output.chaos", 0.0), ("history", ""))
+    ),
+    Rule(
+        ("acceleration", "speed_table", "engine.rotation"),
+        lambda rate, table, rotation: _constant(rate, table) | (rotation != "auto"),
+        lambda *_: "engine.rotation must be none or full where the speed changes, got "
+        "auto",
+    ),
+    Rule(
+        ("acceleration", "speed_table", "solver.until"),
+        lambda rate, table, until: _constant(rate, table) | (until == "end"),
+        lambda _, __, until: (
+            f"solver.until must be end where the speed changes, got {until}"
+        ),
+    ),
+    Rule(
+        ("acceleration", "speed_table"),
+        lambda rate, table: (rate == 0.0) | (table == ""),
+        lambda rate, _: f"acceleration must be 0 beside a speed_table, got {rate}",
+    ),
+    Rule(
+        ("gap_closure", "gap_table"),
+        lambda closure, table: (closure == 0.0) | (table == ""),
+        lambda closure, _: f"gap_closure must be 0 beside a gap_table, got {closure}",
+    ),
+    Rule(
+        (*CHANGING, "solver.scheme"),
+        lambda rate, table, closure, gaps, scheme: (
+            _constant(rate, table) & (closure == 0.0) & (gaps == "")
+        )
+        | (scheme != "exact"),
+        lambda *_: "scheme must be 'modal', 'general' or 'paper' where speed or gap "
+        "change in time, got 'exact'",
+    ),
+    Rule(
+        ("acceleration", "speed_table", "solver.scheme", "engine.rotation"),
+        lambda rate, table, scheme, rotation: _constant(rate, table)
+        | (scheme != "paper")
+        | (rotation == "none"),
+        lambda *_: "scheme must be 'modal' or 'general' where the speed changes and "
+        "engine.rotation is full, got 'paper'",
+    ),
+    Rule(
+        ("acceleration", "ramp", "speed", "speed_to"),
+        _leads,
+        lambda rate, ramp, speed, end: (
+            f"speed_to must lie ahead of speed ({speed} rad/s) in the direction of "
+            f"acceleration ({rate} rad/s^2) where ramp is {ramp}, got {end}"
+        ),
+    ),
     Rule(
         ("engine.casing.kind", "engine.casing.discretization",
          "engine.casing.elements", "engine.casing.harmonics", "nodal_diameter"),

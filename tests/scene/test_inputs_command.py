@@ -41,6 +41,13 @@ TOLD = {
     "unbalance_phase": ("0", "rad", "blade 0"),
     "branch": ('""', "up or down", "[branch]"),
     "history": ('""', "began", "its pulse", "[branch]"),
+    "acceleration": ("0", "rad/s^2", "run-up", "constant speed"),
+    "ramp": ('"linear"', "half a cosine", "time constant", "windmilling"),
+    "speed_to": ("0", "rad/s", "`ramp`"),
+    "speed_table": ('""', "time, s", "linear between rows", "kept as text"),
+    "gap_closure": ("0", "m", "heat", "gap_time"),
+    "gap_time": ("1", "s", "time constant"),
+    "gap_table": ('""', "time, s", "gap, m", "then held"),
     "duration": ("2.5", "s", "revolutions"),
     "revolutions": ("0", "not s"),
     "engine.name": ('"four_motions"', "engine"),
@@ -112,6 +119,7 @@ TOLD = {
     "start_modes": ('"rotor 1F 1"', "body", "family", "nodal diameter", "commas"),
     "start_draw": ("0", "uniform", "shell", "[sample]"),
     "start_as": ('"velocities"', "both", "displacements", "refused"),
+    "output.windows": ("20", "equal time", "same rules"),
     "output.chaos": ("0", "revolutions", "sustained", "Lyapunov"),
 }
 LIMITED = [

@@ -16,9 +16,11 @@ from hpcwhirl.dynamics.kernels.contact import (
     RUNNING,
     STEP,
     STOP,
+    angle_at,
     book_contacts,
     complementarity,
     contact_space,
+    gap_at,
     note_slip,
     place_on_elements,
     place_on_waves,
@@ -76,13 +78,14 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
 
     lost : blade that is lost, whose gap is `NOWHERE`; -1: none
     """
+    closed = gap_at(wall, time) - wall.gap
     lowest = 1.0
     for j in range(len(gaps)):
         if ring.kind == RIGID:
             w = rigid_radial(wall, time, turned + points.angle[j])
         else:
             w = read_ring(radial, index, shape, j)
-        gaps[j] = points.gap[j] + w - u[j] if j != lost else NOWHERE
+        gaps[j] = points.gap[j] + closed + w - u[j] if j != lost else NOWHERE
         lowest = min(lowest, gaps[j])
     return lowest
 
@@ -165,7 +168,7 @@ def march_bodies(
     for _ in range(steps):
         now = counter[STEP] * step
         following = (counter[STEP] + 1) * step
-        turned = (speed * following) % (2.0 * math.pi)
+        turned = angle_at(wall, speed, following) % (2.0 * math.pi)
         predict(rotor, b)
         predict(casing, c)
         stand(rotor, b, now, stood)
@@ -212,7 +215,7 @@ def march_bodies(
             opened[:] = gaps
         if push != 0.0:
             ledger[PULSE] += pulse_work(push, loading.modal, c.ahead, d_c)
-        yielded(rotor, b, stood)
+        yielded(rotor, b, stood, ledger)
         accept(rotor, b, step)
         accept(casing, c, step)
         older[:] = last
@@ -233,7 +236,7 @@ def march_bodies(
                     u, w, wall, ring, points, index, shape, turned, following, lost,
                     gaps,
                 )  # fmt: skip
-                note_miss(gaps, last, u, wall.gap, ledger)
+                note_miss(gaps, last, u, gap_at(wall, following), ledger)
             write_sample(
                 counter, ledger, impulse, tips, q_c,
                 energies_of(rotor, casing, state, step), loss_b.sum() + loss_c.sum(),

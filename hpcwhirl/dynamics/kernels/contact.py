@@ -109,6 +109,19 @@ def read_ring(radial, index, shape, j):
     return total
 
 
+@inlined
+def gap_at(wall, time):
+    """Return the gap at a time, m."""
+    return wall.gap + wall.opening * (time - wall.since)
+
+
+@inlined
+def angle_at(wall, speed, time):
+    """Return the angle of the rotor at a time, rad: Omega t at constant speed."""
+    late = time - wall.since
+    return speed * time + (wall.ahead + wall.bend * late * late)
+
+
 @kernel
 def rigid_radial(wall, time, angle):
     """Return the radial displacement of a rigid casing distorted on k lobes, m."""

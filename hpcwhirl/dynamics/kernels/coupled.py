@@ -68,12 +68,12 @@ def read(body, values, out):
             out[j] += factor * row[j]
 
 
-_of_modes: list[tuple[Any, Any]] = [
+OF_MODES: list[tuple[Any, Any]] = [
     (verbs.read_tips, modes.read_tips),
     (verbs.collect, modes.collect),
     (verbs.slide, modes.slide),
 ]  # a row of modes is read and loaded alike, coupled or not
-for _verb, _function in _of_modes:
+for _verb, _function in OF_MODES:
     does(_verb, CoupledBody)(_function.py_func)
 
 

@@ -43,8 +43,10 @@ from hpcwhirl.dynamics.kernels.contact import (
     RUNNING,
     STEP,
     STOP,
+    angle_at,
     book_contacts,
     carried_by_wall,
+    gap_at,
     note_slip,
     pulse_of,
     slips_now,
@@ -193,8 +195,8 @@ def sizes_of(rotor, state):
 
 @inlined
 def angle_of(wall, speed, time):
-    """Return k Omega t."""
-    return wall.lobes * ((speed * time) % (2.0 * math.pi))
+    """Return k theta, the lobes' angle in the rotating frame."""
+    return wall.lobes * (angle_at(wall, speed, time) % (2.0 * math.pi))
 
 
 @inlined
@@ -205,7 +207,8 @@ def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, r
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if sizes.ring_rows == 0 and wall.amplitude != 0.0:
         write_wall(wall, time, speed, slot, sign, spectrum)
-    return to_gaps(spectrum, wave, wall.gap, sizes.k, sizes.wide, gaps, row)
+    gap = gap_at(wall, time)
+    return to_gaps(spectrum, wave, gap, sizes.k, sizes.wide, gaps, row)
 
 
 @rare
@@ -285,7 +288,8 @@ def sampling(passes):
             sums_c,
         )  # fmt: skip
         sample_rotor(
-            rotor, mu, wall.gap, counter[STEP] % 3 * 2 * wide, c_c, turns, wave, state,
+            rotor, mu, gap_at(wall, counter[STEP] * step), counter[STEP] % 3 * 2 * wide,
+            c_c, turns, wave, state,
             passes.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
             passes.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
         )  # fmt: skip

@@ -40,6 +40,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     STEP,
     STOP,
     book_contacts,
+    gap_at,
     note_slip,
     pulse_of,
     slips_now,
@@ -419,7 +420,8 @@ def marching(waves):
                 write_wall(wall, time, speed, slot, sign, spectrum)
             row = counter[STEP] % 3 * 2 * wide
             place = row - row if waves else row
-            to_gaps(spectrum, wave, wall.gap, k, wide, gaps, row)
+            gap = gap_at(wall, time)
+            to_gaps(spectrum, wave, gap, k, wide, gaps, row)
             looks = counter[STEP] >= counter[NEXT_LOOK]
             judge = counter[STEP] % strides.evidence == 0
             if waves:
@@ -498,7 +500,7 @@ def marching(waves):
                 if waves:
                     less = energies[0]
                 sample_general(
-                    step, mu, wall.gap, whole, place, rotor, c_c, wave, state, space,
+                    step, mu, gap, whole, place, rotor, c_c, wave, state, space,
                     energies, less, keep, judge, tracks,
                 )  # fmt: skip
 

@@ -20,9 +20,12 @@ class Wall(NamedTuple):
 
     Attributes
     ----------
-    gap : m
+    gap : m, at the time `since`
     lobes : k, also of the loading
     amplitude, growth, rise : A0, m; sigma, 1/s; s, see `contact.rigid_amplitude`
+    since : s, time from which on the next three hold, see `dynamics.varying`
+    opening : m/s, at which the gap grows
+    ahead, bend : rad, rad/s^2, of the angle of the rotor, see `contact.angle_at`
     """
 
     gap: float
@@ -30,6 +33,10 @@ class Wall(NamedTuple):
     amplitude: float
     growth: float
     rise: float
+    since: float = 0.0
+    opening: float = 0.0
+    ahead: float = 0.0
+    bend: float = 0.0
 
 
 class Load(NamedTuple):
@@ -299,6 +306,33 @@ class CoupledBody(NamedTuple):
     radial: Floats
     tangential: Floats
     stand: Stand
+
+
+class DrivenBody(NamedTuple):
+    """A `CoupledBody` whose speed changes, see `dynamics.varying`.
+
+    Attributes
+    ----------
+    swerve : blocks of (dOmega/dt) C, as `keep`
+    force : (m,), N/sqrt(kg), of the changing speed, beside what `swerve` gives
+    work : (m,), both, in the present step: work space
+    """
+
+    keep: Floats
+    pull: Floats
+    give: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+    starts: Integers
+    own: int
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    stand: Stand
+    swerve: Floats
+    force: Floats
+    work: Floats
 
 
 class DenseBody(NamedTuple):

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
-from hpcwhirl.dynamics.kernels.contact import LAST, STEP, rigid_amplitude
+from hpcwhirl.dynamics.kernels.contact import LAST, STEP, angle_at, rigid_amplitude
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     aligned,
@@ -225,7 +225,7 @@ def sums_of(sums_b, sums_c):
 @part
 def write_wall(wall, time, speed, slot, sign, spectrum):
     """Add a rigid casing's part to the spectrum (2 k,) of the gaps, at `time`."""
-    angle = wall.lobes * ((speed * time) % (2.0 * math.pi))
+    angle = wall.lobes * (angle_at(wall, speed, time) % (2.0 * math.pi))
     out = rigid_amplitude(wall, time)
     spectrum[slot] -= out * math.cos(angle)
     spectrum[len(spectrum) // 2 + slot] -= sign * out * math.sin(angle)

@@ -98,7 +98,7 @@ def stand(body, motion, time, force):
 
 
 @njit(cache=True)
-def yielded(body, motion, force):
+def yielded(body, motion, force, _):
     """Do `verbs.yielded`."""
     own = body.stand
     if len(own.hub) == 0:
@@ -118,5 +118,5 @@ def stand_alike(body, motion, time, force):
 
 
 @does(verbs.yielded, ModalBody)
-def yielded_alike(body, motion, force):
+def yielded_alike(body, motion, force, ledger):
     """Supports that are alike take no energy here."""

@@ -65,8 +65,8 @@ def stand(body, motion, time, force):
     raise NotImplementedError
 
 
-def yielded(body, motion, force):
-    """Add what that force takes in a step to `loss`, J."""
+def yielded(body, motion, force, ledger):
+    """Add what that force takes in a step to `loss`, or its work to the ledger, J."""
     raise NotImplementedError
 
 

@@ -17,6 +17,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     BodiesState,
     CoupledBody,
     DenseBody,
+    DrivenBody,
 )
 from hpcwhirl.dynamics.motion import (
     FreeSteps,
@@ -45,7 +46,8 @@ NONE = np.zeros((0, 0))
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     """Return the kernel's state with rotor and casing at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
-    rotor = int(own.starts[-1]) if isinstance(own, CoupledBody) else len(own.keep)
+    coupled = isinstance(own, CoupledBody | DrivenBody)
+    rotor = int(own.starts[-1]) if coupled else len(own.keep)
     gaps = model.clearances(scene.gap)
     return BodiesState(
         np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),

@@ -22,7 +22,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     with_space,
 )
 from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, RotorPlaces, Slots
-from hpcwhirl.dynamics.slots import cyclic_arrays
+from hpcwhirl.dynamics.slots import cyclic_arrays, turn_ring
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -92,6 +92,9 @@ def cyclic_march(
         casing_width=2 * ring_rows * k,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
+        refresh=lambda state, now: turn_ring(
+            model, scene, arrays.casing.items, state, model.folds * now.speed
+        ),
     )
 
 

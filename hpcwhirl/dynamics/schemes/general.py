@@ -8,10 +8,13 @@ from typing import Any, cast
 import numpy as np
 
 import hpcwhirl.dynamics.kernels.coupled
+import hpcwhirl.dynamics.kernels.driven
 import hpcwhirl.dynamics.kernels.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - what modes and supports do
+from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import differences, passes
+from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.general import (
     general_space,
@@ -24,7 +27,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
 )
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
-from hpcwhirl.dynamics.operators import modal_arrays
+from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.schemes.bodies import (
     Coordinates,
     modal_coordinates,
@@ -42,8 +45,10 @@ from hpcwhirl.dynamics.schemes.integrator import (
     with_space,
 )
 from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, Rows
+from hpcwhirl.dynamics.slots import turn_ring
 from hpcwhirl.dynamics.tips import general_arrays
 from hpcwhirl.dynamics.turning import by_diameter, turning
+from hpcwhirl.dynamics.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
@@ -57,7 +62,7 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     the rotating frame.
     """
     if model.rotor.spin is not None:
-        return _spinning(model, scene)
+        return (_driven if law_of(scene) else _spinning)(model, scene)
     if isinstance(model.ring, RingOperator) or model.rotor.points is not None:
         return two_bodies(model, scene, modal_arrays(model, scene))
     return _turning(model, scene, general_arrays(model, scene))
@@ -93,6 +98,39 @@ def _spinning(model: Model, scene: Scene) -> Integrator:
     return replace(started(whole, model, scene, now, now - before), motion=motion)
 
 
+def _driven(model: Model, scene: Scene) -> Integrator:
+    """Return the integrator of a rotor at a speed that changes, see `varying`."""
+    step, own = scene.solver.time_step, DrivenRotor(model, scene)
+    plain = modal_arrays(model, scene)
+    body = driven(plain.rotor)
+    arrays = plain._replace(rotor=body)
+    still, mass = np.zeros(len(own.shapes)), model.rotor.mass
+    held = Coordinates(
+        DrivenSteps(own, body, step), own.shapes, lambda: own.shapes.T @ mass, still
+    )
+    whole = two_bodies(
+        model, scene, arrays, (held, modal_coordinates(model.casing, step))
+    )
+    mu, modes = friction_with_sign(scene), len(own.order)
+
+    def refresh(state: BodiesState | None, now: Interval) -> None:
+        was = own.circle
+        before = whole.balance(state).energy if state else 0.0
+        own.set(body, now)
+        arrays.contact.w_rotor[:] = own.compliance(body, mu)
+        still[:] = own.shapes @ own.circle
+        if state:
+            state.q_b[:modes] += was - own.circle
+            state.ledger[PULSE] += whole.balance(state).energy - before
+
+    steady = circle(model, scene)
+    if steady is not None:
+        own.circle = held.lower() @ steady
+        less = (share_at_start(model, scene) - 1.0) * own.circle
+        whole = started(whole, model, scene, less, 0.0 * less)
+    return replace(whole, refresh=refresh)
+
+
 def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
     k, _ = widths(model.blades)
     modes = len(arrays.rotor.items) // passes.ITEMS
@@ -124,4 +162,5 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
         casing_width=2 * len(c_c) // passes.ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
+        refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.speed),
     )

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -67,6 +68,9 @@ class Integrator:
         of one sector cannot repeat it
     casing_width : number of coordinates of the casing that the kernel stores a sample
     casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
+    refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays to an
+        interval of a changing speed, and the state to its coordinates; None where only
+        what the kernel is given changes
     ended : state -> copies of the arrays of rotor, ring and their sums, with the step
         completed that the kernel has left pending; None for kernels that leave none
     """
@@ -80,6 +84,7 @@ class Integrator:
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
     ended: Callable[[CyclicState], Ended] | None = None
+    refresh: Callable[[Any, Interval], None] | None = None
 
 
 def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:
@@ -251,7 +256,7 @@ def ring_reader(model: Model, scene: Scene) -> Callable[[Floats, int], Floats]:
 
     def read(copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
-        angles = np.asarray(scene.speed * steps * scene.solver.time_step)
+        angles = np.asarray(angle_at(scene, steps, scene.solver.time_step))
         return waves_of_modes(model, ring_amplitudes(model, copies, angles))
 
     return read

@@ -14,6 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.speed import angle_at
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -111,7 +112,7 @@ class RingPlaces:
         if self.model.casing is None:
             return np.zeros(0), np.zeros(0)
         held = np.stack(_held(state, passes.RING_STATE // 2, count & 1))
-        angle = self.scene.speed * count * self.scene.solver.time_step
+        angle = float(angle_at(self.scene, count, self.scene.solver.time_step))
         q, d = ring_amplitudes(self.model, held, np.array([angle, angle]))
         return q, self.steps.velocities(q, d)
 

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.scene.files import MISTUNING
-from hpcwhirl.scene.quantities import BLADES, CHAOS, TUNED
+from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.rules import CHANGING
 from hpcwhirl.scene.table import listed
 from hpcwhirl.store.directory.manifest import Manifest
 
@@ -31,7 +32,17 @@ def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
 
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the optional variables in a plan's results."""
-    return blade_quantities(plan) | (CHAOS if asks_for_chaos(plan) else {})
+    found = blade_quantities(plan) | (CHAOS if asks_for_chaos(plan) else {})
+    return found | (OVER_SPEED if changes_in_time(plan) else {})
+
+
+def changes_in_time(plan: Manifest) -> bool:
+    """Return whether speed or gap of any case of a plan change in time."""
+    return any(
+        any([base, *listed(plan.table.column(name, base).values)])
+        for name, usual in CHANGING.items()
+        for base in [plan.base.get(name, usual)]
+    )
 
 
 def asks_for_chaos(plan: Manifest) -> bool:

@@ -1,0 +1,149 @@
+"""Words over the speed of a run whose speed or gap changes: by windows of its time.
+
+A window is judged as a run at constant speed that ends with it would be: it is the last
+40 % of that run, `regimes.evidence` reduces it to the same numbers, and the same rules
+give its words. Windows next to each other with the same words are one interval.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis.regimes import (
+    BLOCKS,
+    STEADY_SHARE,
+    Thresholds,
+    evidence,
+    name_regime,
+)
+from hpcwhirl.analysis.rotation import critical_of
+from hpcwhirl.case.resolve import Case
+from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
+from hpcwhirl.case.unbalance import is_unbalanced
+from hpcwhirl.dynamics.history import History, between
+from hpcwhirl.reduction.waves import unbalance_speeds
+from hpcwhirl.scene import Scene
+
+Floats = NDArray[np.float64]
+USUAL = Thresholds()
+FEWEST = 4 * BLOCKS  # rows of evidence of a window
+LOOKS = 4096  # times at which a speed is looked for
+
+
+class Spell(NamedTuple):
+    """An interval of a run with the same words.
+
+    Attributes
+    ----------
+    begin, end : s
+    first, last : rad/s, the speeds then
+    regime, whirl : its words; the regime of a run that has none is its outcome
+    """
+
+    begin: float
+    end: float
+    first: float
+    last: float
+    regime: str
+    whirl: str
+
+
+def words_over_speed(case: Case, history: History) -> list[Spell]:
+    """Return the words of a run by windows of equal time, equal neighbours as one."""
+    rows = len(history.judged.time)
+    count = max(1, min(case.scene.output.windows, rows // FEWEST))
+    ends = np.linspace(0.0, history.end, count + 1).tolist()
+    out: list[Spell] = []
+    for begin, end in pairwise(ends):
+        words = _words(case, history, begin, end)
+        first, last = (float(speed_at(case.scene, t)) for t in (begin, end))
+        if out and (out[-1].regime, out[-1].whirl) == words:
+            out[-1] = out[-1]._replace(end=end, last=last)
+        else:
+            out.append(Spell(begin, end, first, last, *words))
+    return out
+
+
+def _words(case: Case, history: History, begin: float, end: float) -> tuple[str, str]:
+    """Return (regime or outcome, whirl) of a window."""
+    start = max(end - (end - begin) / STEADY_SHARE, 0.0)
+    part, last = between(history, start, end), end >= history.end
+    angles = np.asarray(angle_at(case.scene, part.judged.time + start))
+    scene = _held(case, begin, end, start)
+    found = evidence(scene, part, angles) | {"stop": history.stop if last else "end"}
+    outcome, regime, whirl = name_regime(found, USUAL)
+    return (outcome if regime == "none" else regime), whirl
+
+
+def _held(case: Case, begin: float, end: float, start: float) -> Scene:
+    """Return the scene of a window: its mean speed and gap, the pulse from `start`."""
+    scene, middle = case.scene, 0.5 * (begin + end)
+    schedule = schedule_of(scene, case.model)
+    turned = float(angle_at(scene, end)) - float(angle_at(scene, begin))
+    left = scene.pulse - start
+    return scene.model_copy(
+        update={
+            "speed": turned / (end - begin),
+            "gap": schedule.gap(middle) if schedule else scene.gap,
+            "acceleration": 0.0,
+            "speed_table": "",
+            "force": scene.force if left > 0.0 else 0.0,
+            "pulse": max(left, math.ulp(1.0)),
+        }
+    )
+
+
+def told_over_speed(spells: list[Spell]) -> str:
+    """Return intervals as one line: ``0..0.5 s 100..150 rad/s damped none; ...``."""
+    return "; ".join(
+        f"{one.begin:.4g}..{one.end:.4g} s {one.first:.5g}..{one.last:.5g} rad/s "
+        f"{one.regime} {one.whirl}"
+        for one in spells
+    )
+
+
+def spells_of(told: str) -> list[Spell]:
+    """Return the intervals that `told_over_speed` has told."""
+    out = []
+    for part in told.split("; ") if told else []:
+        times, _, speeds, _, regime, whirl = part.split(" ")
+        numbers = [float(n) for span in (times, speeds) for n in span.split("..")]
+        out.append(Spell._make([*numbers, regime, whirl]))
+    return out
+
+
+def crossings(case: Case) -> list[dict[str, Any]]:
+    """Return the critical speeds that a run crosses, in the order of time.
+
+    They are those of Eq. (13), at which waves of blades and casing meet on the pulse's
+    lobes, and of an unbalanced rotor those of an unbalance, undamped.
+
+    Returns
+    -------
+    [{"of": "waves" or "unbalance", "speed": rad/s, "time": s, "rising": whether the
+    speed rises there}]
+    """
+    law, scene = law_of(case.scene), case.scene
+    if law is None:
+        return []
+    k, rotor = scene.nodal_diameter, case.model.rotor
+    waves = [one for one in critical_of(case, 1) if one["nodal_diameter"] == k]
+    speeds = [("waves", float(one["speed"])) for one in waves]
+    if is_unbalanced(scene):
+        speeds += [("unbalance", speed) for speed in unbalance_speeds(rotor)]
+    times = np.linspace(0.0, scene.end_time, LOOKS)
+    path = np.abs(law.speed(times))
+    out = []
+    for of, speed in speeds:
+        for i in np.flatnonzero((path[:-1] - speed) * (path[1:] - speed) < 0.0):
+            share = (speed - path[i]) / (path[i + 1] - path[i])
+            time = times[i] + share * (times[i + 1] - times[i])
+            rising = bool(path[i + 1] > path[i])
+            one = {"of": of, "speed": speed, "time": float(time), "rising": rising}
+            out.append(one)
+    return sorted(out, key=lambda one: one["time"])

@@ -1,0 +1,383 @@
+"""Speed and gap that change in time: their laws, and the intervals of a march.
+
+Omega(t) and theta(t), its integral, are closed forms of time: the blades' angle does
+not drift. In between, a march has constant arrays in intervals of `every` steps,
+counted from step 0, so that they follow from the step number. In an interval the angle
+is a parabola through both ends, the gap a line, and matrices are those of the mean
+speed: what they miss is of second order in the interval, see `interval_of`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.scene.over_time import rows_over_time
+
+Floats = NDArray[np.float64]
+USUAL = 1e-4  # accuracy of the intervals where the solver's is not given
+MOST_STEPS = 4096  # of an interval
+MOST_KEPT = 32  # cached models, as in `reduction.model`
+
+
+@dataclass(frozen=True)
+class SpeedLaw:
+    """Omega(t), with its integral.
+
+    Attributes
+    ----------
+    kind : linear, smooth, decay or table
+    start, end : rad/s; the speed is held once it has reached `end`
+    rate : rad/s^2; of a smooth change the mean, of a decay the first
+    times, speeds : s, rad/s, of a table, between which the speed is linear
+    """
+
+    kind: str
+    start: float
+    end: float = math.inf
+    rate: float = 0.0
+    times: tuple[float, ...] = ()
+    speeds: tuple[float, ...] = ()
+
+    @property
+    def lasts(self) -> float:
+        """Duration of the change, s; of a decay its time constant."""
+        if self.kind == "table":
+            return self.times[-1]
+        time = (self.end - self.start) / self.rate
+        return time if time > 0.0 else math.inf
+
+    def speed(self, time: Any) -> Any:
+        """Return Omega at times, rad/s."""
+        t, lasts = np.asarray(time, dtype=float), self.lasts
+        if self.kind == "table":
+            return np.interp(t, self.times, self.speeds)
+        if self.kind == "decay":
+            return self.end + (self.start - self.end) * np.exp(-t / lasts)
+        t = np.minimum(t, lasts)
+        if self.kind == "linear":
+            return self.start + self.rate * t
+        half = 0.5 * (self.end - self.start)
+        return self.start + half * (1.0 - np.cos(math.pi * t / lasts))
+
+    def angle(self, time: Any) -> Any:
+        """Return theta at times, rad, the integral of Omega from 0."""
+        t, lasts = np.asarray(time, dtype=float), self.lasts
+        if self.kind == "table":
+            return self._angle_by_table(t)
+        if self.kind == "decay":
+            gone = -np.expm1(-t / lasts)
+            return self.end * t + (self.start - self.end) * lasts * gone
+        early = np.minimum(t, lasts)
+        late = np.maximum(t - lasts, 0.0) if lasts < math.inf else 0.0
+        if self.kind == "linear":
+            after = self.speed(lasts) * late if lasts < math.inf else 0.0
+            return self.start * early + 0.5 * self.rate * early**2 + after
+        swing = lasts / math.pi * np.sin(math.pi * early / lasts)
+        turned = 0.5 * (self.end - self.start) * (early - swing)
+        return self.start * early + turned + self.end * late
+
+    def _angle_by_table(self, t: Floats) -> Floats:
+        times, speeds = np.array(self.times), np.array(self.speeds)
+        steps, means = np.diff(times), 0.5 * (speeds[1:] + speeds[:-1])
+        begun = np.concatenate([[0.0], np.cumsum(steps * means)])
+        i = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 1)
+        return np.asarray(begun[i] + 0.5 * (speeds[i] + self.speed(t)) * (t - times[i]))
+
+    def range_until(self, time: float) -> tuple[float, float]:
+        """Return the least and the largest Omega up to a time, rad/s."""
+        inside = [t for t in self.times if t < time]
+        found = self.speed(np.array([0.0, *inside, time]))
+        return float(found.min()), float(found.max())
+
+    @property
+    def fastest_change(self) -> float:
+        """Largest |dOmega/dt|, rad/s^2."""
+        if self.kind == "table":
+            return float(np.abs(np.diff(self.speeds) / np.diff(self.times)).max())
+        return abs(self.rate) * (0.5 * math.pi if self.kind == "smooth" else 1.0)
+
+
+def law_of(scene: Scene) -> SpeedLaw | None:
+    """Return the law of a scene's speed; None where it is constant."""
+    if scene.speed_table:
+        times, speeds = zip(*rows_over_time(scene.speed_table), strict=True)
+        return SpeedLaw("table", speeds[0], times=times, speeds=speeds)
+    if scene.acceleration == 0.0:
+        return None
+    return SpeedLaw(scene.ramp, scene.speed, scene.speed_to, scene.acceleration)
+
+
+def has_gap_law(scene: Scene) -> bool:
+    """Return whether the gap of a scene changes in time."""
+    return scene.gap_closure != 0.0 or bool(scene.gap_table)
+
+
+def changes(scene: Scene) -> bool:
+    """Return whether speed or gap of a scene change in time."""
+    return law_of(scene) is not None or has_gap_law(scene)
+
+
+def angle_at(scene: Scene, time: Any, step: float = 1.0) -> Any:
+    """Return the angle of the rotor, rad, from 0, at `time` times `step`, s."""
+    law = law_of(scene)
+    return scene.speed * time * step if law is None else law.angle(time * step)
+
+
+def speed_at(scene: Scene, time: Any) -> Any:
+    """Return the speed at times, rad/s."""
+    law = law_of(scene)
+    return scene.speed + 0.0 * time if law is None else law.speed(time)
+
+
+def extremes(scene: Scene) -> tuple[float, float]:
+    """Return the speeds of a scene, least and largest in magnitude, rad/s, signed."""
+    law = law_of(scene)
+    if law is None:
+        return scene.speed, scene.speed
+    low, high = law.range_until(scene.end_times[-1])
+    return (low, high) if abs(low) <= abs(high) else (high, low)
+
+
+def closure_at(scene: Scene, time: Any) -> Any:
+    """Return by how much the gap has closed by times, m, growth of the tips apart."""
+    if scene.gap_table:
+        times, gaps = np.array(rows_over_time(scene.gap_table)).T
+        return gaps[0] - np.interp(time, times, gaps)
+    return scene.gap_closure * -np.expm1(-np.asarray(time) / scene.gap_time)
+
+
+def laws_of(scene: Scene) -> tuple[Any, ...]:
+    """Return all inputs of a scene that speed and gap depend on in time."""
+    gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
+    return law_of(scene), *gap
+
+
+class Growth:
+    """Radial growth of the tip that grows most over the speed, in the rotor's modes."""
+
+    def __init__(self, model: Model) -> None:
+        body, spin = model.rotor, model.rotor.spin
+        if spin is None:
+            raise TypeError(model)
+        load = body.shapes.T @ spin.load
+        own = np.flatnonzero(body.diameter == 0) if body.cyclic else slice(None)
+        shapes = body.shapes[:, own]
+        self.load, self.rest = load[own], np.diag(body.omega[own] ** 2)
+        self.spin, self.shapes = spin, shapes
+        self.tips = shapes[0 : 2 * model.blades : 2]
+
+    @cached_property
+    def _terms(self) -> tuple[Floats, Floats]:
+        lift, spin = self.shapes, self.spin
+        quartic = 0.0 if spin.quartic is None else lift.T @ spin.quartic @ lift
+        return lift.T @ spin.stiffening @ lift, np.asarray(quartic)
+
+    def __call__(self, speed: float) -> float:
+        """Return the growth at a speed, m; see `reduction.waves.tip_growth`."""
+        first, quartic = self._terms
+        stiffness = self.rest + speed**2 * first + speed**4 * quartic
+        moved = np.linalg.solve(stiffness, speed**2 * self.load)
+        return float((self.tips @ moved).max())
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def growth_of(model: Model) -> Growth:
+    """Return the growth of a model's tips over the speed."""
+    return Growth(model)
+
+
+class Interval(NamedTuple):
+    """What is constant in an interval of a march.
+
+    Attributes
+    ----------
+    speed, rate : mean Omega, rad/s, and mean dOmega/dt, rad/s^2
+    first : rad/s, the speed that begins the parabola of the angle
+    since : s, its begin
+    ahead, bend : rad, rad/s^2: theta = first t + ahead + bend (t - since)^2
+    gap, opening : m, at the begin; m/s
+    """
+
+    speed: float
+    rate: float
+    first: float
+    since: float
+    ahead: float
+    bend: float
+    gap: float
+    opening: float
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The intervals of a march.
+
+    Attributes
+    ----------
+    scene, model : whole, with `gap` that of time 0
+    every : steps of an interval
+    straight : whether the angle in an interval is a line, as of a ring that rides in
+        the rotor's frame
+    """
+
+    scene: Scene
+    model: Model
+    every: int
+    straight: bool
+
+    @cached_property
+    def law(self) -> SpeedLaw | None:
+        """The law of the speed."""
+        return law_of(self.scene)
+
+    def gap(self, time: float) -> float:
+        """Return the gap at a time, m."""
+        scene = self.scene
+        gap = scene.gap - float(closure_at(scene, time))
+        if self.law is not None and scene.gap_at == "rest":
+            growth = growth_of(self.model)
+            gap += growth(self.law.start) - growth(float(self.law.speed(time)))
+        return gap
+
+    def interval(self, number: int) -> Interval:
+        """Return the interval that begins with step number * every."""
+        step = self.scene.solver.time_step
+        since, until = number * self.every * step, (number + 1) * self.every * step
+        lasts = until - since
+        opens = self.gap(since), self.gap(until)
+        opening = (opens[1] - opens[0]) / lasts
+        if self.law is None:
+            speed = self.scene.speed
+            return Interval(speed, 0.0, speed, since, 0.0, 0.0, opens[0], opening)
+        ends = np.array([since, until])
+        (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
+        speed, rate = (after - before) / lasts, (ended - begun) / lasts
+        bend = 0.0 if self.straight else 0.5 * rate
+        first = speed - bend * lasts
+        parts = (
+            speed,
+            rate,
+            first,
+            since,
+            before - first * since,
+            bend,
+            opens[0],
+            opening,
+        )
+        return Interval._make(map(float, parts))
+
+    @cached_property
+    def _ahead(self) -> Floats:
+        """The least gap from the begin of each interval on, m."""
+        count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
+        times = np.arange(count // self.every + 2) * self.every
+        gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
+        return np.minimum.accumulate(gaps[::-1])[::-1]
+
+    def least_gap(self, steps: int) -> float:
+        """Return the least gap from a step on, m."""
+        return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
+
+
+def schedule_of(scene: Scene, model: Model) -> Schedule | None:
+    """Return the intervals of a scene; None where nothing changes in time.
+
+    scene, model : whole, as integrated
+    """
+    if not changes(scene):
+        return None
+    return Schedule(scene, model, interval_of(scene, model), rides(scene, model))
+
+
+def rides(scene: Scene, model: Model) -> bool:
+    """Return whether a ring of harmonics is integrated in the rotor's frame."""
+    apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
+    return not (apart or scene.engine.casing.discretization == "elements")
+
+
+def interval_of(scene: Scene, model: Model) -> int:
+    """Return the steps of an interval, so that it misses less than `accuracy`.
+
+    A wave of frequency omega that is marched at the mean speed is ahead or behind by at
+    most h |dOmega/dt| T^2 / 8 rad in an interval T, and by less than third order at its
+    end: h = |d omega / d Omega|, at most 2 of Coriolis forces, and the highest harmonic
+    of a ring that rides in the rotor's frame. The gap, a line in an interval, is wrong
+    by the closure's curvature, Delta / tau^2 T^2 / 8, at most.
+    """
+    accuracy = scene.solver.accuracy or USUAL
+    law, curved = law_of(scene), []
+    if law is not None:
+        ring = scene.engine.casing.harmonics
+        waves = float(ring) if rides(scene, model) else 2.0
+        curved.append(waves * law.fastest_change)
+    if scene.gap_closure:
+        curved.append(
+            abs(scene.gap_closure) / scene.gap_time**2 / max(scene.gap, 1e-12)
+        )
+    longest = math.sqrt(8.0 * accuracy / max(curved, default=math.inf))
+    if scene.gap_table or scene.speed_table:  # whose corners an interval rounds
+        longest = min(longest, accuracy**0.5 * _shortest(scene))
+    return max(1, min(int(longest / scene.solver.time_step), MOST_STEPS))
+
+
+def _shortest(scene: Scene) -> float:
+    tables = [text for text in (scene.gap_table, scene.speed_table) if text]
+    times = [np.array(rows_over_time(text))[:, 0] for text in tables]
+    return float(min(np.diff(each).min() for each in times))
+
+
+def check_change(scene: Scene, model: Model) -> None:
+    """Raise InputError where the speed or the gap of a scene may not change so."""
+    if not changes(scene):
+        return
+    law = law_of(scene)
+    if law is not None:
+        _check_law(scene, model, law)
+    schedule = schedule_of(scene, model)
+    least = schedule.least_gap(0) if schedule else scene.gap
+    if not least > 0.0:
+        msg = (
+            "gap must stay open: closure and growth of the tips would leave "
+            f"{least:.6g} m of it, got gap {scene.gap:.6g} m at the start"
+        )
+        raise InputError(msg)
+
+
+def check_tables(scene: Scene) -> None:
+    """Raise InputError where a table over time does not begin with the input's value.
+
+    scene : as given
+    """
+    for name in ("speed", "gap"):
+        table, value = getattr(scene, f"{name}_table"), getattr(scene, name)
+        first = rows_over_time(table)[0][1] if table else value
+        if value != first:
+            msg = f"{name} must be {first!r}, the first of {name}_table, got {value!r}"
+            raise InputError(msg)
+
+
+def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
+    slowest, fastest = extremes(scene)
+    if not slowest * fastest > 0.0:
+        msg = (
+            "speed must keep its sign and not reach 0, where friction turns: "
+            f"acceleration, speed_to and duration lead from {law.start:.6g} to "
+            f"{float(law.speed(scene.end_times[-1])):.6g} rad/s"
+        )
+        raise InputError(msg)
+    spin = model.rotor.spin
+    if spin is not None and (spin.released is not None or not spin.support.is_plain):
+        msg = (
+            "acceleration must be 0 where a blade is lost, or supports differ by "
+            f"direction or have a film, got {scene.acceleration:.6g}"
+        )
+        raise InputError(msg)
