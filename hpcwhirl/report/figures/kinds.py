@@ -18,11 +18,13 @@ from hpcwhirl.report.figures import (
     motions,
     shapes,
     sweeps,
+    waterfall,
     waves,
 )
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.units import showing
+from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
@@ -42,6 +44,7 @@ class Kind:
         branches that share all other inputs; or the engine (one figure)
     transient : whether `draw` takes `transient`, to show the time before the window
     asked : whether it is drawn only if it is named
+    speed : speed and gap of the cases that it is drawn of: any, constant, or changing
     """
 
     draw: Callable[..., Any]
@@ -49,6 +52,7 @@ class Kind:
     of: Literal["case", "speeds", "branches", "engine"]
     transient: bool = False
     asked: bool = False
+    speed: Literal["any", "constant", "changing"] = "any"
 
 
 def _shapes(results: Results, line: list[int]) -> Any:
@@ -66,19 +70,40 @@ def _stability(results: Results, line: list[int]) -> Any:
 
 
 KINDS = {
-    "frequency": Kind(sweeps.draw_frequency, ("centre", "tips"), "speeds"),
-    "cascade": Kind(sweeps.draw_cascade, ("centre",), "speeds", transient=True),
-    "bifurcation": Kind(sweeps.draw_bifurcation, ("centre",), "speeds", transient=True),
-    "interaction": Kind(waves.draw_interaction, (), "speeds"),
-    "growth": Kind(sweeps.draw_growth, (), "speeds"),
+    "frequency": Kind(
+        sweeps.draw_frequency, ("centre", "tips"), "speeds", speed="constant"
+    ),
+    "cascade": Kind(
+        sweeps.draw_cascade, ("centre",), "speeds", transient=True, speed="constant"
+    ),
+    "bifurcation": Kind(
+        sweeps.draw_bifurcation,
+        ("centre",),
+        "speeds",
+        transient=True,
+        speed="constant",
+    ),
+    "interaction": Kind(waves.draw_interaction, (), "speeds", speed="constant"),
+    "growth": Kind(sweeps.draw_growth, (), "speeds", speed="constant"),
     "branches": Kind(branches.draw_branches, (), "branches"),
     "orbit": Kind(motions.draw_orbits, ("centre",), "case", transient=True),
-    "section": Kind(motions.draw_section, ("centre",), "case", transient=True),
-    "contributions": Kind(motions.draw_contributions, ("centre", "tips"), "case"),
-    "contacts": Kind(motions.draw_contacts, ("blade_impulse",), "case", transient=True),
+    "section": Kind(
+        motions.draw_section, ("centre",), "case", transient=True, speed="constant"
+    ),
+    "contributions": Kind(
+        motions.draw_contributions, ("centre", "tips"), "case", speed="constant"
+    ),
+    "contacts": Kind(
+        motions.draw_contacts,
+        ("blade_impulse",),
+        "case",
+        transient=True,
+        speed="constant",
+    ),
     "chord": Kind(
         chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
     ),
+    "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
     "basins": Kind(basins.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
@@ -144,7 +169,9 @@ def _default_kinds(results: Results) -> list[str]:
     return [
         name
         for name, kind in KINDS.items()
-        if not kind.asked and (kind.of != "branches" or _has_branches(results))
+        if not kind.asked
+        and (kind.of != "branches" or _has_branches(results))
+        and (kind.speed != "changing" or changes_in_time(results.plan))
     ]
 
 
@@ -168,6 +195,10 @@ def _lacking(results: Results, kind: Kind) -> str:
     """Return why a kind of figure cannot be drawn for a campaign, "" if it can."""
     if kind.of == "branches" and not _has_branches(results):
         return "needs a campaign with a table [branch]"
+    if kind.speed == "constant" and changes_in_time(results.plan):
+        return "needs a constant speed and gap: see waterfall"
+    if kind.speed == "changing" and not changes_in_time(results.plan):
+        return "needs a campaign with speed or gap that change in time"
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""

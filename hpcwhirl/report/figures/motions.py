@@ -67,14 +67,13 @@ def orbits_of(
 ) -> Any:
     """Return the figure of `draw_orbits` from the traces and the row of a case."""
     figure = Figure(figsize=(11, 5.4), layout="constrained")
-    frames = {
-        "static": (traces["centre"], "$X_o$", "$Y_o$"),
-        "rotating": (rotating(traces, row["speed"]), "$x_o$", "$y_o$"),
-    }
+    frames = {"static": (traces["centre"], "$X_o$", "$Y_o$")}
+    if "words_over_speed" not in row:  # whose angle is not Omega t
+        path = rotating(traces, row["speed"])
+        frames["rotating"] = (path, "$x_o$", "$y_o$")
     late = in_window(traces["time"], row)
-    for axes, (name, (path, x, y)) in zip(
-        figure.subplots(1, 2), frames.items(), strict=True
-    ):
+    panels = figure.subplots(1, len(frames), squeeze=False)[0]
+    for axes, (name, (path, x, y)) in zip(panels, frames.items(), strict=True):
         draw_orbit(axes, path, late, row["gap"], transient=transient)
         unit = axes.get_label()
         axes.set(xlabel=f"{x}, {unit} ({name} frame)", ylabel=f"{y}, {unit}")

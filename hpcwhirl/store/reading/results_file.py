@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError, MissingFileError, StoreError, legible, shown
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.files import full_name
-from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
+from hpcwhirl.scene.quantities import OVER_SPEED, PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import plan_of_results
@@ -178,7 +178,8 @@ class Results:
     @cached_property
     def rows(self) -> Rows:
         """Status, and numbers and words by the names of `ROW`, of each case."""
-        return Rows({name: self[name] for name in ROW | STATUS})
+        over = {name for name in OVER_SPEED if name in self}
+        return Rows({name: self[name] for name in (*ROW, *STATUS, *over)})
 
     def settings(self, case: int) -> dict[str, Any]:
         """Return {dotted input: value} of all inputs of a case."""
