@@ -24,6 +24,7 @@ from hpcwhirl.scene.over_time import rows_over_time
 
 Floats = NDArray[np.float64]
 USUAL = 1e-4  # accuracy of the intervals where the solver's is not given
+STANDS = 1e-6  # share of the largest speed that is none
 MOST_STEPS = 4096  # of an interval
 MOST_KEPT = 32  # cached models, as in `reduction.model`
 
@@ -200,7 +201,9 @@ class Interval(NamedTuple):
 
     Attributes
     ----------
-    speed, rate : mean Omega, rad/s, and mean dOmega/dt, rad/s^2
+    speed, rate : mean Omega of its steps, rad/s, and mean dOmega/dt, rad/s^2; a step
+        stands for half a step on both sides
+    turn : rad/s, by which the angle grows in it
     first : rad/s, the speed that begins the parabola of the angle
     since : s, its begin
     ahead, bend : rad, rad/s^2: theta = first t + ahead + bend (t - since)^2
@@ -209,6 +212,7 @@ class Interval(NamedTuple):
 
     speed: float
     rate: float
+    turn: float
     first: float
     since: float
     ahead: float
@@ -256,24 +260,26 @@ class Schedule:
         opens = self.gap(since), self.gap(until)
         opening = (opens[1] - opens[0]) / lasts
         if self.law is None:
-            speed = self.scene.speed
-            return Interval(speed, 0.0, speed, since, 0.0, 0.0, opens[0], opening)
+            still = self.scene.speed
+            return Interval(
+                still, 0.0, still, still, since, 0.0, 0.0, opens[0], opening
+            )
         ends = np.array([since, until])
         (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
-        speed, rate = (after - before) / lasts, (ended - begun) / lasts
+        turn, rate = (after - before) / lasts, (ended - begun) / lasts
+        back, on = self.law.angle(ends - 0.5 * step)  # steps at since .. until - step
         bend = 0.0 if self.straight else 0.5 * rate
-        first = speed - bend * lasts
+        first = turn - bend * lasts
         parts = (
-            speed,
+            (on - back) / lasts,
             rate,
+            turn,
             first,
             since,
             before - first * since,
             bend,
-            opens[0],
-            opening,
         )
-        return Interval._make(map(float, parts))
+        return Interval._make(map(float, (*parts, opens[0], opening)))
 
     @cached_property
     def _ahead(self) -> Floats:
@@ -367,7 +373,7 @@ def check_tables(scene: Scene) -> None:
 
 def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
     slowest, fastest = extremes(scene)
-    if not slowest * fastest > 0.0:
+    if not slowest * fastest > STANDS * fastest**2:
         msg = (
             "speed must keep its sign and not reach 0, where friction turns: "
             f"acceleration, speed_to and duration lead from {law.start:.6g} to "

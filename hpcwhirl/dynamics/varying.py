@@ -177,16 +177,23 @@ class DrivenRotor:
             out += moved.sum(axis=0)
         return out
 
-    def dense(self, body: DrivenBody) -> tuple[Floats, Floats]:
-        """Return keep and pull as matrices (m, m)."""
+    def dense(self, body: DrivenBody) -> tuple[Floats, Floats, Floats]:
+        """Return keep and pull (m, m), and d' by the constant force (m,).
+
+        pull includes what `swerve` gives.
+        """
         out = np.zeros((2, len(self.order), len(self.order)))
+        moved = np.zeros(len(self.order))
         for group in self.groups:
             places = group.modes[:, :, None], group.modes[:, None, :]
-            out[0][places], out[1][places] = (
-                body.keep[group.flat],
-                body.pull[group.flat],
+            keep, pull, give, swerve = (
+                part[group.flat]
+                for part in (body.keep, body.pull, body.give, body.swerve)
             )
-        return out[0], out[1]
+            out[0][places], out[1][places] = keep, pull + give @ swerve
+            force = body.force[group.modes][:, :, None]
+            moved[group.modes] = (give @ force)[:, :, 0]
+        return out[0], out[1], moved
 
 
 def driven(body: CoupledBody) -> DrivenBody:
@@ -203,14 +210,14 @@ class DrivenSteps:
     body: DrivenBody
     step: float
 
-    @property
-    def _free(self) -> FreeSteps:
-        return FreeSteps(*self.rotor.dense(self.body), self.step)
-
     def velocities(self, x: Floats, d: Floats) -> Floats:
         """Return x' from x and d = x_n - x_{n-1}."""
-        return self._free.velocities(x, d)
+        keep, pull, moved = self.rotor.dense(self.body)
+        free = FreeSteps(keep, pull, self.step).velocities(x, d)
+        return np.asarray(free + moved / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
         """Return d from x and x'."""
-        return self._free.increments(x, v)
+        keep, pull, moved = self.rotor.dense(self.body)
+        less = v - moved / (2 * self.step)
+        return FreeSteps(keep, pull, self.step).increments(x, less)

@@ -93,7 +93,7 @@ def cyclic_march(
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
         refresh=lambda state, now: turn_ring(
-            model, scene, arrays.casing.items, state, model.folds * now.speed
+            model, scene, arrays.casing.items, state, model.folds * now.turn
         ),
     )
 

@@ -14,7 +14,7 @@ import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - what modes and support
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import differences, passes
-from hpcwhirl.dynamics.kernels.contact import PULSE
+from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.general import (
     general_space,
@@ -121,6 +121,9 @@ def _driven(model: Model, scene: Scene) -> Integrator:
         still[:] = own.shapes @ own.circle
         if state:
             state.q_b[:modes] += was - own.circle
+            if state.counter[STEP] == 0 and steady is not None:
+                y = state.q_b[:modes]
+                state.d_b[:modes] = held.steps.increments(y, 0.0 * y)
             state.ledger[PULSE] += whole.balance(state).energy - before
 
     steady = circle(model, scene)
@@ -162,5 +165,5 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
         casing_width=2 * len(c_c) // passes.ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
-        refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.speed),
+        refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.turn),
     )

@@ -1,0 +1,272 @@
+"""Speed and gap that change in time: laws, refresh, passage of a critical speed."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import fresnel
+
+from hpcwhirl.analysis.over_speed import (
+    Spell,
+    crossings,
+    spells_of,
+    told_over_speed,
+    words_over_speed,
+)
+from hpcwhirl.campaign.simulate import result_of
+from hpcwhirl.case import speed
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.waves import tip_growth
+from hpcwhirl.scene import Scene, apply_settings
+from tests.support.jeffcott import HEAVY, MASS, stiff
+from tests.support.run_up import by_another, orbit, run_up
+
+LAWS = {
+    "linear": speed.SpeedLaw("linear", 100.0, 0.0, 40.0),
+    "linear, then held": speed.SpeedLaw("linear", 100.0, 120.0, 40.0),
+    "smooth": speed.SpeedLaw("smooth", 100.0, 120.0, 40.0),
+    "run-down": speed.SpeedLaw("decay", 100.0, 20.0, -40.0),
+    "table": speed.SpeedLaw("table", 50.0, times=(0, 0.4, 0.9), speeds=(50, 90, 70)),
+}
+RUB = {"speed": 300.0, "acceleration": 200.0, "duration": 0.06, "time_step": 5e-6}
+KINDS = {
+    "cyclic": RUB,
+    "general": RUB | {"scheme": "general"},
+    "elements": RUB | {"casing.discretization": "elements", "time_step": 3e-6},
+    "driven": RUB | {"rotation": "full", "unbalance": 2e-3},
+}
+
+
+def march_of(**settings):
+    return March(resolve(apply_settings(Scene(), settings)))
+
+
+def closing(history):
+    ledger = dict(history.ledger)
+    residual = abs(ledger.pop("residual"))
+    return residual / sum(map(abs, ledger.values()))
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_the_angle_is_the_integral_of_the_speed(law):
+    for time in (0.2, 0.5, 1.3):
+        found, _ = quad(law.speed, 0.0, time, points=[0.4, 0.5, 0.9], limit=200)
+        assert float(law.angle(time)) == pytest.approx(found, rel=1e-10)
+
+
+def test_a_decay_has_its_rate_at_first_and_its_time_constant():
+    law = LAWS["run-down"]
+    assert float(law.speed(1e-6)) == pytest.approx(100.0 - 40e-6, rel=1e-9)
+    assert float(law.speed(2.0)) == pytest.approx(20.0 + 80.0 / np.e, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["cyclic", "driven"])
+def test_a_speed_that_hardly_changes_is_a_constant_one(kind):
+    given = KINDS[kind] | {"duration": 0.02}
+    still = given | {"acceleration": 0.0}
+    if kind == "driven":
+        still["scheme"] = "general"
+    (moving, held) = (
+        march_of(**s).run() for s in (given | {"acceleration": 1e-9}, still)
+    )
+    size = np.abs(held.centre).max()
+    assert np.abs(moving.centre - held.centre).max() < 1e-9 * size
+    assert moving.contacts == held.contacts > 0
+
+
+def test_the_ring_in_both_frames_is_the_same():
+    fine = RUB | {"duration": 0.03, "casing.harmonics": 4}
+    own, other = (march_of(**fine, scheme=s).run() for s in ("modal", "general"))
+    assert np.abs(own.centre - other.centre).max() < 1e-12 * np.abs(own.centre).max()
+    dense = march_of(**fine, scheme="paper").run()  # by parabolas, not by lines
+    assert (
+        np.abs(own.centre - dense.centre).max() < speed.USUAL * np.abs(own.centre).max()
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_ledger_closes_at_a_changing_speed(kind):
+    history = march_of(**KINDS[kind]).run()
+    assert history.contacts > 0
+    assert closing(history) < 1e-11
+    assert history.gap_error < 1e-12
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_slices_and_resumes_change_no_bit(kind):
+    whole = march_of(**KINDS[kind])
+    whole.reach(whole.total)
+    every = whole.schedule.every
+    cut = march_of(**KINDS[kind])
+    for steps in (1, every - 1, every, 3 * every + 7):
+        cut.advance(steps)
+    saved = {name: np.copy(array) for name, array in snapshot(cut).items()}
+    other = march_of(**KINDS[kind])
+    assert fingerprint(other) == fingerprint(cut) == fingerprint(whole)
+    assert restore(other, saved)
+    other.reach(other.total)
+    for name, array in snapshot(whole).items():
+        if name != "seconds":
+            assert array.tobytes() == snapshot(other)[name].tobytes(), name
+
+
+@pytest.fixture(scope="module")
+def passage():
+    """A run-up through a critical speed, with intervals that do not count."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(speed, "USUAL", 1e-6)
+        march, history = run_up()
+    return SimpleNamespace(march=march, history=history)
+
+
+def test_a_run_up_is_that_of_another_integrator(passage):
+    found = passage.history.centre @ [1.0, 1j]
+    true = by_another(passage.march, passage.history.time)
+    assert np.abs(found - true).max() < 1e-6 * np.abs(true).max()
+    assert closing(passage.history) < 1e-10
+
+
+def test_the_error_of_an_interval_is_of_second_order(passage):
+    size, missed = np.abs(passage.history.centre).max(), []
+    with pytest.MonkeyPatch.context() as patch:
+        for accuracy in (4e-3, 1e-3):  # half the interval
+            patch.setattr(speed, "USUAL", accuracy)
+            _, history = run_up()
+            away = np.abs(history.centre - passage.history.centre).max()
+            missed.append(away / size)
+    assert missed[0] < 4e-3
+    assert 3.0 < missed[0] / missed[1] < 5.0
+
+
+def test_the_largest_amplitude_of_a_passage_is_that_of_cornus_spiral():
+    # without damping, q = omega^2 / |dOmega/dt|: max |z| / e -> 1.467 sqrt(q) as q
+    # grows, at Omega / omega = 1 +- 2.16 / sqrt(q) (Lewis 1932; stationary phase)
+    along = np.linspace(0.0, 3.0, 30001)
+    sine, cosine = fresnel(along)
+    size = np.hypot(cosine + 0.5, sine + 0.5)
+    most, late = size.max() * np.sqrt(np.pi) / 2, along[size.argmax()] * np.sqrt(np.pi)
+    found = []
+    for rate, start in ((10.0, 20.0), (-10.0, 60.0)):
+        march, history = run_up(
+            acceleration=rate, speed=start, duration=3.4, suspension_damping=0.0,
+            time_step=4e-5,
+        )  # fmt: skip
+        own = float(march.model.rotor.omega[march.model.rotor.diameter == 1][0])
+        root = own / np.sqrt(abs(rate))
+        radius = np.abs(orbit(march, history))
+        at = float(speed.speed_at(march.scene, history.time[radius.argmax()])) / own
+        assert at == pytest.approx(1.0 + np.sign(rate) * late / root, abs=0.01)
+        found.append(radius.max() / (HEAVY / MASS) / (most * root))
+    assert found[0] > 1.0 > found[1]  # Omega^2 grows, or falls, until the peak
+    assert np.mean(found) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_gap_closes_by_its_law_and_ahead_counts_its_least():
+    given = {"speed": 200.0, "gap": 6e-4, "duration": 0.6, "accuracy": 1e-3}
+    still = march_of(**given)
+    free = still.run()
+    assert 0.0 < free.certificate < 0.3  # no contact can recur at a constant gap
+    more = {"gap_closure": 5.99e-4, "gap_time": 0.1}
+    march = march_of(**given, **more)
+    for time in (0.0, 0.1, 0.5):
+        want = 6e-4 - 5.99e-4 * -np.expm1(-time / 0.1)
+        assert march.schedule.gap(time) == pytest.approx(want, rel=1e-12)
+    closed = march.run()
+    assert closed.last_contact > free.certificate
+    assert closed.certificate < 0.0
+    assert closed.gap_error < 1e-9
+    assert closing(closed) < 1e-11
+
+
+def test_a_gap_by_a_table_is_that_of_the_law_it_samples():
+    given = {"speed": 200.0, "gap": 6e-4, "duration": 0.2, "time_step": 5e-6,
+             "friction": 0.0}  # fmt: skip
+    law = {"gap_closure": 5e-4, "gap_time": 0.1}
+    times = np.linspace(0.0, 0.2, 41)
+    gaps = 6e-4 + 5e-4 * np.expm1(-times / 0.1)
+    rows = ";".join(
+        f"{t!r},{g!r}" for t, g in zip(times.tolist(), gaps.tolist(), strict=True)
+    )
+    one = march_of(**given, **law)
+    two = march_of(**given, gap_table=f"time,gap;{rows}")
+    for time in (0.0, 0.0512, 0.2):
+        assert one.schedule.gap(time) == pytest.approx(two.schedule.gap(time), rel=2e-3)
+
+
+def test_the_gap_at_rest_shrinks_by_the_growth_at_each_speed():
+    given = {"rotation": "full", "gap_at": "rest", "gap": 1e-3, "time_step": 8e-6,
+             "acceleration": 100.0, "duration": 1.0, "speed": 200.0}  # fmt: skip
+    march = march_of(**given)
+    for time in (0.0, 0.5, 1.0):
+        at = 200.0 + 100.0 * time
+        want = 1e-3 - tip_growth(march.model.rotor, march.model.blades, at).max()
+        assert march.schedule.gap(time) == pytest.approx(want, rel=1e-9)
+
+
+def test_one_window_of_a_hardly_changing_run_has_its_words():
+    given = {"speed": 300.0, "duration": 0.4, "accuracy": 1e-3, "output.windows": 1}
+    march = march_of(**given, acceleration=1e-9)
+    history = march.run()
+    row = result_of(march.case, history).row
+    (only,) = words_over_speed(march.case, history)
+    assert (only.regime, only.whirl) == (row["regime"], row["whirl"])
+    assert only.begin == 0.0
+    assert only.end == pytest.approx(0.4, rel=1e-4)
+
+
+def test_words_over_speed_are_read_as_they_were_told():
+    spells = [
+        Spell(0.0, 0.5, 100.0, 150.0, "damped", "none"),
+        Spell(0.5, 1.0, 150.0, 200.0, "sustained", "backward"),
+    ]
+    assert spells_of(told_over_speed(spells)) == spells
+    assert spells_of("") == []
+
+
+def test_a_critical_speed_is_crossed_when_the_speed_is_there(passage):
+    case = passage.march.case
+    (one,) = [c for c in crossings(case) if c["of"] == "unbalance"]
+    law = speed.law_of(case.scene)
+    assert float(law.speed(one["time"])) == pytest.approx(one["speed"], rel=1e-5)
+    assert one["rising"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"acceleration": -200.0, "duration": 3.0}, "must keep its sign"),
+        ({"acceleration": 5.0, "ramp": "smooth"}, "speed_to must lie ahead"),
+        ({"acceleration": 5.0, "scheme": "exact"}, "got 'exact'"),
+        ({"acceleration": 5.0, "until": "certain"}, "solver.until must be end"),
+        ({"acceleration": 5.0, "revolutions": 3.0}, "revolutions must be 0"),
+        ({"acceleration": 5.0, "output.chaos": 60.0}, "output.chaos must be 0"),
+        ({"acceleration": 5.0, "rotation": "auto"}, "none or full"),
+        ({"speed_table": "time,speed;0,300;1,400"}, "speed must be 300.0, the first"),
+        ({"speed_table": "time,speed;0,410"}, "two rows at least"),
+        ({"speed_table": "time,gap;0,410;1,2"}, "columns time,speed"),
+        ({"gap_closure": 2e-4}, "gap must stay open"),
+        ({"gap_closure": 1e-5, "scheme": "exact"}, "got 'exact'"),
+        (
+            {"acceleration": 5.0, "rotation": "full", "stiffness_difference": 1e5},
+            "supports differ by direction",
+        ),
+    ],
+)
+def test_what_cannot_change_is_refused_in_one_line(settings, told):
+    with pytest.raises(InputError) as refused:
+        march_of(**settings)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_unbalanced_rotor_begins_at_rest_on_its_circle():
+    march = March(resolve(stiff(3, acceleration=100.0, duration=0.01)))
+    motion = march.motion()
+    spot = motion.rotor[2 * march.model.blades : 2 * march.model.blades + 2]
+    assert np.hypot(*spot) > 0.0
+    size = np.abs(motion.rotor).max() * march.scene.speed
+    assert np.abs(motion.rotor_velocity).max() < 1e-9 * size
