@@ -77,7 +77,8 @@ class DrivenRotor:
         self.hub = centre_rows(body, model.blades)[:, self.order]
         rows = tip_rows(body, model.blades)
         self.radial, self.tangential = (part[:, self.order] for part in rows)
-        self.euler = np.zeros(len(self.order))
+        swing = np.zeros(len(body.mass)) if spin.swing is None else spin.swing
+        self.euler = self.shapes.T @ swing
         none = np.zeros_like(spin.stiffening)
         terms = (
             body.mass, 2 * spin.coriolis, body.damping_matrix(), body.stiffness,

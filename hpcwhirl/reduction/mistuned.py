@@ -197,5 +197,10 @@ def whole_model(
         parts = (turns - turns.T) / 2, (stiff + stiff.T) / 2, load
         released = basis.T @ rotation.released
         released = np.append(released, np.zeros(len(load) - len(released)))
-        spin = Spin(*parts, tilt=places, released=released if released.any() else None)
+        swing = np.zeros(len(load))
+        swing[: basis.shape[1]] = basis.T @ rotation.swing
+        spin = Spin(
+            *parts, tilt=places, released=released if released.any() else None,
+            swing=swing,
+        )  # fmt: skip
     return replace(model, centre_share=share, spin=spin, reach=reach)

@@ -100,6 +100,7 @@ class Spin:
     tilt : indices of the tilt's coordinates, if the disk tilts
     released : (n,), kg m, the pull of a lost blade with opposite sign; None: none is
         lost
+    swing : F_e (n,), kg m, of the force -F_e dOmega/dt; None: it is not known
     """
 
     coriolis: Floats
@@ -110,6 +111,7 @@ class Spin:
     support: Support | Bearing = ROUND
     tilt: tuple[int, ...] = ()
     released: Floats | None = None
+    swing: Floats | None = None
 
 
 def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
@@ -356,13 +358,17 @@ def _blocks(
 
 
 def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
-    """Return (C, K_g, F_c) of nodal diameter k; the load F_c is 0 except for k = 0."""
+    """Return (C, K_g, F_c + i F_e) of nodal diameter k; the loads are 0 but for k = 0.
+
+    Its matrices are real: both loads are transformed at once.
+    """
     coriolis = block(rotation.coriolis, structure, k, skew=True)
     load = np.zeros(len(coriolis), dtype=np.complex128)
     if k == 0:
         size, hub = structure.sector_size, list(structure.centre)
-        load[:size] = np.sqrt(structure.sectors) * rotation.load[:size]
-        load[size:] = rotation.load[hub][: len(load) - size]
+        both = rotation.load + 1j * rotation.swing
+        load[:size] = np.sqrt(structure.sectors) * both[:size]
+        load[size:] = both[hub][: len(load) - size]
     return coriolis, block(rotation.stiffening, structure, k), load
 
 
@@ -443,7 +449,7 @@ def assembled_spin(
     """Return the terms of rotation of all blocks in physical coordinates, if any."""
     size = len(pieces[0][1])
     coriolis, stiffening, quartic = (np.zeros((size, size)) for _ in range(3))
-    load = np.zeros(size)
+    load, swing = np.zeros(size), np.zeros(size)
     for piece, columns in pieces:
         if piece.coriolis is None or piece.stiffening is None or piece.load is None:
             return None
@@ -456,9 +462,10 @@ def assembled_spin(
             quartic += columns @ real @ columns.T
         if piece.k == 0:  # a simple harmonic, so the load is real
             load += columns @ piece.load.real
+            swing += columns @ piece.load.imag
     second = quartic if pieces[0][0].quartic is not None else None
     turned = (coriolis - coriolis.T) / 2
-    return Spin(turned, stiffening, load, second, tilt=tilt)
+    return Spin(turned, stiffening, load, second, tilt=tilt, swing=swing)
 
 
 def modal_model(

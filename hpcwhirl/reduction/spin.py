@@ -320,6 +320,7 @@ def transformed(spin: Spin, basis: Floats) -> Spin:
         coriolis=(turned - turned.T) / 2,
         stiffening=(first + first.T) / 2,
         load=back @ spin.load,
+        swing=None if spin.swing is None else back @ spin.swing,
         quartic=quartic,
     )
 

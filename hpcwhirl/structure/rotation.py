@@ -42,6 +42,7 @@ class Rotation:
     coriolis : C (n, n), kg, skew
     stiffening : K_g (n, n), kg: N/m per unit Omega^2
     load : F_c (n,), kg m: N per unit Omega^2, still with the pull of a lost blade
+    swing : F_e (n,), kg m: N per unit of -dOmega/dt
     released : (n,), kg m: the pull of a lost blade at its root with opposite sign; zero
         if none is lost
     """
@@ -49,6 +50,7 @@ class Rotation:
     coriolis: Floats
     stiffening: Floats
     load: Floats
+    swing: Floats
     released: Floats
 
 
@@ -86,12 +88,23 @@ def coriolis_of(length: float, section: Section) -> Floats:
 
 def load_of(length: float, section: Section, start: tuple[float, float]) -> Floats:
     """Return F_c (6,), kg m, of a beam that begins at `start`."""
-    out = np.zeros(6)
+    return loads_of(length, section, start)[0]
+
+
+def loads_of(
+    length: float, section: Section, start: tuple[float, float]
+) -> tuple[Floats, Floats]:
+    """Return F_c and F_e (6,), kg m, of a beam that begins at `start`."""
+    load, swing = np.zeros(6), np.zeros(6)
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
-        out[ROD] += mass * np.array([1 - xi, xi]) * (start[0] + xi * length)
-        out[BEND] += mass * hermite(xi, length) * start[1]
-    return out
+        along, across = np.array([1 - xi, xi]), hermite(xi, length)
+        x, y = start[0] + xi * length, start[1]
+        load[ROD] += mass * along * x
+        load[BEND] += mass * across * y
+        swing[ROD] -= mass * along * y
+        swing[BEND] += mass * across * x
+    return load, swing
 
 
 def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
@@ -182,7 +195,8 @@ def rotation_of(rotor: Rotor) -> Rotation:
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)
     wide, total = size + NODE + 2, blades * size + 2
-    whole = [np.zeros((total, total)), np.zeros((total, total)), np.zeros(total)]
+    whole = [np.zeros((total, total)), np.zeros((total, total))]
+    whole += [np.zeros(total), np.zeros(total)]
     released, pull = np.zeros(total), 0.0
     split = len(parts) - rotor.elements, len(parts)
     forces = tensions(parts, size)
@@ -200,32 +214,36 @@ def rotation_of(rotor: Rotor) -> Rotation:
         grid = places[:, None], places
         for target, own, other in zip(whole[:2], disk, blade, strict=False):
             np.add.at(target, grid, lift.T @ (own + left * other) @ lift)
-        np.add.at(whole[2], places, lift.T @ (disk[2] + left * blade[2]))
+        for target, own, other in zip(whole[2:], disk[2:], blade[2:], strict=True):
+            np.add.at(target, places, lift.T @ (own + left * other))
         if j == rotor.lost_blade:
             whole[2][j * size] += (1 - GHOST) * pull
             released[j * size] = -(1 - GHOST) * pull
     kept = slice(None) if rotor.centre == "free" else slice(0, -2)
-    coriolis, stiffening, load = whole
+    coriolis, stiffening, load, swing = whole
     return Rotation(
-        coriolis[kept, kept], stiffening[kept, kept], load[kept], released[kept]
-    )
+        coriolis[kept, kept], stiffening[kept, kept], load[kept], swing[kept],
+        released[kept],
+    )  # fmt: skip
 
 
 def _added(
     parts: list[Member], forces: Floats, wide: int
-) -> tuple[Floats, Floats, Floats]:
-    """Return C, K_g (wide, wide) and F_c (wide,) of some beams of a sector.
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return C, K_g (wide, wide), F_c and F_e (wide,) of some beams of a sector.
 
     forces : (beams,), kg m, mean axial force of each per unit Omega^2
     wide : number of DoF of the sector and the centre
     """
-    out = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros(wide)
+    grids = np.zeros((wide, wide)), np.zeros((wide, wide))
+    out = *grids, np.zeros(wide), np.zeros(wide)
     for part, mean in zip(parts, forces, strict=True):
         place, lift = (part.dofs[:, None], part.dofs), part.transform
         turns = coriolis_of(part.length, part.section)
         stiff = stiffening_of(part.length, part.section, part.start[0], mean)
         np.add.at(out[0], place, lift.T @ turns @ lift)
         np.add.at(out[1], place, lift.T @ stiff @ lift)
-        pushed = load_of(part.length, part.section, part.start)
-        np.add.at(out[2], part.dofs, lift.T @ pushed)
+        pushed = loads_of(part.length, part.section, part.start)
+        for target, push in zip(out[2:], pushed, strict=True):
+            np.add.at(target, part.dofs, lift.T @ push)
     return out

@@ -20,8 +20,10 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.waves import tip_growth
+from hpcwhirl.reduction.waves import tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.structure.beams import Section
+from hpcwhirl.structure.rotation import loads_of
 from tests.support.jeffcott import HEAVY, MASS, stiff
 from tests.support.run_up import by_another, orbit, run_up
 
@@ -205,6 +207,34 @@ def test_the_gap_at_rest_shrinks_by_the_growth_at_each_speed():
         at = 200.0 + 100.0 * time
         want = 1e-3 - tip_growth(march.model.rotor, march.model.blades, at).max()
         assert march.schedule.gap(time) == pytest.approx(want, rel=1e-9)
+
+
+def test_eulers_load_turns_as_the_centrifugal_one_pulls():
+    section = Section(0.01, (0.02, 0.015), 2e11, 8000.0)
+    length, (x, y) = 0.3, (0.2, -0.05)
+    load, swing = loads_of(length, section, (x, y))
+    away = np.array([x, y, 0.0, x + length, y, 0.0])  # displacements X, and z x X
+    around = np.array([-y, x, 1.0, -y, x + length, 1.0])
+    inertia = load @ away  # integral of rho A X^2
+    assert swing @ around == pytest.approx(inertia, rel=1e-12)
+    assert swing @ away == pytest.approx(0.0, abs=1e-12 * inertia)
+
+
+def test_blades_lag_behind_a_rotor_that_is_run_up():
+    given = {"rotation": "full", "force": 0.0, "duration": 0.5, "accuracy": 1e-2,
+             "gap": 5e-3, "rotor.damping": 0.3, "suspension_damping": 0.3}  # fmt: skip
+    march = march_of(**given, speed=50.0, acceleration=100.0)
+    march.run()
+    rotor, (body, blades) = (
+        march.motion().rotor,
+        (march.model.rotor, march.model.blades),
+    )
+    at = 50.0 + 100.0 * march.steps * march.scene.solver.time_step
+    _, _, stiffness, push = turning_matrices(body, at, blades)
+    bent = np.linalg.solve(stiffness + push, -100.0 * body.spin.swing)
+    assert bent[1 : 2 * blades : 2].max() < 0.0  # against the acceleration
+    tips = slice(0, 2 * blades)
+    assert np.abs(rotor - bent)[tips].max() < 1e-2 * np.abs(bent[tips]).max()
 
 
 def test_one_window_of_a_hardly_changing_run_has_its_words():
