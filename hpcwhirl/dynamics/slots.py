@@ -24,7 +24,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
     Load,
 )
-from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -261,20 +261,15 @@ def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     step = scene.solver.time_step
     ring, mu = _ring(model, step, flies=_flies(scene)), friction_with_sign(scene).hex()
     items = _rubbed_ring(model, step, mu, flies=_flies(scene)).copy()
-    _set_turn(items, ring, scene.speed, step)
-    load = np.zeros(items.shape[1:])
-    force = _lobes(model, scene.nodal_diameter, scene.direction)
-    load[ring.row, ring.slot] = force[ring.column]
-    return items.ravel(), load.ravel(), items.shape[1]
-
-
-def _set_turn(items: Floats, ring: _Ring, speed: float, step: float) -> None:
-    """Set the items (ITEMS, rows, slots) by which a ring's modes turn with a rotor."""
-    spin = ring.turns * speed
+    spin = ring.turns * scene.speed
     turn = np.exp(1j * (spin * step))
     items[passes.TURN_RE, ring.row, ring.slot] = turn.real
     items[passes.TURN_IM, ring.row, ring.slot] = turn.imag
     items[passes.SPIN, ring.row, ring.slot] = spin
+    load = np.zeros(items.shape[1:])
+    force = _lobes(model, scene.nodal_diameter, scene.direction)
+    load[ring.row, ring.slot] = force[ring.column]
+    return items.ravel(), load.ravel(), items.shape[1]
 
 
 def turn_ring(
@@ -289,20 +284,19 @@ def turn_ring(
         return
     step = scene.solver.time_step
     ring = _ring(model, step, flies=_flies(scene))
-    new = passes.unpacked(items).reshape(ring.items.shape).copy()
-    old = new[passes.TURN_RE] + 1j * new[passes.TURN_IM]
-    _set_turn(new, ring, speed, step)
-    items[:] = passes.packed(new.ravel())
+    modes = ring.row * ring.items.shape[2] + ring.slot
+    place = (modes - modes % FOUR) * passes.ITEMS + modes % FOUR  # as `passes.item`
+    real, imag = (place + FOUR * w for w in (passes.TURN_RE, passes.TURN_IM))
+    old, spin = items[real] + 1j * items[imag], ring.turns * speed
+    turned = np.exp(1j * (spin * step))
+    items[real], items[imag] = turned.real, turned.imag
+    items[place + FOUR * passes.SPIN] = spin
     if state is None:
         return
     size = len(state.ring) // passes.RING_STATE
-    turned = new[passes.TURN_RE] + 1j * new[passes.TURN_IM]
-    there = turned != 0.0  # slots without a mode have none
-    back = np.where(there, old / np.where(there, turned, 1.0), 1.0).ravel()
-    at = (2 - (int(state.counter[contact.STEP]) & 1)) * 2 * size
-    re, im = state.ring[at : at + size], state.ring[at + size : at + 2 * size]
-    d = (re + 1j * im) * back
-    re[:], im[:] = d.real, d.imag
+    re = modes + (2 - (int(state.counter[contact.STEP]) & 1)) * 2 * size
+    d = (state.ring[re] + 1j * state.ring[re + size]) * (old / turned)
+    state.ring[re], state.ring[re + size] = d.real, d.imag
 
 
 @dataclass(frozen=True)

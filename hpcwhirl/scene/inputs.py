@@ -658,7 +658,7 @@ class Scene(Inputs, metaclass=_Told):
     )
     gap_closure: Finite = given(
         0.0,
-        "clearance that is lost in time, as by heat, Delta; gap(t) = gap - Delta (1 - "
+        "part of the gap that is lost in time, as by heat, Delta; gap(t) = gap - Delta (1 - "
         "exp(-t/gap_time)); < 0: it opens",
         "m",
         symbol="Δ",
@@ -669,7 +669,7 @@ class Scene(Inputs, metaclass=_Told):
     )
     gap_table: Annotated[str, AfterValidator(gap_over_time)] = given(
         "",
-        "table of the clearance, instead of gap_closure; a CSV file of columns time, s,"
+        "table of the gap, instead of gap_closure; a CSV file of columns time, s,"
         " and gap, m, or such rows in one line; its first gap is `gap`; linear between "
         "rows, then held; kept as text",
         later=True,

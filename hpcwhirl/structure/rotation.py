@@ -195,7 +195,7 @@ def rotation_of(rotor: Rotor) -> Rotation:
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)
     wide, total = size + NODE + 2, blades * size + 2
-    whole = [np.zeros((total, total)), np.zeros((total, total))]
+    whole: list[Floats] = [np.zeros((total, total)), np.zeros((total, total))]
     whole += [np.zeros(total), np.zeros(total)]
     released, pull = np.zeros(total), 0.0
     split = len(parts) - rotor.elements, len(parts)

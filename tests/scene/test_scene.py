@@ -47,6 +47,9 @@ WORDS = {
     "gap_at": "rest",
     "start_modes": "casing 2",
     "start_as": "both",
+    "ramp": "smooth",
+    "speed_table": "time,speed;0.0,1.0;1.0,2.0",
+    "gap_table": "time,gap;0.0,1.0;1.0,2.0",
     "branch": "up",
     "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",
@@ -137,6 +140,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values["engine.casing.families"] = "all"  # of elements
     values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
+    values |= {"acceleration": 0.0, "speed_table": "", "gap_table": ""}  # one of two
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values
