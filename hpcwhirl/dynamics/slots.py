@@ -24,6 +24,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicState,
     Load,
 )
+from hpcwhirl.dynamics.kernels.transform import BEHIND, BLADES, SPAN, span_of
 from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
@@ -63,7 +64,7 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
 
     `turns` (N, width) has cos and -sin at each blade. The columns of `wave` (width,
     wide) give the even and the odd part at blades 0 .. N // 2; padding columns repeat
-    blade 0.
+    blade 0. Behind them stands how the transform is split, see `kernels.transform`.
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -75,7 +76,9 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
     columns = np.zeros(wide, dtype=int)
     columns[:half] = np.arange(half)
     wave = np.vstack([turns[columns, :k].T, -turns[columns, k:].T])
-    return aligned(turns.ravel()), aligned(wave.ravel())
+    behind = np.zeros(BEHIND)
+    behind[[BLADES, SPAN]] = blades, span_of(blades)
+    return aligned(turns.ravel()), aligned(np.append(wave.ravel(), behind))
 
 
 @dataclass(frozen=True)

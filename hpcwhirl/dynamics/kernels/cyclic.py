@@ -82,6 +82,7 @@ from hpcwhirl.dynamics.kernels.samples import (
     sample_rotor,
     sample_space,
 )
+from hpcwhirl.dynamics.kernels.transform import BEHIND
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
@@ -142,7 +143,8 @@ def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) ->
         ("gaps", state.gaps, 6 * wide), ("sums_c", state.sums_c, 4 * k),
         ("known", state.known, blades + 2), ("last", state.last, blades),
         ("casing items", casing.items, ITEMS * ring), ("load", arrays.load.modal, ring),
-        ("turns", contact.turns, blades * 2 * k), ("wave", contact.wave, 2 * k * wide),
+        ("turns", contact.turns, blades * 2 * k),
+        ("wave", contact.wave, 2 * k * wide + BEHIND),
     ]  # fmt: skip
     for name, array, wanted in [*own, *shared]:
         if array.size != wanted:

@@ -396,7 +396,7 @@ class CyclicCasing(NamedTuple):
 
 
 class CyclicContact(NamedTuple):
-    """W to blade 0 (N,), m/N; turns (N, 2 k) and wave (2 k, wide), flat; flight."""
+    """W to blade 0 (N,), m/N; turns (N, 2 k), flat; wave: `passes.to_gaps`; flight."""
 
     column: Floats
     turns: Floats

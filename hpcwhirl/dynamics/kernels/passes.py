@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP, angle_at, rigid_amplitude
+from hpcwhirl.dynamics.kernels.transform import SPAN, to_gaps_split
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     aligned,
@@ -37,6 +38,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     element,
     fma,
     fnma,
+    get,
     higher_of,
     load,
     lower_of,
@@ -292,24 +294,69 @@ def one_norm(spectrum, width):
 
 
 @inlined
+def at_four(spectrum, wave, gap, k, wide, j):
+    """Return the even and the odd part of gaps at blades j .. j + 3, see `to_gaps`."""
+    even, odd = broadcast(gap), broadcast(0.0)
+    for c in range(k):
+        even = fma(broadcast(spectrum[c]), load(wave, c * wide + j), even)
+        odd = fma(broadcast(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
+    return even, odd
+
+
+@inlined
+def at_twelve(spectrum, wave, gap, k, wide, j):
+    """Return three pairs as `at_four`: a sum waits for its last term, six need not."""
+    first = second = third = broadcast(gap)
+    one = two = three = broadcast(0.0)
+    for c in range(k):
+        at, on = c * wide + j, (k + c) * wide + j
+        re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
+        first = fma(re, load(wave, at), first)
+        second = fma(re, load(wave, at + FOUR), second)
+        third = fma(re, load(wave, at + 2 * FOUR), third)
+        one = fma(im, load(wave, on), one)
+        two = fma(im, load(wave, on + FOUR), two)
+        three = fma(im, load(wave, on + 2 * FOUR), three)
+    return (first, one), (second, two), (third, three)
+
+
+@inlined
+def unfold_four(parts, gaps, row, wide, j, least):
+    """Store gaps of blades j and N - j from their parts; return the lowest."""
+    even, odd = parts
+    here, there = even - odd, even + odd
+    store(gaps, row + j, here)
+    store(gaps, row + wide + j, there)
+    return lower_of(least, lower_of(here, there))
+
+
+@inlined
+def lowest_of(least, gap):
+    """Return the lowest of four, or `gap` if that is lower."""
+    lowest = gap
+    for i in range(FOUR):
+        lowest = min(lowest, element(least, i))
+    return lowest
+
+
+@inlined
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
     """Transform a spectrum into a row of gaps; return the lowest gap, m.
 
     Sets gaps[row :][: 2 wide]: of blades j, then of N - j.
 
-    wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding
+    wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding;
+        behind them N and how it is split, see `transform`
     """
+    if get(wave, 2 * k * wide + SPAN) > 0.0:
+        return lowest_of(to_gaps_split(spectrum, wave, gap, k, wide, gaps, row), gap)
     least = broadcast(gap)
-    for j in range(0, wide, FOUR):
-        even, odd = broadcast(gap), broadcast(0.0)
-        for c in range(k):
-            even = fma(broadcast(spectrum[c]), load(wave, c * wide + j), even)
-            odd = fma(broadcast(spectrum[k + c]), load(wave, (k + c) * wide + j), odd)
-        here, there = even - odd, even + odd
-        store(gaps, row + j, here)
-        store(gaps, row + wide + j, there)
-        least = lower_of(least, lower_of(here, there))
-    lowest = gap
-    for i in range(FOUR):
-        lowest = min(lowest, element(least, i))
-    return lowest
+    for j in range(0, wide - 2 * FOUR, 3 * FOUR):
+        one, two, three = at_twelve(spectrum, wave, gap, k, wide, j)
+        least = unfold_four(one, gaps, row, wide, j, least)
+        least = unfold_four(two, gaps, row, wide, j + FOUR, least)
+        least = unfold_four(three, gaps, row, wide, j + 2 * FOUR, least)
+    for j in range(wide - wide % (3 * FOUR), wide, FOUR):
+        parts = at_four(spectrum, wave, gap, k, wide, j)
+        least = unfold_four(parts, gaps, row, wide, j, least)
+    return lowest_of(least, gap)

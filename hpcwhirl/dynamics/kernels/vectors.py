@@ -207,6 +207,45 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 
 @intrinsic
+def reverse(typing: Any, a: Any) -> Any:
+    """Return the four in reverse order."""
+    del typing, a
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del context, sig
+        order = ir.Constant(ir.VectorType(ir.IntType(32), FOUR), [3, 2, 1, 0])
+        return builder.shuffle_vector(args[0], args[0], order)
+
+    return four(four), code
+
+
+@intrinsic(prefer_literal=True)
+def room(typing: Any, size: Any) -> Any:
+    """Return an array (size,) of doubles on the stack, not set; size : a constant.
+
+    It is the function's own, and gone when that returns.
+    """
+    del typing
+    kind = types.Array(types.float64, 1, "C")
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        del args
+        count = sig.args[0].literal_value
+        data = cgutils.alloca_once(builder, ir.DoubleType(), count)
+        data.align = LINE
+        array = context.make_array(kind)(context, builder)
+        shape, item = context.get_constant(types.intp, count), 8
+        context.populate_array(
+            array, data=data, shape=[shape],
+            strides=[context.get_constant(types.intp, item)],
+            itemsize=context.get_constant(types.intp, item), meminfo=None,
+        )  # fmt: skip
+        return array._getvalue()
+
+    return kind(size), code
+
+
+@intrinsic
 def get(typing: Any, array: Any, index: Any) -> Any:
     """Return array[index]; array (n,), not checked, index not from the end."""
     del typing, index

@@ -1,0 +1,161 @@
+"""The transform from slots to blades of N = a b blades, in two stages.
+
+Of blades j = b s + v and slots kappa = r + a p, since a b = N,
+
+e^{2 pi i kappa j / N} = e^{2 pi i kappa v / N} e^{2 pi i r s / a}:
+
+the first stage sums over p for each r and v, the second one over r for each s (Cooley
+and Tukey, Math. Comp. 19, 1965). The real part of a term r is even in s, the imaginary
+part odd, so that terms r and a - r, and blades s and a - s, share their products. Both
+stages read the table of the dense product, in which all of these factors stand: the
+first b columns, and of every b-th row the first a / 2.
+
+No library of transforms can be called from compiled code that holds no Python objects.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    element,
+    fma,
+    get,
+    load,
+    lower_of,
+    put,
+    reverse,
+    room,
+    store,
+)
+
+MOST = 64  # terms r of the second stage
+ROOM = 2 * FOUR * MOST  # on the stack
+WORTH = 0.7  # of the dense products, of which a split is made at most
+BLADES, SPAN = 0, 1  # what stands behind the table: N, and b or 0
+BEHIND = FOUR
+
+
+def span_of(blades: int) -> int:
+    """Return b, the blades of the first stage, or 0 where no split makes it cheaper.
+
+    Counted are products of four numbers.
+    """
+    dense, best = 0.5 * (blades // 2 + 1) ** 2, 0
+    least = WORTH * dense
+    for b in range(2, blades // 2):
+        half = blades // b // 2 + 1
+        if blades % b or not 3 <= half <= MOST:
+            continue
+        cost = -(-b // FOUR) * (4.0 * (blades // 2 + 1) + 2.0 * half**2)
+        if cost < least:
+            least, best = cost, b
+    return best
+
+
+@inlined
+def add_term(spectrum, wave, k, wide, c, v, sums):
+    """Add slot c at blades v .. v + 3 to the sums of four products."""
+    re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
+    cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
+    re_cos, im_sin, re_sin, im_cos = sums
+    re_cos, im_sin = fma(re, cosine, re_cos), fma(im, sine, im_sin)
+    return re_cos, im_sin, fma(re, sine, re_sin), fma(im, cosine, im_cos)
+
+
+@inlined
+def both_terms(spectrum, wave, k, wide, r, a, v):
+    """Return the even and the odd part of slots r and a - r, r + a, ... at four blades.
+
+    Slots beyond N / 2 are 0.
+    """
+    zero, back = broadcast(0.0), a - r
+    here = there = zero, zero, zero, zero
+    c = r
+    if 0 < r < back:
+        while back < k:
+            here = add_term(spectrum, wave, k, wide, c, v, here)
+            there = add_term(spectrum, wave, k, wide, back, v, there)
+            c, back = c + a, back + a
+    while c < k:  # no range: that would divide
+        here = add_term(spectrum, wave, k, wide, c, v, here)
+        c += a
+    even, odd = here[0] - here[1], here[2] + here[3]
+    return even + (there[0] - there[1]), odd - (there[2] + there[3])
+
+
+@inlined
+def three_blades(wave, k, wide, half, b, s, gap, work):
+    """Return the even and odd parts at blades s, s + 1, s + 2 of the second stage."""
+    first = second = third = broadcast(gap)
+    one = two = three = broadcast(0.0)
+    for r in range(half):
+        even, odd = load(work, 2 * FOUR * r), load(work, 2 * FOUR * r + FOUR)
+        at, on = r * b * wide + s, (k + r * b) * wide + s
+        first = fma(broadcast(get(wave, at)), even, first)
+        second = fma(broadcast(get(wave, at + 1)), even, second)
+        third = fma(broadcast(get(wave, at + 2)), even, third)
+        one = fma(broadcast(get(wave, on)), odd, one)
+        two = fma(broadcast(get(wave, on + 1)), odd, two)
+        three = fma(broadcast(get(wave, on + 2)), odd, three)
+    return (first, one), (second, two), (third, three)
+
+
+@inlined
+def put_four(value, gaps, row, wide, blades, j, count):
+    """Store gaps of blades j .. j + count - 1, at most four, in a folded row."""
+    if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
+        store(gaps, row + j, value)
+    elif count >= FOUR and 2 * j > blades:
+        store(gaps, row + wide + blades - j - (FOUR - 1), reverse(value))
+    else:
+        for i in range(min(count, FOUR)):
+            folded = j + i if 2 * (j + i) <= blades else wide + blades - j - i
+            put(gaps, row + folded, element(value, i))
+
+
+@inlined
+def repeat(gaps, row, wide, blades):
+    """Set the places of a folded row that repeat a blade."""
+    first, middle = get(gaps, row), get(gaps, row + blades // 2)
+    for i in range(blades // 2 + 1, wide):
+        put(gaps, row + i, first)
+    put(gaps, row + wide, first)
+    for i in range((blades + 1) // 2, wide):
+        put(gaps, row + wide + i, middle if 2 * i == blades else first)
+
+
+@inlined
+def put_both(parts, gaps, row, wide, blades, b, s, v, least):
+    """Store gaps of blades b s + v ... and b (a - s) + v ...; return the lowest."""
+    even, odd = parts
+    a, here, there = blades // b, even - odd, even + odd
+    put_four(here, gaps, row, wide, blades, s * b + v, b - v)
+    least = lower_of(least, here)
+    if 0 < s < a - s:
+        put_four(there, gaps, row, wide, blades, (a - s) * b + v, b - v)
+        least = lower_of(least, there)
+    return least
+
+
+@part
+def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
+    """Do `passes.to_gaps` in two stages; return the lowest of four columns each, m."""
+    behind = 2 * k * wide
+    blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
+    a = blades // b
+    half, work, least = a // 2 + 1, room(ROOM), broadcast(gap)
+    for v in range(0, b, FOUR):
+        for r in range(half):
+            even, odd = both_terms(spectrum, wave, k, wide, r, a, v)
+            store(work, 2 * FOUR * r, even)
+            store(work, 2 * FOUR * r + FOUR, odd)
+        for three in range(0, half, 3):
+            s = min(three, half - 3)
+            one, two, last = three_blades(wave, k, wide, half, b, s, gap, work)
+            least = put_both(one, gaps, row, wide, blades, b, s, v, least)
+            least = put_both(two, gaps, row, wide, blades, b, s + 1, v, least)
+            least = put_both(last, gaps, row, wide, blades, b, s + 2, v, least)
+    repeat(gaps, row, wide, blades)
+    return least

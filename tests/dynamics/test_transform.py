@@ -1,0 +1,47 @@
+"""Gaps of all blades are the discrete Fourier transform of their spectrum."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl.dynamics.kernels import passes, transform
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.compiled import kernel
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.slots import transforms
+
+to_gaps = kernel(passes.to_gaps.py_func)  # a part, for Python
+
+
+@pytest.mark.parametrize("split", [False, True])
+def test_gaps_are_the_transform_of_their_spectrum(split):
+    # by numpy, of every number of blades; as one product, and in two stages
+    seen = 0
+    for blades in [*range(3, 100), 120, 143, 150, 176, 200, 240, 251]:
+        k, wide = widths(blades)
+        wave, half = transforms(blades)[1].copy(), blades // 2 + 1
+        wave[2 * k * wide + transform.SPAN] *= split
+        seen += wave[2 * k * wide + transform.SPAN] > 0
+        drawn = np.random.default_rng(blades)
+        spectrum, rows = np.zeros(2 * k), np.full(4 * wide, 7.0)
+        spectrum[:half] = drawn.normal(size=half)
+        spectrum[k : k + half] = drawn.normal(size=half)
+        lowest = to_gaps(spectrum, wave, 0.3, k, wide, rows, 2 * wide)
+        values = spectrum[:k] + 1j * spectrum[k:]
+        full = np.zeros(blades, complex)
+        full[:half] = values[:half]
+        simple = [0, blades // 2] if blades % 2 == 0 else [0]
+        full[simple] = full[simple].real  # sin(pi j) is 0
+        want = 0.3 + blades * np.fft.ifft(full).real
+        assert np.all(rows[: 2 * wide] == 7.0)
+        assert rows[2 * wide :] == pytest.approx(want[folded(blades, wide)], abs=1e-12)
+        assert lowest == pytest.approx(min(0.3, want.min()), abs=1e-12)
+    assert seen > 20 if split else seen == 0
+
+
+def test_a_split_is_made_of_factors_and_where_it_is_worth_it():
+    for blades in range(3, 300):
+        b = transform.span_of(blades)
+        assert b == 0 or (blades % b == 0 and blades // b // 2 < transform.MOST)
+    assert transform.span_of(22) == 0  # one product is as short
+    assert transform.span_of(176) == 8
+    assert transform.span_of(181) == 0  # prime
