@@ -16,6 +16,7 @@ from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
 from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -30,9 +31,9 @@ from hpcwhirl.store.results.single import write_arrays
 
 KINDS = {"modal": UncoupledRotor, "general": GeneralRotor}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110}
-place_of, recall, guess = (  # parts, for Python
+place_of, recall, guess, seek = (  # parts, for Python
     kernel(part.py_func)
-    for part in (circulant.place_of, circulant.recall, circulant.guess)
+    for part in (keep.place_of, keep.recall, circulant.guess, circulant.seek)
 )
 
 
@@ -212,7 +213,7 @@ def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
     # the set that is kept, the penetrating blades, or pivoting: one solution
     wide, random = widths(blades)[1], np.random.default_rng(blades)
     places = [place_of(j, blades, wide) for j in range(blades)]
-    known, padded, ways = np.zeros(blades + 2, np.int64), -(-blades // 4) * 4, [0, 0]
+    known, ways = np.zeros(keep.length_of_known(blades), np.int64), [0, 0]
     for trial in range(200):
         root = random.normal(size=(blades, blades))
         skew = random.normal(size=(blades, blades))
@@ -224,7 +225,9 @@ def test_contacts_of_unequal_blades_are_opened_by_any_way(blades):
         space = circulant.constant_space(blades, wide, w, known)
         recall(blades, wide, space)
         row = gaps[folded(blades, wide)]
-        active = guess(row, 0, gaps.min(), blades, wide, padded, *space[:5], 2)
+        active = guess(row, 0, gaps.min(), blades, wide, space)
+        if active < 0:
+            active = seek(row, 0, gaps.min(), blades, wide, space)
         ways[active < 0] += 1
         if active < 0:
             active = circulant.solve_any(row, 0, blades, wide, space)

@@ -9,7 +9,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
-from hpcwhirl.dynamics.kernels import circulant
+from hpcwhirl.dynamics.kernels import keep_inverse
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import LAST
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -31,7 +31,7 @@ from hpcwhirl.reduction.waves import largest_growth, stiff_up_to, turning_matric
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.structure import bladed_disk
 
-place_of = kernel(circulant.place_of.py_func)  # a part, for Python
+place_of = kernel(keep_inverse.place_of.py_func)  # a part, for Python
 SMALL = {
     "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
     "time_step": 2e-6, "interval": 1e-4, "scheme": "general",

@@ -2,8 +2,8 @@
 
 In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
 
-Nearly always the penetrating blades are those in contact, and the same as in the step
-before: the inverse of their part of W is kept until they change.
+Nearly always the blades in contact are the same as in the step before: the inverse of
+their part of W is kept, see `keep_inverse`.
 """
 
 from __future__ import annotations
@@ -15,16 +15,25 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import contact_space
+from hpcwhirl.dynamics.kernels.keep_inverse import (
+    FEW,
+    SIZE,
+    SOUND,
+    place_of,
+    remember,
+    turn_to,
+)
 from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.lemke import solve_singular
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
+from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
     broadcast,
     element,
-    fma,
     fnma,
+    get,
     load,
     lower_of,
     store,
@@ -33,49 +42,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_KEPT = 8  # numbers of blades
-REGULAR = 1e-8  # of the first pivot: an inverse of less would leave gaps open
-
-
-@part
-def invert(a, stride, size):
-    """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
-
-    Gauss-Jordan elimination without pivoting: sound where all pivots are positive, as
-    those of a P-matrix are, and larger than round-off.
-    """
-    sound, least = True, REGULAR * a[0]
-    for c in range(size):
-        own = a[c * stride + c]
-        sound = sound and own > 0.0 and own >= least
-        inverse = 1.0 / own
-        a[c * stride + c] = 1.0
-        for s in range(size):
-            a[c * stride + s] *= inverse
-        for r in range(size):
-            if r != c:
-                factor = a[r * stride + c]
-                a[r * stride + c] = 0.0
-                for s in range(size):
-                    a[r * stride + s] -= factor * a[c * stride + s]
-    return sound
-
-
-@inlined
-def place_of(j, blades, wide):
-    """Return the place of blade j in a folded row: blades 0 .. N // 2, then N - j."""
-    return j if 2 * j <= blades else wide + blades - j
-
-
-@part
-def remember(where, size, blades, wide, known, inverse, rows, stride):
-    """Invert and keep the part of W of the blades where[:size]."""
-    for r in range(size):
-        known[r] = where[r]
-        row = where[r] * 2 * wide
-        for s in range(size):  # the transpose, to be read by columns
-            inverse[r * stride + s] = rows[row + place_of(where[s], blades, wide)]
-    known[blades] = size
-    known[blades + 1] = 1 if invert(inverse, stride, size) else 0
+SMALL = 24  # blades of a wheel whose sets are all soon inverted
+TRIES = 8  # sets from the last one on, before all is pivoted
+CLOSED = 1e-13  # of the lowest gap: how far blades may penetrate
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -95,15 +64,16 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
     padded = -(-blades // FOUR) * FOUR
-    push, inverse, rows = all_aligned([
+    push, inverse, rows, work, again = all_aligned([
         np.zeros(padded), np.zeros(padded * padded),
-        w[folded(blades, wide)].T.ravel(),
+        w[folded(blades, wide)].T.ravel(), np.zeros(4 * padded), np.zeros(2 * wide),
     ])  # fmt: skip
     fallback = contact_space.py_func(blades, 0)
     fallback.w[:], fallback.have[:] = w.T, 1
-    work = [np.zeros(blades) for _ in range(3)]
+    near, lam, opened = (np.zeros(blades) for _ in range(3))
     return ConstantSpace(
-        push, known, inverse, rows, fallback.where, fallback, *work,
+        push, known, inverse, rows, fallback.where, fallback, near, lam, opened, work,
+        again,
     )  # fmt: skip
 
 
@@ -122,14 +92,6 @@ def _apart(blades: int) -> NDArray[np.intp]:
 
 
 @inlined
-def recall(blades, wide, space):
-    """Invert the part of W of the last solution's blades, which the state holds."""
-    known, inverse, padded = space.known, space.inverse, len(space.push)
-    if known[blades] > 0:
-        remember(known, known[blades], blades, wide, known, inverse, space.rows, padded)
-
-
-@inlined
 def penetrating(gaps, row, blades, wide, where):
     """Set `where` to the penetrating blades of a folded row; return their number."""
     size = blades - blades  # a literal 0 would be compiled for by itself
@@ -143,66 +105,130 @@ def penetrating(gaps, row, blades, wide, where):
 
 
 @inlined
-def guess(gaps, row, lowest, blades, wide, padded, push, known, inverse, rows, where,
-          tries):  # fmt: skip
-    """Solve the contact problem of a folded row for a likely set of active blades.
+def multipliers(gaps, row, size, blades, wide, space):
+    """Set push to what closes the gaps of the kept blades; return the lowest, N."""
+    push, known, inverse, close = space.push, space.known, space.inverse, space.work
+    padded, lowest = len(push), 0.0
+    for s in range(size):
+        close[s] = gaps[row + place_of(known[s], blades, wide)]
+    for v in range(0, size - 2 * FOUR, 3 * FOUR):
+        first = second = third = broadcast(0.0)
+        for s in range(size):
+            gap, at = broadcast(get(close, s)), s * padded + v
+            first = fnma(load(inverse, at), gap, first)
+            second = fnma(load(inverse, at + FOUR), gap, second)
+            third = fnma(load(inverse, at + 2 * FOUR), gap, third)
+        store(push, v, first)
+        store(push, v + FOUR, second)
+        store(push, v + 2 * FOUR, third)
+    rest = -(-size // FOUR) % 3 * FOUR
+    for v in range(-(-size // FOUR) * FOUR - rest, size, FOUR):
+        total = broadcast(0.0)
+        for s in range(size):
+            gap = broadcast(get(close, s))
+            total = fnma(load(inverse, s * padded + v), gap, total)
+        store(push, v, total)
+    for s in range(size):
+        lowest = lowest if push[s] >= lowest else push[s]
+    return lowest
+
+
+@inlined
+def openings(gaps, row, size, wide, space):
+    """Set space.again to the gaps that the multipliers leave; return the lowest."""
+    push, known, rows, again = space.push, space.known, space.rows, space.again
+    least, whole = broadcast(0.0), 2 * wide - 2 * wide % (6 * FOUR)
+    for v in range(0, whole, 6 * FOUR):
+        six = (
+            load(gaps, row + v), load(gaps, row + v + FOUR),
+            load(gaps, row + v + 2 * FOUR), load(gaps, row + v + 3 * FOUR),
+            load(gaps, row + v + 4 * FOUR), load(gaps, row + v + 5 * FOUR),
+        )  # fmt: skip
+        six = add_six(push, known, size, rows, 2 * wide, v, six)
+        least = lower_of(least, store_six(again, v, six))
+    for v in range(whole, 2 * wide, 2 * FOUR):
+        two = load(gaps, row + v), load(gaps, row + v + FOUR)
+        two = add_two(push, known, size, rows, 2 * wide, v, two)
+        store(again, v, two[0])
+        store(again, v + FOUR, two[1])
+        least = lower_of(least, lower_of(two[0], two[1]))
+    lowest = 0.0
+    for i in range(FOUR):
+        lowest = min(lowest, element(least, i))
+    return lowest
+
+
+@inlined
+def guess(gaps, row, lowest, blades, wide, space):
+    """Solve the contact problem of a folded row for the set of the last solution.
 
     Sets the corrected gaps, and the multipliers in `push`; returns the number of
-    active blades. Returns -1, and leaves the row as it is, if neither the set of the
-    last solution nor the penetrating blades give the solution, which is unique.
-    lowest : lowest of the gaps, < 0; tries : 2, or 1 for the first set alone
+    active blades. Returns -1, and leaves the row as it is, if that set does not give
+    the solution, which is unique.
+    lowest : lowest of the gaps, < 0
     """
-    sound = False
-    size = known[blades]
-    for attempt in range(tries):
-        if attempt == 1:
-            size = penetrating(gaps, row, blades, wide, where)
-            remember(where, size, blades, wide, known, inverse, rows, padded)
-        sound = size > 0 and known[blades + 1] == 1
-        for v in range(0, size, FOUR):
-            total = broadcast(0.0)
-            for s in range(size):
-                gap = gaps[row + place_of(known[s], blades, wide)]
-                total = fnma(load(inverse, s * padded + v), broadcast(gap), total)
-            store(push, v, total)
-        for s in range(size):
-            sound = sound and push[s] >= 0.0
-        if sound:
-            least = broadcast(0.0)
-            for v in range(0, 2 * wide, FOUR):
-                total = load(gaps, row + v)
-                for s in range(size):
-                    opening = load(rows, known[s] * 2 * wide + v)
-                    total = fma(opening, broadcast(push[s]), total)
-                least = lower_of(least, total)
-            for i in range(FOUR):
-                sound = sound and element(least, i) >= 1e-13 * lowest
-        if sound:
-            break
-    if not sound:
+    known, where, again = space.known, space.where, space.again
+    size = known[blades + SIZE]
+    if size == 0 or known[blades + SOUND] == 0:
+        return -1
+    if not multipliers(gaps, row, size, blades, wide, space) >= 0.0:
+        return -1
+    if not openings(gaps, row, size, wide, space) >= CLOSED * lowest:
         return -1
     for v in range(0, 2 * wide, FOUR):
-        total = load(gaps, row + v)
-        for s in range(size):
-            opening = load(rows, known[s] * 2 * wide + v)
-            total = fma(opening, broadcast(push[s]), total)
-        store(gaps, row + v, total)
+        store(gaps, row + v, load(again, v))
     for s in range(size):
         where[s] = known[s]
         gaps[row + place_of(known[s], blades, wide)] = 0.0
     return size
 
 
-@inlined
-def solved(gaps, row, lowest, blades, wide, push, known, inverse, rows, where,
-           space):  # fmt: skip
-    """Solve the contact problem of a folded row by `guess`, else by `solve_any`.
+@part
+def guess_again(gaps, row, lowest, blades, wide, space):
+    """Solve as `guess`, for the set that is kept now."""
+    return guess(gaps, row, lowest, blades, wide, space)
 
-    Returns as `guess`; space : of all of push .. where
+
+@part
+def seek(gaps, row, lowest, blades, wide, space):
+    """Solve as `guess`, from sets that are likely once the last one was wrong.
+
+    Of few blades, or of a small wheel, those that penetrate. Else the set is corrected
+    as long as it is wrong: blades that would pull leave, those left penetrating enter.
     """
-    size = guess(
-        gaps, row, lowest, blades, wide, len(push), push, known, inverse, rows, where, 2
-    )
+    known, active, where = space.known, space.fallback.active, space.where
+    push, again, size = space.push, space.again, space.known[blades + SIZE]
+    penetrate = penetrating(gaps, row, blades, wide, where)
+    few = blades <= SMALL or max(size, penetrate) <= FEW
+    if few or known[blades + SOUND] == 0:
+        remember(
+            where, penetrate, blades, wide, known, space.inverse, space.rows, len(push)
+        )
+        return guess_again(gaps, row, lowest, blades, wide, space)
+    for _ in range(TRIES):
+        size = known[blades + SIZE]
+        multipliers(gaps, row, size, blades, wide, space)
+        openings(gaps, row, size, wide, space)
+        for j in range(blades):
+            active[j] = again[place_of(j, blades, wide)] < CLOSED * lowest
+        for s in range(size):
+            active[known[s]] = push[s] >= 0.0
+        turn_to(active, where, blades, wide, space)
+        found = guess_again(gaps, row, lowest, blades, wide, space)
+        if found >= 0 or known[blades + SOUND] == 0 or known[blades + SIZE] == 0:
+            return found
+    return -1
+
+
+@inlined
+def solved(gaps, row, lowest, blades, wide, space):
+    """Solve the contact problem of a folded row by `guess`, else in any way.
+
+    Returns as `guess`, or -1 where no solution was found.
+    """
+    size = guess(gaps, row, lowest, blades, wide, space)
+    if size < 0:
+        size = seek(gaps, row, lowest, blades, wide, space)
     if size < 0:
         size = solve_any(gaps, row, blades, wide, space)
     return size
@@ -225,7 +251,7 @@ def pivot(gaps, lam, opened, space):
 @rare_kernel
 def solve_any(gaps, row, blades, wide, space):
     """Solve as `guess`, by pivoting; return the number of active blades, or -1."""
-    push, known, inverse, rows, where, fallback, near, lam, opened = space
+    push, known, inverse, rows, where, fallback, near, lam, opened = space[:9]
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]
     size = pivot(near, lam, opened, fallback)

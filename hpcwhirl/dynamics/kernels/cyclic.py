@@ -26,8 +26,6 @@ from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.circulant import (
     circulant_space,
-    place_of,
-    recall,
     solved,
 )
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
@@ -53,6 +51,11 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
 )
 from hpcwhirl.dynamics.kernels.flight import fly
+from hpcwhirl.dynamics.kernels.keep_inverse import (
+    length_of_known,
+    place_of,
+    recall,
+)
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicSpace,
@@ -74,6 +77,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     total_of,
     write_wall,
 )
+from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
 from hpcwhirl.dynamics.kernels.samples import (
     along_of,
     aside_space,
@@ -98,13 +102,15 @@ from hpcwhirl.errors import ModelError
 @inlined
 def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then as (im, -re)."""
-    half = width // 2
-    for v in range(0, width, FOUR):
-        total = load(turns, where[0] * width + v) * broadcast(push[0])
-        for s in range(1, size):
-            row = load(turns, where[s] * width + v)
-            total = fma(row, broadcast(push[s]), total)
-        store(lam, v, total)
+    half, whole = width // 2, width - width % (6 * FOUR)
+    none = broadcast(-0.0)  # x + (-0) is x, and so are its zeros
+    for v in range(0, whole, 6 * FOUR):
+        six = none, none, none, none, none, none
+        store_six(lam, v, add_six(push, where, size, turns, width, v, six))
+    for v in range(whole, width, 2 * FOUR):
+        two = add_two(push, where, size, turns, width, v, (none, none))
+        store(lam, v, two[0])
+        store(lam, v + FOUR, two[1])
     for v in range(0, half, FOUR):
         store(lam, width + v, load(lam, half + v))
         store(lam, width + half + v, broadcast(0.0) - load(lam, v))
@@ -141,7 +147,7 @@ def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) ->
     shared: Wanted = [
         ("ring", state.ring, ring // k * k * RING_STATE),
         ("gaps", state.gaps, 6 * wide), ("sums_c", state.sums_c, 4 * k),
-        ("known", state.known, blades + 2), ("last", state.last, blades),
+        ("known", state.known, length_of_known(blades)), ("last", state.last, blades),
         ("casing items", casing.items, ITEMS * ring), ("load", arrays.load.modal, ring),
         ("turns", contact.turns, blades * 2 * k),
         ("wave", contact.wave, 2 * k * wide + BEHIND),
@@ -346,7 +352,7 @@ def marching(passes):
         out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
         outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
         between = strides.traces % strides.evidence != 0  # traces end no jump
-        push, known, inverse, opening, where, _, _, _, _ = solver
+        push, known, where = solver.push, solver.known, solver.where
         sizes = sizes_of(rotor, state)
         blades, rows, ring_rows, k, wide = sizes
         ring_size = ring_rows * k
@@ -383,10 +389,7 @@ def marching(passes):
                     row, sizes,
                 )  # fmt: skip
                 if lowest < 0.0:
-                    active = solved(
-                        gaps, row, lowest, blades, wide, push, known, inverse, opening,
-                        where, solver,
-                    )  # fmt: skip
+                    active = solved(gaps, row, lowest, blades, wide, solver)
                     if active < 0:
                         counter[STOP] = COMPLEMENTARITY
                         return

@@ -23,7 +23,6 @@ from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.circulant import (
     constant_space,
     guess,
-    recall,
     solved,
 )
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare
@@ -63,6 +62,7 @@ from hpcwhirl.dynamics.kernels.differences import (
     settle_ring,
     settle_rotor,
 )
+from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicState,
@@ -380,7 +380,12 @@ def marching(waves):
         s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
         spare, spectrum, slip_b, slip_c, before, solver = space[:6]
         spectrum_of_wall, out = space.wall, space.out
-        push, known, inverse, opening, where, _, _, _, _ = solver
+        push, known, where, opening = (
+            solver.push,
+            solver.known,
+            solver.where,
+            solver.rows,
+        )
         blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
         ring_size = len(s_c) // RING_STATE
         ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
@@ -432,10 +437,7 @@ def marching(waves):
                         gamma, s_b, blades, gaps, row, known, out, whole
                     )
                     if lowest < 0.0 and ready:
-                        active = guess(
-                            whole, place, lowest, blades, wide, len(push), push, known,
-                            inverse, opening, where, 1,
-                        )  # fmt: skip
+                        active = guess(whole, place, lowest, blades, wide, solver)
                         ready = active > 0
                     every = lowest < 0.0 and not ready
                 if every:
@@ -449,10 +451,7 @@ def marching(waves):
                 watch(farthest(limit, s_b, rotor, out), limit, counter)
             if lowest < 0.0:
                 if not ready:
-                    active = solved(
-                        whole, place, lowest, blades, wide, push, known, inverse,
-                        opening, where, solver,
-                    )  # fmt: skip
+                    active = solved(whole, place, lowest, blades, wide, solver)
                 if active < 0:
                     counter[STOP] = COMPLEMENTARITY
                     return

@@ -130,7 +130,7 @@ class CyclicState(NamedTuple):
     gaps : (3, 2 wide) flat, folded, of three steps; of `whole` without the rotor's part
     sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`;
         of `whole` (3,)
-    known : (N + 2,), blades of the last solution, see `circulant`
+    known : (N + 3 + CHANGES,), blades of the last solution, see `ConstantSpace`
     last, counter, ledger, impulse : as in `BodiesState`
     """
 
@@ -215,12 +215,15 @@ class ConstantSpace(NamedTuple):
     Attributes
     ----------
     push : (padded,), multipliers of the active blades, N
-    known : (N + 2,), in the state: the blades of the last solution, their number and
-        whether their inverse is sound
+    known : (N + 3 + CHANGES,), in the state: the blades of the last solution; their
+        number, whether their inverse is sound, how many changes were made to it since
+        blades were inverted, and these changes, see `keep_inverse`
     inverse : (padded, padded) flat, of the W of those
     rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
     where : (N + 1,), the active blades
     fallback, near, lam, opened : of `contact.complementarity`, and its arguments
+    work : (4 padded,), of `keep_inverse`
+    again : (2 wide,), folded gaps that the multipliers leave, m
     """
 
     push: Floats
@@ -232,6 +235,8 @@ class ConstantSpace(NamedTuple):
     near: Floats
     lam: Floats
     opened: Floats
+    work: Floats
+    again: Floats
 
 
 class ModalBody(NamedTuple):

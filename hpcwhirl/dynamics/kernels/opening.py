@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.circulant import place_of
 from hpcwhirl.dynamics.kernels.compiled import rare
 from hpcwhirl.dynamics.kernels.contact import MISS
+from hpcwhirl.dynamics.kernels.keep_inverse import place_of
 from hpcwhirl.dynamics.kernels.passes import (
     RADIAL,
     RING_STATE,

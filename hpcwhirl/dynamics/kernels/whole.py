@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels.circulant import place_of
 from hpcwhirl.dynamics.kernels.compiled import (
     does,
     inlined,
@@ -38,6 +37,7 @@ from hpcwhirl.dynamics.kernels.differences import (
     energy_of_ring,
     settle_ring,
 )
+from hpcwhirl.dynamics.kernels.keep_inverse import place_of
 from hpcwhirl.dynamics.kernels.kernel_types import UncoupledRotor, WholeRotor
 from hpcwhirl.dynamics.kernels.passes import (
     copy_to,

@@ -14,6 +14,7 @@ from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, WaveRotor
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes
@@ -100,7 +101,7 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
     rotor, ring, lam, sums_b = map(np.zeros, sizes)
     own = (
         rotor, ring, lam, np.full(3 * 2 * wide, gap), sums_b, np.zeros(4 * k),
-        np.zeros(blades + 2, dtype=np.int64), *nothing_yet(blades),
+        np.zeros(length_of_known(blades), dtype=np.int64), *nothing_yet(blades),
     )  # fmt: skip
     return CyclicState(*all_aligned(own))
 

@@ -1,0 +1,230 @@
+"""The inverse of the active blades' part of W, kept as blades come and go.
+
+A few blades are inverted anew. Of more, one that leaves or enters changes the inverse
+by a product of a column and a row (bordering, Frobenius and Schur), which takes n^2
+operations where an inversion takes n^3. What the inverse is to the last bit follows
+from the state, `known`: the present blades in order, and all changes since blades were
+last inverted. A slice of a run begins by undoing and repeating them.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    element,
+    fma,
+    fnma,
+    load,
+    store,
+)
+
+REGULAR = 1e-8  # of the first pivot: an inverse of less would leave gaps open
+FEW = 8  # blades that are inverted anew, in less time than a change would take
+CHANGES = 64  # kept in the state, before blades are inverted anew
+SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known`, behind N blades
+
+
+def length_of_known(blades: int) -> int:
+    """Return the length of `known`."""
+    return blades + LOG + CHANGES
+
+
+@part
+def invert(a, stride, size):
+    """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
+
+    Gauss-Jordan elimination without pivoting: sound where all pivots are positive, as
+    those of a P-matrix are, and larger than round-off.
+    """
+    sound, least = True, REGULAR * a[0]
+    for c in range(size):
+        own = a[c * stride + c]
+        sound = sound and own > 0.0 and own >= least
+        inverse = 1.0 / own
+        a[c * stride + c] = 1.0
+        for s in range(size):
+            a[c * stride + s] *= inverse
+        for r in range(size):
+            if r != c:
+                factor = a[r * stride + c]
+                a[r * stride + c] = 0.0
+                for s in range(size):
+                    a[r * stride + s] -= factor * a[c * stride + s]
+    return sound
+
+
+@inlined
+def place_of(j, blades, wide):
+    """Return the place of blade j in a folded row: blades 0 .. N // 2, then N - j."""
+    return j if 2 * j <= blades else wide + blades - j
+
+
+@part
+def remember(where, size, blades, wide, known, inverse, rows, stride):
+    """Invert and keep the part of W of the blades where[:size]."""
+    for r in range(size):
+        known[r] = where[r]
+        row = where[r] * 2 * wide
+        for s in range(size):  # the transpose, to be read by columns
+            inverse[r * stride + s] = rows[row + place_of(where[s], blades, wide)]
+    known[blades + SIZE] = size
+    known[blades + SOUND] = 1 if invert(inverse, stride, size) else 0
+    known[blades + CHANGED] = 0
+
+
+@inlined
+def note_change(change, sound, blades, known):
+    """Enter a change: j that enters, or N (p + 1) + j that leaves place p."""
+    known[blades + LOG + known[blades + CHANGED]] = change
+    known[blades + CHANGED] += 1
+    if not sound:
+        known[blades + SOUND] = 0
+
+
+@part
+def leave(p, blades, known, inverse, stride):
+    """Let the blade at place p leave; the last one takes its place."""
+    last = known[blades + SIZE] - 1
+    pivot = inverse[p * stride + p]
+    for r in range(last + 1):
+        if r != p:
+            factor = broadcast(inverse[r * stride + p] / pivot)
+            for s in range(0, last + 1, FOUR):
+                row = load(inverse, p * stride + s)
+                own = load(inverse, r * stride + s)
+                store(inverse, r * stride + s, fnma(factor, row, own))
+    for s in range(last + 1):
+        inverse[p * stride + s] = inverse[last * stride + s]
+    for r in range(last):
+        inverse[r * stride + p] = inverse[r * stride + last]
+    note_change(blades * (p + 1) + known[p], pivot > 0.0, blades, known)
+    known[p] = known[last]
+    known[blades + SIZE] = last
+
+
+@inlined
+def border(j, size, blades, wide, known, inverse, rows, stride, work):
+    """Set the products M b, c M of a new column and row; return their c M b.
+
+    work : (4 stride,), b, c, M b, c M; beyond `size` 0
+    """
+    for r in range(stride):
+        inside = r < size
+        i = known[r] if inside else j
+        b = rows[i * 2 * wide + place_of(j, blades, wide)]
+        c = rows[j * 2 * wide + place_of(i, blades, wide)]
+        work[r], work[stride + r] = (b, c) if inside else (0.0, 0.0)
+        work[2 * stride + r] = work[3 * stride + r] = 0.0
+    both = 0.0
+    for r in range(size):
+        total, c = broadcast(0.0), broadcast(work[stride + r])
+        for s in range(0, size, FOUR):
+            row, sums = load(inverse, r * stride + s), load(work, 3 * stride + s)
+            total = fma(row, load(work, s), total)
+            store(work, 3 * stride + s, fma(row, c, sums))
+        first, second = element(total, 0), element(total, 1)
+        product = (first + second) + (element(total, 2) + element(total, 3))
+        work[2 * stride + r] = product
+        both += work[stride + r] * product
+    return both
+
+
+@part
+def enter(j, blades, wide, known, inverse, rows, stride, work):
+    """Let blade j enter, at the last place; work : (4 stride,)."""
+    size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
+    for r in range(size):  # lanes beyond the last blade take part in products
+        for s in range(size, -(-size // FOUR) * FOUR):
+            inverse[r * stride + s] = 0.0
+    left = own - border(j, size, blades, wide, known, inverse, rows, stride, work)
+    for r in range(size):
+        factor = broadcast(work[2 * stride + r] / left)
+        for s in range(0, size, FOUR):
+            value = load(inverse, r * stride + s)
+            value = fma(factor, load(work, 3 * stride + s), value)
+            store(inverse, r * stride + s, value)
+        inverse[r * stride + size] = -work[2 * stride + r] / left
+        inverse[size * stride + r] = -work[3 * stride + r] / left
+    inverse[size * stride + size] = 1.0 / left
+    note_change(j, left > 0.0 and left >= REGULAR * own, blades, known)
+    known[size] = j
+    known[blades + SIZE] = size + 1
+
+
+@inlined
+def undo(blades, known):
+    """Return to the blades that were inverted; return their number."""
+    size = known[blades + SIZE]
+    for i in range(known[blades + CHANGED] - 1, -1, -1):
+        change = known[blades + LOG + i]
+        if change < blades:
+            size -= 1
+        else:
+            p = change // blades - 1
+            known[size] = known[p]
+            known[p] = change % blades
+            size += 1
+    return size
+
+
+@part
+def recall(blades, wide, space):
+    """Find the inverse that is kept of the blades in `known`, which the state holds."""
+    known, inverse, rows, stride = (
+        space.known, space.inverse, space.rows, len(space.push),
+    )  # fmt: skip
+    if known[blades + SIZE] == 0:
+        return
+    changes, sound = known[blades + CHANGED], known[blades + SOUND]
+    size = undo(blades, known)
+    remember(known, size, blades, wide, known, inverse, rows, stride)
+    for i in range(changes):
+        change = known[blades + LOG + i]
+        if change < blades:
+            enter(change, blades, wide, known, inverse, rows, stride, space.work)
+        else:
+            leave(change // blades - 1, blades, known, inverse, stride)
+    known[blades + SOUND] = sound
+
+
+@inlined
+def missing(active, blades, known):
+    """Return how many blades leave and how many enter for a set `active` (N,)."""
+    leaving, staying, wanted = 0, 0, 0
+    for p in range(known[blades + SIZE]):
+        staying += active[known[p]]
+    leaving = known[blades + SIZE] - staying
+    for j in range(blades):
+        wanted += active[j]
+    return leaving, wanted - staying
+
+
+@part
+def turn_to(active, where, blades, wide, space):
+    """Keep the inverse of the blades that are `active` (N,), 1 or 0, from now on.
+
+    where : (N + 1,), out: the blades, if they are inverted anew
+    """
+    known, inverse, rows, stride = (
+        space.known, space.inverse, space.rows, len(space.push),
+    )  # fmt: skip
+    leaving, entering = missing(active, blades, known)
+    size, changes = known[blades + SIZE] - leaving + entering, leaving + entering
+    full = known[blades + CHANGED] + changes > CHANGES
+    if known[blades + SOUND] == 0 or size <= FEW or full or 2 * changes > size:
+        size = 0
+        for j in range(blades):
+            where[size] = j
+            size += active[j]
+        remember(where, size, blades, wide, known, inverse, rows, stride)
+        return
+    for p in range(known[blades + SIZE] - 1, -1, -1):
+        if active[known[p]] == 0:
+            leave(p, blades, known, inverse, stride)
+    for p in range(known[blades + SIZE]):
+        active[known[p]] = 0
+    for j in range(blades):
+        if active[j] == 1:
+            enter(j, blades, wide, known, inverse, rows, stride, space.work)

@@ -1,0 +1,163 @@
+"""Contact of many blades: complementarity, and the inverse that is kept."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.kernels import keep_inverse as keep
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.compiled import kernel
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.snapshot import restore, snapshot
+from hpcwhirl.scene import Scene, apply_settings
+
+guess, seek, recall, turn_to, place_of = (  # parts, for Python
+    kernel(part.py_func)
+    for part in (
+        circulant.guess, circulant.seek, keep.recall, keep.turn_to, keep.place_of,
+    )
+)  # fmt: skip
+
+
+def drawn_column(blades, drawn, least):
+    """Return column 0 of a circulant W, not symmetric; least : of its symbol."""
+    size = np.abs(drawn.normal(size=blades // 2 + 1))
+    symbol = least + size + 0.3j * drawn.normal(size=blades // 2 + 1)
+    symbol[[0, -1]] = symbol[[0, -1]].real
+    return np.fft.irfft(symbol, blades)
+
+
+def drawn_matrix(blades, drawn):
+    """Return a W of unequal sectors, not symmetric."""
+    root, skew = drawn.normal(size=(2, blades, blades))
+    w = root @ root.T / blades + 0.1 * (skew - skew.T) / blades**0.5
+    return w + np.eye(blades)
+
+
+def space_of(w):
+    blades = len(w)
+    known = np.zeros(keep.length_of_known(blades), np.int64)
+    return circulant.constant_space(blades, widths(blades)[1], w, known)
+
+
+def solve(gaps, space):
+    """Return multipliers, corrected gaps, and by which way they were found."""
+    blades, wide = len(gaps), widths(len(gaps))[1]
+    row, way = gaps[folded(blades, wide)], 0
+    active = guess(row, 0, gaps.min(), blades, wide, space)
+    if active < 0:
+        active, way = seek(row, 0, gaps.min(), blades, wide, space), 1
+    if active < 0:
+        active, way = circulant.solve_any(row, 0, blades, wide, space), 2
+    lam = np.zeros(blades)
+    lam[space.where[:active]] = space.push[:active]
+    return lam, row[[place_of(j, blades, wide) for j in range(blades)]], way
+
+
+def slowly(gaps, drawn, steps):
+    """Yield gaps that change little from one to the next, here and there a lot."""
+    for step in range(steps):
+        gaps = gaps + 0.03 * drawn.normal(size=len(gaps))
+        if step % 40 == 39:
+            gaps = drawn.normal(size=len(gaps)) - 1.5 * drawn.random()
+        yield gaps
+
+
+@pytest.mark.parametrize("blades", [25, 60, 88, 176])
+@pytest.mark.parametrize("least", [1.0, 1e-7, None])
+def test_complementarity_of_many_blades_that_come_and_go(blades, least):
+    # of W well and badly conditioned, circulant, and of unequal sectors
+    drawn, ways = np.random.default_rng(blades), [0, 0, 0]
+    if least is None:
+        w = drawn_matrix(blades, drawn)
+    else:
+        apart = np.subtract.outer(np.arange(blades), np.arange(blades)) % blades
+        w = drawn_column(blades, drawn, least)[apart]
+    space, most = space_of(w), 0
+    for gaps in slowly(drawn.normal(size=blades) - 0.5, drawn, 160):
+        lam, opened, way = solve(gaps, space)
+        after, size = gaps + w @ lam, np.abs(lam).max() * np.abs(w).sum(axis=1).max()
+        ways[way] += 1
+        most = max(most, int((lam > 0.0).sum()))
+        assert lam.min() >= 0.0
+        assert after.min() > -1e-11 * size
+        assert np.abs(lam * after).max() <= 1e-11 * size * np.abs(lam).max()
+        assert opened == pytest.approx(
+            np.where(lam > 0.0, 0.0, after), abs=1e-11 * size
+        )
+    assert ways[1] > 20
+    assert most > blades // 2
+
+
+def test_all_blades_that_touch_carry_what_the_inverse_says():
+    drawn = np.random.default_rng(1)
+    apart = np.subtract.outer(np.arange(176), np.arange(176)) % 176
+    w = np.eye(176) + 0.1 * drawn_column(176, drawn, 1.0)[apart]
+    space = space_of(w)
+    for _ in range(3):
+        gaps = -1.0 - 0.1 * drawn.random(176)
+        lam, opened, _ = solve(gaps, space)
+        assert lam == pytest.approx(np.linalg.solve(w, -gaps), rel=1e-11)
+        assert not opened.any()
+
+
+def test_a_kept_inverse_is_that_of_its_blades_and_is_found_again():
+    # by the changes since blades were inverted, to the bit
+    blades, drawn = 40, np.random.default_rng(4)
+    wide, w = widths(blades)[1], drawn_matrix(blades, drawn)
+    space, other = space_of(w), space_of(w)
+    padded, changed = len(space.push), 0
+    active = (drawn.random(blades) < 0.5).astype(np.int64)
+    for _ in range(200):
+        flips = drawn.choice(blades, size=drawn.integers(1, 4), replace=False)
+        active[flips] = 1 - active[flips]
+        turn_to(active.copy(), space.where, blades, wide, space)
+        size = space.known[blades + keep.SIZE]
+        changed += space.known[blades + keep.CHANGED] > 0
+        own = space.known[:size]
+        assert sorted(own) == list(np.flatnonzero(active))
+        found = space.inverse.reshape(padded, padded)[:size, :size]
+        assert found.T @ w[np.ix_(own, own)] == pytest.approx(np.eye(size), abs=1e-11)
+        other.known[:] = space.known
+        recall(blades, wide, other)
+        assert np.array_equal(other.known, space.known)
+        again = other.inverse.reshape(padded, padded)[:size, :size]
+        assert again.tobytes() == found.tobytes()
+    assert changed > 100
+
+
+def test_blades_whose_w_is_singular_make_the_inverse_unsound():
+    drawn = np.random.default_rng(5)
+    root = drawn.normal(size=(30, 12))
+    w, wide = root @ root.T, widths(30)[1]  # of rank 12
+    space, active = space_of(w), np.zeros(30, np.int64)
+    active[:10] = 1
+    turn_to(active.copy(), space.where, 30, wide, space)
+    assert space.known[30 + keep.SOUND] == 1
+    for j in range(10, 14):
+        active[j] = 1
+        turn_to(active.copy(), space.where, 30, wide, space)
+        assert space.known[30 + keep.SOUND] == (j < 12)
+
+
+def test_slices_and_snapshots_of_many_contacts_give_the_same_bits():
+    given = {
+        "blades": 88, "scheme": "modal", "duration": 4e-3, "gap": 2e-5, "speed": 420.0,
+        "friction": 0.1, "plan": "everything",
+    }  # fmt: skip
+    case = resolve(apply_settings(Scene(), given))
+    whole, parts, changes = March(case), March(case), []
+    whole.advance(whole.total)
+    while not parts.done:
+        parts.advance(61)
+        known = parts.state.known
+        changes.append(known[88 + keep.CHANGED] * (known[88 + keep.SIZE] > keep.FEW))
+        following = March(case)
+        assert restore(following, snapshot(parts))
+        parts = following
+    assert max(changes) > 5
+    assert whole.counter[contact.TOUCHED] > 1000
+    for one, other in zip(whole.state, parts.state, strict=True):
+        assert one.tobytes() == other.tobytes()
