@@ -1,11 +1,11 @@
-"""States between two motions of one scene, and how far those are apart.
+"""States between two motions of one scene, and the distance of two motions.
 
-The state of a march is linear in the motion, but for its bookkeeping: with a and b two
-states at the same step of marches of the same scene, a + s (b - a) is the state of the
-motion in between. Only the multipliers need care: those of the last step wait in the
-state (`lam` of `CyclicState`) while its counters tell that it had contact, and
-count as zero in a state that had none. The forces of an unbalance and the gap are alike
-in a and b, and so they are in what lies between, since the weights add up to one.
+Apart from bookkeeping, the state of a march is linear in the motion: with a and b two
+states at the same step of marches of one scene, a + s (b - a) is the state of the
+motion in between. Only the multipliers need care: those of the last step are pending in
+the state (`lam` of `CyclicState`) if its counters say that it had contact, and count as
+zero in a state without contact. The forces of an unbalance and the gap are the same in
+a and b, and therefore in between, since the weights add up to one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hpcwhirl.dynamics.march import March
 
 Floats = NDArray[np.float64]
 MOTION = ("rotor", "ring", "gaps", "q_b", "d_b", "q_c", "d_c", "older")
-WAITING = "lam"  # of the step that waits to be ended
+WAITING = "lam"  # multipliers of a pending step
 
 
 def copy_of(march: March) -> Any:
@@ -34,18 +34,19 @@ def put_between(march: March, a: Any, b: Any, share: float) -> None:
     """Set a march to a + share (b - a); steps, contacts and works are those of a.
 
     The change of energy is entered in the ledger as work of the loading, so that the
-    ledger closes as that of a does.
+    ledger closes as well as that of a.
 
     Parameters
     ----------
-    march : of the scene of a and b, with as many sectors; of its tracks nothing changes
-    a, b : states at one step, see `copy_of`
-    share : 0 gives a, 1 gives b; any number
+    march : march of the same scene with the same number of sectors; tracks do not
+        change
+    a, b : states at the same step, see `copy_of`
+    share : 0 gives a, 1 gives b; any number is allowed
 
     Raises
     ------
     ValueError
-        where the states are those of different steps or shapes, or a run has ended
+        if the states have different steps or shapes, or a run has ended
     """
     _check(march, a, b)
     for target, array in zip(march.state, a, strict=True):
@@ -62,15 +63,15 @@ def distance(march: March, a: Any, b: Any) -> float:
     """Return sqrt(E), E in J, of the difference of two motions of a march's scene.
 
     E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
-    of rotation the energy that the ledger has is Jacobi's, T - Omega^2 x^T M x / 2 + U,
-    which may be negative: 1/2 Omega^2 x^T M x of the rotor is added, so that only the
-    kinetic energy of the motion in the rotating frame and the strain are left, both
+    of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, which
+    may be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
+    kinetic energy of the motion in the rotating frame and the strain energy, both
     positive.
 
     Raises
     ------
     ValueError
-        as `put_between`
+        as for `put_between`
     """
     _check(march, a, b)
     apart = march.scheme.balance(_mixed(a, b, -1.0, 1.0)).energy
@@ -103,12 +104,12 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
 
 
 def _waits(state: Any) -> bool:
-    """Return whether multipliers of the last step may wait in a state."""
+    """Return whether multipliers of the last step may be pending in a state."""
     return bool(state.counter[contact.LAST] == state.counter[contact.STEP])
 
 
 def _residual(march: March) -> float:
-    """Return what the ledger of a march leaves open, of the sectors it marches, J."""
+    """Return the residual of a march's ledger, for the integrated sectors, J."""
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact

@@ -1,6 +1,6 @@
 """The casing's trace: harmonics of its radial displacement, static frame, per sample.
 
-Kernels copy the casing's coordinates as they are; they are converted to harmonics once
+Kernels store the casing's coordinates unchanged; they are converted to harmonics once
 per case, when its history is read.
 """
 
@@ -46,7 +46,7 @@ def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
 
 
 def _read(rows: Floats, values: Floats) -> Floats:
-    # most entries of `rows` are 0 on a ring of harmonics; BLAS is avoided, since its
+    # for a ring of harmonics most entries of `rows` are 0; BLAS is avoided, since its
     # sums may depend on the number of samples
     out = np.zeros((len(values), *rows.shape[:2]))
     if not len(values):
@@ -60,7 +60,7 @@ def _read(rows: Floats, values: Floats) -> Floats:
 def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
     """Return harmonics (count, H + 1, 2), m, of a rigid casing's distortion.
 
-    H is that of a ring of this discretization, but at least the distortion's lobes k.
+    H is that of a ring with this discretization, but at least the distortion's lobes k.
     """
     wall = wall_of(scene)
     out = np.zeros((count, _highest(scene) + 1, 2))

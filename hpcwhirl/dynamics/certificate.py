@@ -1,16 +1,17 @@
 """The certificate that contact cannot recur, and the closed form of later motion.
 
 The recursion d' = keep d - pull q, q' = q + d' of central differences has the roots
-z = r e^{+-i phi}, r^2 = keep and cos phi = (1 + keep - pull) / (2 r). Free, n steps on,
+z = r e^{+-i phi}, r^2 = keep and cos phi = (1 + keep - pull) / (2 r). Without forces, n
+steps later,
 
 q_n = r^n (A cos n phi + B sin n phi) = alpha z^n + beta conj(z)^n,
 A = q,  B = (q (cos phi - r) + r d) / sin phi,
 
-and |q_n| <= (|A|^2 + |B|^2)^{1/2} for all n >= 0, also for complex amplitudes and for
-the ring's, which the rotation turns. Their sum over all modes, weighted with the radial
-amplitudes at a blade, bounds the change of every gap: if it is below the clearance, no
-blade can touch again. This holds for the motion of the scheme, with its rounded
-coefficients, not for that of the continuous modes.
+and |q_n| <= (|A|^2 + |B|^2)^{1/2} for all n >= 0, also for complex amplitudes, and for
+those of the ring, which turn with the rotating frame. The sum of these bounds over all
+modes, weighted with the radial amplitudes at a blade, bounds the change of every gap:
+if it is below the clearance, no blade can touch again. This holds for the motion of the
+scheme, with its rounded coefficients, not for that of the continuous modes.
 """
 
 from __future__ import annotations
@@ -35,11 +36,12 @@ class Roots:
     ----------
     own : (modes,), indices of the modes among the complex amplitudes
     weight : (modes,), |radial amplitude| at a blade's tip or on the ring
-    radius, sine : r, sin phi
-    log : log z
-    back : cos phi - r
-    pull : coefficient of the recursion
-    decays : whether all modes are held, damped and oscillate, as the bound requires
+    radius, sine : (modes,), r and sin phi
+    log : (modes,), log z
+    back : (modes,), cos phi - r
+    pull : (modes,), coefficient of the recursion
+    decays : whether all modes have stiffness and damping and oscillate, as the bound
+        requires
     """
 
     own: NDArray[np.intp]
@@ -56,7 +58,7 @@ class Roots:
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of the increments, which obey the same recursion."""
+        """Return (A, B) of the increments, which follow the same recursion."""
         # d_1 = keep d - pull q = r (A cos phi + B sin phi)
         return d, -(self.back * d + self.pull / self.radius * q) / self.sine
 

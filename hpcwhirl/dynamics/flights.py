@@ -24,8 +24,8 @@ class Flyer(NamedTuple):
 
     Attributes
     ----------
-    jump : steps -> items of a jump over them, see `kernels.flight`
-    bound : s, time ahead up to which they are used -> items that bound the motion
+    jump : function from a number of steps to the items of a jump, see `kernels.flight`
+    bound : function from a time ahead, s, to the items that bound the motion so long
     dies : whether all free motion decays
     """
 
@@ -35,7 +35,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the free motion of modes with `passes` items (ITEMS, size); step : s."""
+    """Return the free motion of modes by `passes` items, (ITEMS, size); step : s."""
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
     return Flyer(
@@ -46,7 +46,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the free motion of waves with `waves` items (ITEMS, size); step : s."""
+    """Return the free motion of waves, items (ITEMS, size) of `waves`; step : dt, s."""
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
     return Flyer(
@@ -65,7 +65,8 @@ def all_die_out(items: Floats) -> bool:
 def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
     """Return whether all waves that move or that contact excites decay.
 
-    ahead, push : (w,), z - 1 of each wave; (r, w), what contact adds to it
+    ahead : (w,), z - 1 of each wave
+    push : (r, w), contributions of contact to each wave
     """
     pushed = np.asarray(push.any(axis=0))
     less = 2 * ahead.real + ahead.real**2 + ahead.imag**2  # |z|^2 - 1, not cancelling
@@ -81,8 +82,8 @@ def flight_arrays(
     ----------
     scene : the case
     beat : steps between rows of evidence, at which jumps end
-    rotor : its free motion
-    ring : its items, (ITEMS ring_size,)
+    rotor : free motion of the rotor
+    ring : items of the ring, (ITEMS ring_size,)
     """
     if not SCHEMES[scene.solver.scheme].flies:
         return ()
@@ -99,7 +100,7 @@ def flight_arrays(
 
 
 def can_fly(scene: Scene) -> bool:
-    """Return whether gaps change by free motion only between contacts."""
+    """Return whether gaps change only by free motion while there is no contact."""
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
 
@@ -136,10 +137,11 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 def _bound(items: Floats, longest: float) -> Floats:
     """Return the items that bound a body's free motion, (BOUND_ITEMS, size).
 
-    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is the falling envelope of
-    |q'|^2; a mode's displacement stays below v / omega, and |C| below |C| + v t.
+    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is a decreasing envelope
+    of |q'|^2; the displacement of a mode stays below v / omega, and |C| below |C| + v
+    t.
 
-    longest : s, time ahead up to which the bound is used
+    longest : s, time for which the bound is used
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
     spin, weight = np.abs(items[passes.SPIN]), np.abs(items[passes.RADIAL])

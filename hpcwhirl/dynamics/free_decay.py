@@ -23,12 +23,12 @@ BLOCK = 256  # samples evaluated at once
 
 
 class _Motion(NamedTuple):
-    """Free motion of rotor and ring; of z^n (samples, modes), the rotor's come first.
+    """Free motion of rotor and ring.
 
     Attributes
     ----------
     rotor, ring : motions of the bodies
-    log : (modes,), log z of both
+    log : (modes,), log z of the rotor's modes, followed by the ring's
     """
 
     rotor: ModesMotion | WavesMotion
@@ -36,7 +36,7 @@ class _Motion(NamedTuple):
     log: Complexes
 
     def parts(self, z: Complexes) -> tuple[Complexes, Complexes]:
-        """Return z^n of rotor and ring."""
+        """Split z^n, (samples, modes), into the parts of rotor and ring."""
         count = len(self.rotor.most)
         return z[:, :count], z[:, count:]
 
@@ -47,14 +47,14 @@ class _Motion(NamedTuple):
 
 
 class _Start(NamedTuple):
-    """State of a march where its closed form begins.
+    """State of a march at the step where its closed form begins.
 
     Attributes
     ----------
     step : number of the step
-    row : (COLUMNS,), row of evidence there
-    impulse : N s, normal impulse of all contacts until then
-    blades : (N,), N s, normal impulse of each blade
+    row : (COLUMNS,), row of evidence at this step
+    impulse : N s, normal impulse of all contacts so far
+    blades : (N,), N s, normal impulse of each blade so far
     """
 
     step: int
@@ -80,8 +80,8 @@ class FreeDecay:
     Parameters
     ----------
     scheme : integrator of central differences, in the rotating frame
-    blades : number of blades that are marched
-    step : s
+    blades : number of blades that are integrated
+    step : dt, s
     """
 
     def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
@@ -95,7 +95,7 @@ class FreeDecay:
 
     @property
     def possible(self) -> bool:
-        """Whether all free motion dies out, as a certificate requires."""
+        """Whether all free motion decays to zero, as a certificate requires."""
         return self.rotor.decays and self.ring.decays
 
     def motion(self, state: CyclicState) -> _Motion:
@@ -110,8 +110,8 @@ class FreeDecay:
 
         Returns
         -------
-        sizes : (N, modes), or (1, modes) if all blades have the same, m; the sum of
-            a row bounds the radial displacement of the blade's tip against the ring
+        sizes : (N, modes), or (1, modes) if it is equal for all blades, m; the sum of a
+            row bounds the radial displacement of the blade's tip relative to the ring
         decays : (modes,), factor by which each is multiplied in a step
         """
         motion, reach = self.motion(state), self.shapes.reach
@@ -132,9 +132,9 @@ class FreeDecay:
         Parameters
         ----------
         state : state at a step with a row of evidence, after which no contact occurs;
-            set to that at the end
-        tracks : samples of the march, filled to the end
-        total : steps of the whole run
+            replaced by that at the end
+        tracks : samples of the march, completed here
+        total : number of steps of the whole run
         strides : steps between samples of the traces, and between rows of evidence
         """
         motion, counter = self.motion(state), state.counter
@@ -217,7 +217,7 @@ class FreeDecay:
         ends = np.exp(np.outer([0, steps], motion.log))
         rotor, ring = motion.energies(ends)
         if isinstance(motion.rotor, WavesMotion):
-            rotor = 0.0 * rotor  # its loss is what it has been given less its energy
+            rotor = 0.0 * rotor  # its loss: the energy it was given, less what it has
         lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
         bodies = (motion.rotor, state.rotor), (motion.ring, state.ring)
         last = [body.leave(array, steps, step) for body, array in bodies]

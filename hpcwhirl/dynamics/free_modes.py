@@ -1,4 +1,4 @@
-"""Free motion of modes that the recursion of central differences marches.
+"""Free motion of modes under the recursion of central differences.
 
 See `dynamics.certificate` for its roots, and `dynamics.free_waves` for waves.
 """
@@ -33,7 +33,7 @@ class ModesMotion:
     most : (modes,), bounds of |q| at all later steps
     body : the modes
     alpha, beta : (modes,), coefficients of the amplitudes q
-    gamma, delta : (modes,), those of the increments d
+    gamma, delta : (modes,), coefficients of the increments d
     """
 
     most: Floats
@@ -53,7 +53,7 @@ class ModesMotion:
     def swing(self, rows: Complexes) -> Complexes:
         """Return the factors f, (modes, r), with Re(f^T z^n) = Re(conj(rows) q).
 
-        rows : (r, modes), what each of r displacements takes of unit amplitudes
+        rows : (r, modes), contribution of unit amplitudes to each of r displacements
         """
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
@@ -78,13 +78,13 @@ class ModesMotion:
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
         """Set a state to that after `steps` steps, as the kernel would leave it.
 
-        The damping loss of the last step is not entered in the ledger then. It is the
-        sum of rates times squares.
+        The damping loss of the last step is still to be entered in the ledger; it is
+        the sum of rates times squares.
 
         Parameters
         ----------
-        state : of the body in the kernel, set here; amplitudes of the ring have turned
-            with the rotating frame
+        state : state of the body in the kernel, set here; amplitudes of the ring are in
+            the rotating frame
         steps, step : number of steps since the start of this motion and of the march
 
         Returns
@@ -121,9 +121,9 @@ class FreeModes:
 
     Attributes
     ----------
-    own : (m,), indices of the modes that move, of all
-    log, radius : (m,), log z and |z|
-    decays : whether all their free motion dies out
+    own : (m,), indices of the modes that can move
+    log, radius : (m,), log z and |z| of these
+    decays : whether all their free motion decays to zero
     """
 
     def __init__(self, items: Floats, width: int, step: float) -> None:

@@ -1,4 +1,4 @@
-"""The freely moving rotor of a kernel's arrays, for the closed form."""
+"""Free motion of the rotor, from a kernel's arrays, for the closed form."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Shapes(NamedTuple):
     ----------
     radial, tangential : (N, modes), displacements of the tips are Re(q @ row)
     hub : (2, modes), x_o, y_o = Re(conj(hub) q)
-    reach : (N, modes), |radial|; (1, modes) where it is the same for all blades
+    reach : (N, modes), |radial|; (1, modes) if it is the same for all blades
     """
 
     radial: Complexes
@@ -47,8 +47,8 @@ def free_rotor(
     Parameters
     ----------
     arrays : constant arrays of a kernel in the rotating frame
-    blades : number of blades that are marched
-    step : s
+    blades : number of blades that are integrated
+    step : dt, s
     """
     body: FreeModes | FreeWaves | FreeWhole
     if isinstance(arrays.rotor, WholeRotor | UncoupledRotor):

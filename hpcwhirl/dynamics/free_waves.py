@@ -1,9 +1,9 @@
-"""Free motion of a rotor's forward and backward waves: a becomes z a at each step.
+"""Free motion of a rotor's forward and backward waves: a becomes z a in each step.
 
-|a| is multiplied by |z| at each step. The circular orbit of an unbalanced rotor is
-a wave that is at rest in the rotating frame, z = 1, and that contact does not excite.
-Jacobi's energy is a quadratic form of the amplitudes, of each nodal diameter by itself
-in a rotor of equal sectors; the loss is its decrease, so that no loss is left pending.
+So |a| is multiplied by |z|. The circular orbit of an unbalanced rotor is a wave that is
+at rest in the rotating frame, z = 1, and is not excited by contact. Jacobi's energy is
+a quadratic form of the amplitudes, for equal sectors of each nodal diameter separately.
+The loss is its decrease, so that no loss is pending.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class WavesMotion:
     def swing(self, rows: Complexes) -> Complexes:
         """Return the factors f, (waves, r), with Re(f^T z^n) = Re(conj(rows) a).
 
-        rows : (r, waves), what each of r displacements takes of unit amplitudes
+        rows : (r, waves), contribution of unit amplitudes to each of r displacements
         """
         return (rows.conj() * self.amplitudes).T
 
@@ -69,7 +69,7 @@ class WavesMotion:
 
         Parameters
         ----------
-        state : of the rotor in the kernel, set here
+        state : state of the rotor in the kernel, set here
         steps, step : number of steps since the start of this motion and of the march
         """
         back = np.arange(self.body.seen)
@@ -87,8 +87,8 @@ class FreeWaves:
     ----------
     own : (w,), indices of the waves among (rows, slots)
     log, radius : (w,), log z and |z|
-    decays : whether all motion that contact can cause dies out
-    radial : (w,), gap that a unit amplitude opens
+    decays : whether all motion that contact can cause decays to zero
+    radial : (w,), change of gap by a unit amplitude
     form : (slots, rows, rows), J, upper triangles: energy Re(a* form a) of a slot
     seen : steps whose amplitudes determine a state
     """
@@ -197,6 +197,6 @@ def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
 
 
 def complex_rows(parts: Floats, half: int) -> Complexes:
-    """Return rows (r, half), re + i im, of flat ones with all re before all im."""
+    """Return rows (r, half), re + i im, from flat rows with all re before all im."""
     rows = parts.reshape(-1, 2, half)
     return np.asarray(rows[:, 0] + 1j * rows[:, 1])

@@ -1,4 +1,4 @@
-"""The history of an integrated case: samples, energy ledger, reason to stop."""
+"""The history of an integrated case: samples, energy ledger, reason for its end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ Floats = NDArray[np.float64]
 
 LEDGER_TERMS = (
     "energy",  # kinetic + strain of both bodies at the end, J; of an unbalanced rotor
-    # that of its motion about its circle, with the potential of the unbalance's force
+    # the energy of its motion about its circle, with the potential of the unbalance's
+    # force
     "damping",  # lost in modal damping, J, >= 0
     "pulse",  # work of the loading, J; with that of an unbalance put on at the start
     "impact",  # lost in inelastic impacts, J, >= 0
@@ -23,7 +24,7 @@ LEDGER_TERMS = (
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples from which words are decided, every `beat_of` steps, for any traces.
+    """Samples that decide words, every `case.limits.beat_of` steps, for any traces.
 
     Attributes
     ----------
@@ -58,7 +59,7 @@ class History:
     energy : (n,), J, kinetic + strain of both bodies
     impulse : (n,), N s, cumulative normal contact impulse of all blades
     fed : (n,), J, cumulative work of rotation and friction
-    friction : (n,), J, its part by friction; the rest of `fed` is the transport of
+    friction : (n,), J, the part of `fed` by friction; the rest is the transport of
         contacts over the deformed ring
     lost : (n,), J, cumulative damping and impact loss
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
@@ -71,26 +72,26 @@ class History:
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
         evidence where the final one is not finite
     gap_error : largest difference between the solved gaps and those of the bodies, over
-        the lengths that they are computed from, at rows of evidence in contact
+        the lengths from which they are computed, at rows of evidence with contact
     slip : m/s, largest tangential velocity of a tip in contact, from vibration only,
-        less that of the casing there; of every eighth step in contact
+        less that of the casing at the tip; from every eighth step with contact
     step_share : time step over the stability limit of the faster body
-    stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" where the
-        run ended with its certificate
+    stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" if the run
+        ended with its certificate
     steps : number of steps taken
     contacts : number of touchdowns of blades on the casing
     last_contact : s, the last instant with contact; -1 if there was none
-    certificate : s, time from which on no contact can recur; -1 if not proved
-    certificate_reach : m, bound of all displacements from then on; below the gap
+    certificate : s, time after which no contact can recur; -1 if not proved
+    certificate_reach : m, bound of all later displacements; below the gap
     centre_peak : m, largest displacement of the centre in the evidence
     seconds : wall time in the kernel
     interval : s between samples
     contact_impulse : N s, normal impulse of all contacts of the run
     end : s, time of the last step
     judged : evidence for words
-    folds : number of sectors that move alike, of which one was marched; 1: all were
-    circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact
-        at rows of evidence, about which energies are those of the motion; 0 without an
+    folds : number of sectors that move alike, of which one was integrated; 1: all were
+    circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
+        at rows of evidence; energies are those of the motion about it; 0 without
         unbalance
     """
 

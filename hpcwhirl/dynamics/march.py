@@ -1,4 +1,4 @@
-"""Integrate one case in slices. Phases are computed from the step number."""
+"""Integration of one case in slices; phases are computed from the step number."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from hpcwhirl.reduction.numbers import representable
 
 Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01  # duration of a slice
-FIRST_SLICE = 256  # steps, before the time of a step is known
-LEAST_SLICE = 16  # steps
-TELLING = 0.1  # share of `SLICE_SECONDS` from which the time of a step is measured
+FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
+LEAST_SLICE = 16  # least number of steps of a slice
+TELLING = 0.1  # share of `SLICE_SECONDS` from which a slice gives the time of a step
 LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
-CERTAIN = 4  # reason to stop that no kernel returns: a certificate
+CERTAIN = 4  # reason for the end that no kernel returns: a certificate
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 STOPS = {
     0: "end",
@@ -47,8 +47,8 @@ STOPS = {
     CERTAIN: "certain",
 }
 LOOKS = 50  # rows of evidence between two searches for a certificate
-PATIENCE = 16  # largest multiple of that
-TOUCHDOWNS = 12  # of a blade, up to which one sector stands for all, see `_watch`
+PATIENCE = 16  # largest multiple of `LOOKS` between two searches
+TOUCHDOWNS = 12  # touchdowns of a blade up to which one sector stands for all, `_watch`
 CLEAR = 2.0  # durations of the pulse before the first search for a certificate
 MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
@@ -59,8 +59,8 @@ class March:
     Parameters
     ----------
     case
-        the case; its `scene` and `model` are attributes here, too, as is `lean`, the
-        scene and model that are integrated
+        the case; its `scene` and `model` are also attributes here, and so is `lean`,
+        the scene and model that are integrated
     start
         the motion that it begins with, which another march has left; None: that of the
         case's `start_energy`, at rest, or on the circle of an unbalanced rotor
@@ -68,9 +68,9 @@ class March:
     Raises
     ------
     InputError
-        where the step is at or above a body's stability limit or too long for the
-        pulse or the speed, or where the samples would not fit in memory; or where
-        `start` cannot be continued
+        if the step is at or above a body's stability limit or too long for the pulse or
+        the speed, if the samples would not fit in memory, or if `start` cannot be
+        continued
     """
 
     def __init__(self, case: Case, start: Motion | None = None) -> None:
@@ -84,7 +84,7 @@ class March:
         self.total, self.stride = step_counts(scene)
         self.beat = beat_of(self.model, scene)
         self.interval = self.stride * scene.solver.time_step
-        if scene.output.traces == "summary":  # the first sample lies beyond the end
+        if scene.output.traces == "summary":  # no sample before the end
             self.stride = (self.total // self.beat + 1) * self.beat
         self.seconds = 0.0
         self.schedule = schedule_of(scene, self.model)
@@ -155,7 +155,7 @@ class March:
         """Start again with all sectors if one has been in contact for too long.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
-        grow out of it: one sector represents all only while that is negligible.
+        grow from it: one sector represents all sectors only while this is negligible.
         """
         if not self.watched or self.steps % self.watched:
             return
@@ -170,7 +170,7 @@ class March:
         self._begin(self.case.whole)
 
     def fold(self) -> None:
-        """Start again with the sectors that the plan integrates."""
+        """Start again with those sectors that the plan integrates."""
         lean = self.case.lean
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
@@ -184,12 +184,12 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Search for a certificate next at the first row of evidence `steps` ahead."""
+        """Schedule the next search for a certificate `steps` ahead, at evidence."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
     def _look(self) -> None:
-        """Search for a certificate if due; with one, end the run or complete it."""
+        """Search for a certificate if it is due; if found, end or complete the run."""
         if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
             return
         sizes, decays = self.coast.bound(self.state)
@@ -251,7 +251,7 @@ class March:
 
     @property
     def marched(self) -> int:
-        """Number of steps computed by the kernel one by one; others are closed form."""
+        """Number of steps that the kernel computed one by one, not in closed form."""
         certified = int(self.counter[contact.CERTIFIED])
         if self.coast is not None and certified >= 0:
             return certified
@@ -259,9 +259,9 @@ class March:
 
     @property
     def last_row(self) -> int:
-        """Last step with a row of evidence; up to it a longer run has the same states.
+        """Last step with evidence, up to which a longer run has the same states.
 
-        Beyond it, jumps of scheme exact depend on the end of the run.
+        After it, jumps of scheme exact depend on the end of the run.
         """
         return self.total // self.beat * self.beat
 
@@ -332,19 +332,19 @@ class March:
         return self.kind in _slices
 
     def warm(self) -> None:
-        """Compile the kernels of a run: take a step and balance the ledger."""
+        """Compile the kernels of a run by taking a step and balancing the ledger."""
         self.advance(1)
         self.scheme.balance(self.state)
 
     def run(self, between_slices: Callable[[], None] | None = None) -> History:
-        """March to the end in slices of about 10 ms and return the history."""
+        """Integrate to the end in slices of about 10 ms, and return the history."""
         self.reach(self.total, between_slices)
         return self.history()
 
     def reach(
         self, goal: int, between_slices: Callable[[], None] | None = None
     ) -> None:
-        """March in slices of about 10 ms up to step `goal`, or to the end."""
+        """Integrate in slices of about 10 ms up to step `goal`, or to the end."""
         kind = self.kind
         size = _slices.get(kind, FIRST_SLICE)
         while not self.done and self.steps < goal:
@@ -361,7 +361,7 @@ class March:
     def history(self) -> History:
         """Return the samples so far, and the ledger at the current step.
 
-        The samples end with the last whole output interval.
+        The samples end with the last complete output interval.
         """
         count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
         kept = Tracks._make(track[:count] for track in self.tracks)
@@ -426,7 +426,11 @@ class March:
     def _circle(self, time: Floats) -> Floats:
         """Return the centre's motion without contact, 0 for a balanced rotor.
 
-        time : (b,), s. The result, (b, 2), m, is in the rotating frame
+        time : (b,), s
+
+        Returns
+        -------
+        (b, 2), m, rotating frame
         """
         if law_of(self.scene) is not None:
             return self._circles(time)
@@ -455,7 +459,8 @@ class March:
     def _closing(self) -> dict[str, float]:
         """Return the ledger of all sectors at the current step.
 
-        Where it is not finite, that of the last row of evidence, which always is.
+        If it is not finite, the ledger at the last row of evidence, which is always
+        finite.
         """
         with np.errstate(all="ignore"):
             now, entries = self.scheme.balance(self.state), self.state.ledger
@@ -478,9 +483,9 @@ def empty_tracks(
 
     Parameters
     ----------
-    samples, whole : number of samples, and of those with tips and casing
-    rows : rows of evidence
-    blades, width : N; coordinates of the casing
+    samples, whole : number of samples, and of samples with tips and casing
+    rows : number of rows of evidence
+    blades, width : number of blades N; number of coordinates of the casing
     """
     numbers = [np.zeros(samples) for _ in range(5)]
     energy, impulse, fed, lost, rubbed = numbers
@@ -493,11 +498,11 @@ def empty_tracks(
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:
-    """Return the steps of the next slice, for about 10 ms by the last slice's time.
+    """Return the number of steps of the next slice, to take about 10 ms.
 
-    size, made : steps of the last slice, planned and made. A slice that was cut short
-        sets the next by its time only if it was long enough: in a shorter one, the
-        call itself takes most of the time
+    size, made : steps of the last slice, planned and made. If it ended early, its time
+        counts only if it was long enough: in a very short slice the call itself takes
+        most of the time
     seconds : duration of the last slice
     """
     if made < size and seconds < TELLING * SLICE_SECONDS:
@@ -507,7 +512,7 @@ def next_slice(size: int, made: int, seconds: float) -> int:
 
 
 def _ledger(terms: Iterable[float]) -> dict[str, float]:
-    """Return {term: J} in the order of `LEDGER_TERMS`, the residual included."""
+    """Return {term: J} in the order of `LEDGER_TERMS`, including the residual."""
     energy, damping, pulse, impact, friction, rotation = map(float, terms)
     residual = energy + damping + impact - pulse - friction - rotation
     values = (energy, damping, pulse, impact, friction, rotation, residual)

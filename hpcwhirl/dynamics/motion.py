@@ -1,18 +1,20 @@
-"""The physical state of a march: how both bodies are placed and move at an instant.
+"""The physical state of a march: displacements and velocities of both bodies.
 
-It is told in coordinates that all schemes share, those of the matrices of the whole
-model: the rotor's in the rotating frame, the casing's in the static one. So a march can
-begin where another one has ended, with another scheme, speed, gap or friction. Where
-the modes differ, the state is projected on the new ones, orthogonally by M.
+It is expressed in coordinates that all schemes share, those of the matrices of the
+whole model: of the rotor in the rotating frame, of the casing in the static frame. So a
+march can begin with the last state of another one that had another scheme, speed, gap
+or friction. If the modes differ, the state is projected onto the new ones,
+M-orthogonally.
 
-A march begins with the rotor at the angle 0. A motion that was read at another angle is
-`turned`: the casing by that angle, which changes nothing, since casing and supports are
-the same in all directions (`check_continuable`).
+A march begins with the rotor at angle 0. A motion that was read at another angle is
+`turned`: the casing is rotated by that angle, which makes no difference, since casing
+and supports are the same in all directions (`check_continuable`).
 
-Between a velocity v at step n and the increment d = x_n - x_{n-1} that a state holds
-stands the step without forces, d' = keep d - pull x: of central differences v = (d +
-d') / 2 dt, of the exact flow v is that of the mode. Both are inverted exactly: a free
-motion that is read and begun again is the uninterrupted one, to round-off.
+A state holds increments d = x_n - x_{n-1} instead of velocities v. They are related by
+a step without forces, d' = keep d - pull x: for central differences v = (d + d') / 2
+dt, for the exact flow v is the velocity of the mode. Both relations are inverted
+exactly: a free motion that is read and begun again is the uninterrupted one, to
+round-off.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ from hpcwhirl.structure import FourierOperator
 Floats = NDArray[np.float64]
 BODIES = "rotor", "casing"
 NONE = np.zeros((0, 0))
-SAME = 1e-8  # part of a motion, relative, that one sector may fail to repeat
+SAME = 1e-8  # largest relative part of a motion without the symmetry of one sector
 
 
 class Motion(NamedTuple):
@@ -54,11 +56,12 @@ class Motion(NamedTuple):
 
 
 class Amplitudes(NamedTuple):
-    """A motion as modal amplitudes and their rates, of a model: (m,), (m,), (c,), (c,).
+    """A motion as modal amplitudes of a model and their rates.
 
     Attributes
     ----------
-    rotor, rotor_rate, casing, casing_rate : sqrt(kg) m, sqrt(kg) m/s
+    rotor, rotor_rate : (m,), sqrt(kg) m, sqrt(kg) m/s
+    casing, casing_rate : (c,), sqrt(kg) m, sqrt(kg) m/s
     """
 
     rotor: Floats
@@ -68,7 +71,7 @@ class Amplitudes(NamedTuple):
 
 
 class Steps(Protocol):
-    """How the velocities of a body follow from its increments, and these from those."""
+    """Conversion between the velocities and the increments of a body."""
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
         """Return x' from x and d = x_n - x_{n-1}."""
@@ -79,7 +82,7 @@ class Steps(Protocol):
 
 @dataclass(frozen=True)
 class FreeSteps:
-    """Central differences; keep, pull : (n,) of modes or (n, n); step : dt, s."""
+    """Central differences; keep, pull : (n,) for modes, or (n, n); step : dt, s."""
 
     keep: Floats
     pull: Floats
@@ -91,7 +94,7 @@ class FreeSteps:
         return np.asarray((d + ahead) / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return d of (1 + keep) d = 2 dt v + pull x."""
+        """Return d from (1 + keep) d = 2 dt v + pull x."""
         right = 2 * self.step * v + _times(self.pull, x)
         if self.keep.ndim == 1:
             return np.asarray(right / (1 + self.keep))
@@ -134,13 +137,13 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
     """Return a motion in the modes of a model, or of one of its sectors.
 
-    None where a model of one sector cannot stand for all: the motion lacks the
-    symmetry. What the modes cannot tell of a motion is left out.
+    None if a model of one sector cannot stand for all, since the motion lacks the
+    symmetry. The part of a motion outside the span of the modes is lost.
 
     Raises
     ------
     InputError
-        where a body has other coordinates than the motion
+        if the number of coordinates of a body differs from that of the motion
     """
     check_sizes(model, motion)
     casing = NONE if model.casing is None else model.casing.shapes
@@ -164,15 +167,15 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
 
 
 def check_sizes(model: Model, motion: Motion) -> None:
-    """Raise InputError where a body has other coordinates than a motion."""
+    """Raise InputError if a body's number of coordinates differs from a motion's."""
     casing = NONE if model.casing is None else model.casing.shapes
     lifts = model.lifts or (model.rotor.shapes, casing)
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, lifts), strict=True):
         if len(x) != size:
             msg = (
-                f"a motion can be continued only by a {name} with as many coordinates: "
-                f"it has {len(x)}, the {name} of this case {size}"
+                f"a motion can be continued only by a {name} with the same number of "
+                f"coordinates: it has {len(x)}, the {name} of this case {size}"
             )
             raise InputError(msg)
 
@@ -185,7 +188,7 @@ def lowering(body: ModalModel, lift: Floats) -> Floats:
     Raises
     ------
     InputError
-        where displacements do not tell the amplitudes
+        if displacements do not determine the amplitudes
     """
     if body.has_matrices:
         return np.asarray(lift.T @ body.mass)
@@ -210,10 +213,10 @@ def gaps_of(
 
     Parameters
     ----------
-    model : all sectors or one; a rigid casing is one without lobes
+    model : model of all sectors or of one; a rigid casing must have no lobes
     gap : m
     rotor, casing : (n,), (c,), m, displacements in the coordinates of the model
-    angle : rad, of blade 0, in the circle of the model
+    angle : rad, of blade 0, on the circle of the model
     """
     gaps = model.clearances(gap) - rotor[model.places[0]]
     if model.ring is None:
@@ -253,10 +256,10 @@ def _back(x: Floats, angle: float, width: int) -> Floats:
 
 
 def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements (4 elements,) seen from an angle: Fourier's shift.
+    """Return nodal displacements (4 elements,) relative to an angle, by Fourier.
 
-    Matrices of a ring of equal elements are circulant: no energy is lost but that of
-    the shortest wave, if their number is even.
+    Matrices of a ring of equal elements are circulant, so that no energy is lost,
+    except for that of the shortest wave if the number of elements is even.
     """
     nodes = x.reshape(-1, 4)
     waves = np.fft.rfft(nodes, axis=0)
@@ -266,9 +269,9 @@ def _back_elements(x: Floats, angle: float) -> Floats:
 
 
 def check_continuable(model: Model, scene: Scene) -> None:
-    """Raise InputError where something but the pulse stands at a fixed angle.
+    """Raise InputError if anything but the pulse is at a fixed angle.
 
-    A motion that begins elsewhere is turned to the angle 0 of the new march.
+    A motion that begins at another angle is rotated to the angle 0 of the new march.
     """
     spin, casing = model.rotor.spin, scene.engine.casing
     if spin is not None and not spin.support.is_round:

@@ -1,4 +1,4 @@
-"""Arrays of the kernels for bodies as modes or matrices, made once per case."""
+"""Arrays of the kernels for bodies as modes or as matrices, made once per case."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-LANES = 4  # the kernel sums four modes at a time: arrays are padded with modes at rest
+LANES = 4  # modes that the kernel sums at a time; arrays are padded with modes at rest
 EMPTY = np.zeros((0, 0))
 
 
@@ -111,9 +111,9 @@ def rotor_compliance(model: Model, scene: Scene) -> Floats:
 def contact_operators(model: Model, scene: Scene) -> Contact:
     """Return the rotor's W and the ring's compliance, m/N, and the kind of ring.
 
-    Both give the radial displacements, in the same step, of a unit multiplier and its
-    friction (the corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 =
-    Phi diag(give) Phi^T. A row of the compliance belongs to the loaded coordinate.
+    Both give the radial displacements, in the same step, due to a unit multiplier and
+    its friction (the corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 = Phi
+    diag(give) Phi^T. A row of the compliance belongs to the loaded coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
@@ -139,7 +139,7 @@ def points_of(model: Model, scene: Scene) -> Points:
 
 
 def wall_of(scene: Scene) -> Wall:
-    """Return the gap and a rigid casing's distortion, as the kernels take them."""
+    """Return the gap and a rigid casing's distortion in the form that kernels take."""
     casing = scene.engine.casing
     lobes, growth = scene.nodal_diameter, casing.growth
     return Wall(scene.gap, lobes, casing.amplitude, growth, casing.rise)
@@ -159,7 +159,7 @@ def pulse_load(model: Model, scene: Scene) -> Floats:
 
 
 def ring_kind(model: Model) -> Ring:
-    """Return how the kernels read the casing at a blade: kind, size and length."""
+    """Return kind of casing, number of elements or harmonics, and element length."""
     if model.ring is None:
         return Ring(RIGID, 0, 1.0)
     if isinstance(model.ring, FourierOperator):

@@ -1,4 +1,4 @@
-"""A march and its twin, a small distance beside it, that go on from an ended run."""
+"""A march and its twin, a small distance apart, that continue an ended run."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.files import Value
 
-FIRST = 1e-6  # relative change of the body that is moved aside, before it is scaled
+FIRST = 1e-6  # relative change of a body's motion that makes the twin, before scaling
 
 
 class SideBySide:
     """Twins of the full motion with contact, see `analysis.chaos.Twins`.
 
-    Both march the same scene with the same arrays. The twin begins with the casing's
-    motion a little larger (with a rigid casing, the rotor's), scaled to the distance
-    asked for. Distances are those of `blend.distance` over that of the motion from
-    rest, sqrt of its energy.
+    Both integrate the same scene with the same arrays. The twin begins with the motion
+    of the casing (of the rotor, if the casing is rigid) a little larger, scaled to the
+    wanted distance. Distances are those of `blend.distance`, relative to the distance
+    of the motion from rest, the square root of its energy.
 
     Parameters
     ----------
-    ended : march to go on from; all its sectors must be marched
-    interval : s, between two distances, in whole rows of evidence, at which jumps end
-    seconds : that there is room for
+    ended : march to be continued; all its sectors must be integrated
+    interval : s, between two distances, rounded to rows of evidence, at which jumps end
+    seconds : s, time for which there are arrays
     delta : distance over the motion's size
     between : called between slices
     """
@@ -72,17 +72,17 @@ class SideBySide:
 
     @property
     def intervals(self) -> int:
-        """Number of intervals that there is room for."""
+        """Number of intervals for which there are arrays."""
         return (self.one.total // self.one.beat - self.first_row) // self.rows
 
     @property
     def ended(self) -> bool:
-        """Whether one of both has ended at a limit."""
+        """Whether one of the two has ended at a limit."""
         stops = [march.counter[contact.STOP] for march in (self.one, self.other)]
         return any(stop != contact.RUNNING for stop in stops)
 
     def advance(self) -> float:
-        """March both by one interval; return their distance over the motion's size."""
+        """Integrate both by one interval; return their distance over the motion."""
         beat = self.one.beat
         goal = (self.one.steps // beat + self.rows) * beat
         for march in (self.one, self.other):
@@ -99,7 +99,7 @@ class SideBySide:
 
 
 def _longer(ended: March, seconds: float) -> Case:
-    """Return the case of a march that goes on for so long."""
+    """Return the case of a march that continues for a number of seconds."""
     settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
     settings["duration"] = ended.steps * ended.scene.solver.time_step + seconds
     settings["output.traces"] = "summary"
@@ -107,9 +107,10 @@ def _longer(ended: March, seconds: float) -> Case:
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march at the state of another, which looks for no certificate.
+    """Return a march at the state of another one that seeks no certificate.
 
-    A longer march may have fewer rows of evidence a second: those before are left out.
+    A longer march may have fewer rows of evidence per second; earlier rows are left
+    out.
     """
     march = March(case)
     if march.lean.model.folds != ended.lean.model.folds:
@@ -124,7 +125,7 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return the arrays of a state that hold the casing, or without one the rotor."""
+    """Return the arrays of a state that hold the casing (rotor, if it is rigid)."""
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:
         found = [getattr(state, n) for n in some if hasattr(state, n)]

@@ -1,4 +1,4 @@
-"""Arrays of the cyclic kernel: a slot for each nodal diameter, a row for each mode.
+"""Arrays of the cyclic kernel: a slot for each nodal diameter, a row per mode.
 
 Arrays that do not depend on speed and friction are cached for each model and step.
 """
@@ -44,7 +44,7 @@ Complexes = NDArray[np.complex128]
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
     """Return (slot, sign) of a harmonic of the ring as N blades see it.
 
-    The slot is the nodal diameter 0 .. N // 2 that it aliases to; sign is -1 where the
+    The slot is the nodal diameter 0 .. N // 2 to which it aliases; sign is -1 if the
     amplitude in the slot is the conjugate.
     """
     rest = harmonic % blades
@@ -90,8 +90,8 @@ class _RotorMode:
     slot, row : its indices in the arrays
     members : columns of its phases in the model, one or two
     omega : rad/s
-    gamma : radial tip amplitude, real, tips counted negative
-    sigma : tangential tip amplitude, tips counted negative
+    gamma : radial amplitude of the tips with negative sign, real
+    sigma : tangential amplitude of the tips with negative sign
     centre : (2,), amplitudes of x_o and y_o
     turn : q_0 + i q_1 = turn * amplitude; makes gamma real
     """
@@ -148,7 +148,9 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return items (ITEMS, ...) with the items of contact forces, give (gamma + mu s*).
+    """Return items (ITEMS, ...) with those of contact forces, give (gamma + mu s*).
+
+    Here s is the tangential amplitude of a mode.
 
     mu : friction with the sign of the speed
     """
@@ -206,7 +208,7 @@ class _Ring(NamedTuple):
     items : (ITEMS, rows, slots)
     row, slot : (modes,), indices of each mode
     column : (modes,), column of the first phase of each mode in the model
-    turns : (modes,), +-h: turns of its amplitude in a revolution
+    turns : (modes,), +-h: rotations of its amplitude per revolution
     """
 
     items: Floats
@@ -230,7 +232,7 @@ def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
     for place in places:
         h, m = place.harmonic, place.members[0]
         w_row = operator.radial[max(2 * h - 1, 0)]
-        u_row = operator.tangential[2 * h]  # the sine; for h = 0 the turn
+        u_row = operator.tangential[2 * h]  # the sine; for h = 0 the rotation
         psi, chi = float(body.shapes[w_row, m]), body.shapes[u_row, m]
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
         flow = _flow(flies=flies)(float(body.omega[m]), float(ratios[m]), step)
@@ -250,7 +252,7 @@ def _lobes(model: Model, diameter: int, direction: str) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _rubbed_ring(model: Model, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return a ring's items with those that friction changes.
+    """Return a ring's items, including those that depend on friction.
 
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
@@ -309,7 +311,7 @@ class _RingMode:
     Attributes
     ----------
     slot, row : its indices in the arrays
-    sign : -1 where the slot holds its conjugate, else 1
+    sign : -1 if the slot holds its conjugate, else 1
     harmonic : h
     members : columns of its phases in the model, one or two
     """
@@ -361,7 +363,7 @@ def rotor_slots(model: Model, q_b: Floats) -> Floats:
 def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
     """Return the ring's amplitudes in slots, (2 rows slots,), from modal ones (n,).
 
-    The rotor is at the angle 0, where both frames are the same.
+    They are for the rotor at angle 0, where both frames coincide.
     """
     out = np.zeros((2, rows, widths(model.blades)[0]))
     for place in _ring_modes(model):
@@ -376,7 +378,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     Parameters
     ----------
     model : a model with a ring of harmonics
-    states : (n, 2 ring_size), re and im of ended states, rotating frame
+    states : (n, 2 ring_size), re and im of completed states, rotating frame
     angles : (n,), rad, Omega t
     """
     slots, _ = widths(model.blades)
@@ -398,7 +400,7 @@ def _rubbed(
 ) -> tuple[Floats, Floats, Floats, int]:
     """Return the cyclic arrays that depend on friction but not on the speed.
 
-    mu, flies : as of `_rubbed_ring` and `_rotor`
+    mu, flies : as for `_rubbed_ring` and `_rotor`
 
     Returns
     -------

@@ -1,11 +1,11 @@
 """Snapshots: save a march as plain arrays, and resume it in another process.
 
-Any division of a march into slices gives the same bits, and the state is all that a
-march depends on; a resumed march therefore ends with the bits of an uninterrupted one,
-provided that it is the same march. Equal inputs do not suffice: another LAPACK may give
-a mode the other sign, and the snapshot's amplitudes would mean another motion. A
-fingerprint of all numbers passed to the kernel, of the kernels and of their compiler
-decides.
+Any division of a march into slices gives the same bits, and a march depends on nothing
+but its state. So a resumed march ends with the bits of an uninterrupted one, provided
+that it is the same march. Equal inputs do not suffice for that: another LAPACK may
+change the sign of a mode, and the snapshot's amplitudes would then be another motion.
+So a fingerprint is compared: of all numbers passed to the kernel, of the kernels and of
+their compiler.
 
 The fingerprint does not include the length of the run: up to its last row of evidence a
 march has the states of a longer one, see `may_last`.
@@ -27,14 +27,14 @@ from hpcwhirl.dynamics.kernels.kernel_types import Flight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]
-CODE = f"{kernels.DIGEST} numba {numba.__version__}"  # that numbers come from
+CODE = f"{kernels.DIGEST} numba {numba.__version__}"  # code that computes the numbers
 
 
 def fingerprint(march: March) -> str:
     """Return the SHA-256 of the kernel's code and of the numbers passed to it."""
     digest = hashlib.sha256(CODE.encode())
     kept = march.stride if march.stride <= march.total else 0
-    looks = march.coast is not None  # for a certificate, which ends the stepping
+    looks = march.coast is not None  # a certificate ends the stepping
     digest.update(repr((kept, march.beat, looks)).encode())
     with march.at_start():  # arrays of a changing speed are those of the present one
         _feed(digest, march.scheme.arrays)
@@ -62,8 +62,8 @@ def _feed(digest: Any, part: Any) -> None:
 def snapshot(march: March) -> Arrays:
     """Return a march as {name: array}: `state.NAME`, `tracks.NAME`, `seconds`, `total`.
 
-    Of the tracks, the rows written so far; they are views of the march's arrays, whose
-    written rows never change.
+    Only the rows of tracks written so far are included; they are views of the march's
+    arrays, in which written rows never change.
     """
     arrays = {name: array.copy() for name, array in _state(march).items()}
     tracks = _tracks(march, march.counter)
@@ -88,7 +88,7 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
 
 
 def restore(march: March, arrays: Arrays) -> bool:
-    """Set a new march to a snapshot; return False, changing nothing, if it misfits."""
+    """Set a new march to a snapshot; return False, unchanged, if it does not fit."""
     if arrays.keys() != snapshot(march).keys() or not may_last(arrays, march):
         return False
     targets = _state(march)
@@ -112,8 +112,8 @@ def steps_of(arrays: Arrays) -> tuple[int, int]:
 def may_last(arrays: Arrays, march: March) -> bool:
     """Return whether a march of this length passes through a snapshot's state.
 
-    If the lengths differ, it does up to the last row of evidence of both, and only
-    before a certificate, after which the rest was computed at once, up to the end.
+    If the lengths differ, it does so up to the last row of evidence of both, and only
+    before a certificate, after which the rest of the run was computed at once.
     """
     (steps, total), counter = steps_of(arrays), arrays["state.counter"]
     if total == march.total:

@@ -1,8 +1,8 @@
 """The recursions of one mode: central differences and exact flow.
 
 (1/dt^2 + xi w/dt) q_{n+1} = f_n + (2/dt^2 - w^2) q_n - (1/dt^2 - xi w/dt) q_{n-1}
-is marched with the increment d_n = q_n - q_{n-1}, which is algebraically the same
-and loses no digits to 2 - w^2 dt^2 on slow modes:
+is written with the increment d_n = q_n - q_{n-1}, which is algebraically the same but
+loses no digits in 2 - w^2 dt^2 for slow modes:
 d_{n+1} = keep d_n - pull q_n + give f_n,   q_{n+1} = q_n + d_{n+1}.
 
 Its free motion is z^n, (1 + xi x) z^2 - (2 - x^2) z + (1 - xi x) = 0 with x = w dt, so
@@ -42,7 +42,7 @@ class Recursion:
 
     Attributes
     ----------
-    omega, damping : rad/s, xi
+    omega, damping : rad/s; damping ratio xi
     keep, pull, give : coefficients; a force f acts as impulse f dt at the step's start
     rate : damping loss of a step of central differences, over (d + d')^2, J
     mean : (3,), coefficients of d, d', q' in dt (v- + v+) at the step's start, v before

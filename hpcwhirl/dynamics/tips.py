@@ -1,4 +1,4 @@
-"""Arrays of the general kernel: matrix of tips by modes, ring in slots, W of both."""
+"""Arrays of the general kernel: matrix from modes to tips, ring in slots, W of both."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ Floats = NDArray[np.float64]
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
     """Return the items of a body's modes, (ITEMS, size), see `kernels.passes`.
 
-    The general kernel passes modal forces to each mode, where the cyclic one passes
-    a spectrum: first those of the normal forces, then those of friction over mu. The
-    modes' own tip amplitudes are therefore 1.
+    The general kernel passes modal forces to each mode, instead of a spectrum as the
+    cyclic kernel does: first those of the normal forces, then those of friction over
+    mu. So the tip amplitudes in the items are 1.
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)
@@ -67,7 +67,7 @@ def _rotor(model: Model, scene: Scene) -> GeneralRotor:
 def delassus(model: Model, scene: Scene) -> Floats:
     """Return the Delassus matrix W, (N, N), m/N.
 
-    Column j has the changes of all gaps in a step by a unit force at blade j.
+    Column j has the changes of all gaps in a step due to a unit force at blade j.
     """
     w = rotor_compliance(model, scene)
     blades = np.arange(model.blades)

@@ -3,10 +3,10 @@
 (M/dt^2 + (D + 2 Omega C)/2dt) x_{n+1} = f_n + (2M/dt^2 - K(Omega)) x_n
     - (M/dt^2 - (D + 2 Omega C)/2dt) x_{n-1}
 
-Coriolis forces, implicit, do no work: (d' + d) C (d' + d) = 0. D includes the supports'
-damping c_s; their skew part S in K(Omega) does the work (d' + d) S x_n / 2 per step,
-booked as damping. Together they are the loss of a damper that does not rotate, less the
-work of its torque on the rotation.
+Coriolis forces, treated implicitly, do no work: (d' + d) C (d' + d) = 0. D includes the
+supports' damping c_s; their skew part S in K(Omega) does the work (d' + d) S x_n / 2
+per step, which is entered as damping. Together they are the loss of a damper that does
+not rotate, less the work that its torque takes from the rotation.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from hpcwhirl.scene import Scene
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 NONE = np.zeros((0, 0))
-ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # nothing to march
+ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
 
 
 class Terms(NamedTuple):
@@ -48,8 +48,8 @@ class Turning(NamedTuple):
     Attributes
     ----------
     keep, pull, inverse : matrices of the step
-    mass, stiffness : symmetric, of the energy: kinetic plus Jacobi's potential
-    damping, push : D, symmetric, and S, skew, of the damping loss
+    mass, stiffness : symmetric, give the energy: kinetic plus Jacobi's potential
+    damping, push : D, symmetric, and S, skew, give the damping loss
     """
 
     keep: Floats
@@ -62,7 +62,7 @@ class Turning(NamedTuple):
 
 
 def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Terms:
-    """Return the matrices of a rotor with a spin; basis as of `turning`."""
+    """Return the matrices of a rotor with terms of rotation; basis: see `turning`."""
     body = model.rotor
     matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
     if basis is not None:
@@ -78,9 +78,9 @@ def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Te
 
 
 def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
-    """Return the step matrices of a rotor with a spin.
+    """Return the step matrices of a rotor with terms of rotation.
 
-    basis : (n, m), for matrices in its coordinates; None: in those of the model
+    basis : (n, m), whose coordinates are used; None: those of the model
     """
     step = scene.solver.time_step
     mass, gyro, damping, stiffness, push = turning_terms(model, scene, basis)
@@ -98,12 +98,12 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
 
 
 def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
-    """Return what supports do that differ by direction, or have a squeeze film.
+    """Return the arrays of supports that differ by direction or have a squeeze film.
 
     Parameters
     ----------
-    inverse : (n, n), d' of unit forces on a body's coordinates
-    hub : (2, n), x_o, y_o of its coordinates
+    inverse : (n, n), d' due to unit forces on a body's coordinates
+    hub : (2, n), x_o, y_o from its coordinates
     """
     spin = model.rotor.spin
     if spin is None or spin.support.is_plain:
@@ -135,7 +135,7 @@ def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
 def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
-    With an unbalance they have modes that read x_s, see `dynamics.unbalance`.
+    With an unbalance they include modes that represent x_s, see `dynamics.unbalance`.
     """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])

@@ -1,4 +1,4 @@
-"""Arrays of the kernel `waves`: a rotating rotor as waves, forward and backward ones.
+"""Arrays of the kernel `waves`: a rotating rotor as forward and backward waves.
 
 On a nodal diameter, in coordinates of the modes at rest (M = 1), with G = D + 2 Omega C
 and K = K(Omega) + S,
@@ -50,7 +50,7 @@ from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-WORST = 1e6  # condition of scaled waves, beyond which they are no basis
+WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ class Diameter:
     ----------
     k, step : nodal diameter; dt, s
     ahead : (w,), z - 1
-    shapes, rises : (m, w), x of unit amplitudes, and d or, of the exact flow, x'
-    radial, along : (m,), gap of unit x, and tangential place of the tip
-    hub : (m,), z_o of unit x; zero where the centre rests
+    shapes, rises : (m, w), x for unit amplitudes, and d or, for the exact flow, x'
+    radial, along : (m,), gap, and tangential displacement of the tip, for unit x
+    hub : (m,), z_o for unit x; zero if the centre does not move
     energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
     """
@@ -87,13 +87,13 @@ class Diameter:
 
     @property
     def condition(self) -> float:
-        """Condition of the waves as a basis of x and d or x', scaled."""
+        """Condition number of the waves as a basis of x and d or x', scaled."""
         basis = np.vstack([self.shapes, self.rises / self.scale])
         return float(np.linalg.cond(basis))
 
     @cached_property
     def inverse(self) -> Complexes:
-        """Amplitudes of x and d or x', (w, 2 m)."""
+        """Matrix (w, 2 m) from x and d or x' to amplitudes."""
         basis = np.vstack([self.shapes, self.rises / self.scale])
         scale = np.repeat([1.0, 1.0 / self.scale], len(self.shapes))
         return np.asarray(np.linalg.solve(basis, np.diag(scale)))
@@ -109,7 +109,7 @@ class Diameter:
         raise NotImplementedError
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
-        """Return a (w,) of a motion x, x', (m,) each."""
+        """Return the amplitudes a (w,) of a motion x, x', (m,) each."""
         scale = float(np.abs(self.rates).max())
         basis = np.vstack([self.shapes, self.rates / scale])
         found = np.linalg.solve(basis, np.concatenate([x, rate / scale]))
@@ -124,9 +124,9 @@ class Diameter:
         raise NotImplementedError
 
     def passing(self) -> Complexes:
-        """Return dt (v- + v+) of amplitudes after a step without forces, (m, w).
+        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
 
-        v- and v+ are the velocities before and after what acts at the step's start.
+        v- and v+ are the velocities before and after the impulse at the step's start.
         """
         raise NotImplementedError
 
@@ -135,13 +135,14 @@ class Diameter:
         raise NotImplementedError
 
     def lost(self) -> Complexes:
-        """Return the form (w, w) of a step's loss by D and S, of a after it, J."""
+        """Return the form (w, w), J, of a step's loss by D and S, of a after it."""
         raise NotImplementedError
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (w,), number): energy and loss of a step that Lambda adds.
+        """Return (row (w,), number) for the energy and loss that Lambda adds in a step.
 
-        It adds Re(conj(Lambda) row a) + number |Lambda|^2, a after the step without it.
+        It adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the step
+        without Lambda.
         """
         raise NotImplementedError
 
@@ -319,7 +320,7 @@ def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle |
 
 
 def is_basis(diameters: list[Diameter]) -> bool:
-    """Return whether the waves of all diameters are a basis: no two nearly coincide."""
+    """Return whether the waves of all diameters are a basis: none nearly coincide."""
     return bool(diameters) and all(own.condition < WORST for own in diameters)
 
 
@@ -354,7 +355,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; a circle's wave has a row of its own."""
+    """Return the kernel's arrays of a rotor; the wave of a circle has its own row."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))

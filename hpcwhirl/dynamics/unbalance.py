@@ -1,16 +1,16 @@
-"""An unbalance in the arrays and states of kernels: one coordinate more, always 1.
+"""An unbalance in arrays and states of kernels: a coordinate that is always 1.
 
 The force of an unbalance is constant in the rotating frame. A coordinate s that stays 1
-brings it into matrices that know no force, see `case.unbalance` for x_s:
+represents it in kernels without constant forces; `case.unbalance` explains x_s:
 
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
-damping reads x_s at the tips and the centre; of scheme `modal` it is a wave, see
-`turning_waves.Circle`. Where supports differ by direction, two more that go as cos 2
-Omega t and sin 2 Omega t read Re xi and -Im xi.
+damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
+`turning_waves.Circle`. If supports differ by direction, two further modes that vary as
+cos 2 Omega t and sin 2 Omega t add Re xi and -Im xi.
 
 matrices: the coordinates are x, and y = [I, -x_s] (x, s): the column of s in A^-1 K is
 -A^-1 F. K becomes [I, -x_s]^T K [I, -x_s], so that the energy, which then includes the
-potential of the force, is again that of y.
+potential of the force, is that of y, too.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
-    """Return an unbalanced rotor's modes with those added that stand for x_s."""
+    """Return an unbalanced rotor's modes, with the modes added that represent x_s."""
     rows, count = read_by(model, scene), 2 * model.blades
     radial, tangential = (rows[:, places] for places in model.places)
     hub = rows[:, count : count + 2]
@@ -63,7 +63,7 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a), a = 2 Omega dt, by which xi turns in a step."""
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt, the angle of xi in a step."""
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 

@@ -1,18 +1,18 @@
 """Arrays of `kernels.whole`: a rotating rotor of unequal sectors as waves of the whole.
 
-As in `turning_waves`, but for all sectors at once and in real numbers. Of the 2 m
+It is as in `turning_waves`, but for all sectors at once and in real numbers. Of the 2 m
 roots of
 
 [s^2 (1 - dt^2 K/4) + s G + K] Y = 0,  G = D + 2 Omega C,
 
 each conjugate pair gives a wave x = Re(Y a) with a complex amplitude a, each real root
 a wave with a real amplitude. The parts q of the amplitudes, (2 m,), are all real parts,
-then the imaginary parts of complex ones; x takes Re Y of the former and -Im Y of the
-latter. With d = x_n - x_{n-1}, a step is
+followed by the imaginary parts of the complex ones; in x they are multiplied by Re Y
+and -Im Y, respectively. With d = x_n - x_{n-1}, a step is
 
 q' = turned q + beta lambda,  d' + d = passing turned q + give F lambda,
 
-F the modal forces of the multipliers, which act at the step's start.
+with F the modal forces of the multipliers, which act at the step's start.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from hpcwhirl.scene.rules import NO_BLADE
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
-CLOSED = 1e-9  # relative miss of the work of contact that ledgers may have
+CLOSED = 1e-9  # largest relative error of the work of contact
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class WholeWaves:
     push: Floats
 
     def parts(self, rows: Complexes) -> Floats:
-        """Return real rows (r, 2 m) with Re(rows a) = result q; rows : (r, w)."""
+        """Return the real rows (r, 2 m) with Re(rows a) = result q; rows : (r, w)."""
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
 
     @property
@@ -155,18 +155,20 @@ class WholeWaves:
         return np.asarray((twice + twice.T) / 4)
 
     def books(self, reads: Floats) -> bool:
-        """Return whether what contact adds to energy and loss is its work, as it must.
+        """Return whether contact adds its work to energy and loss, as it must.
 
-        reads : (N, m), what the multipliers' work is done on, their modal forces
+        reads : (N, m), displacements on which the multipliers do work, so also their
+            forces
         """
         rows, _ = self.adds(reads.T)
         apart = rows - reads @ self.passing / 2
         return bool(np.abs(apart).max() < CLOSED * np.abs(rows).max())
 
     def adds(self, forces: Floats) -> tuple[Floats, Floats]:
-        """Return (rows (N, 2 m), numbers (N, N)): what contact adds to energy and loss.
+        """Return (rows (N, 2 m), numbers (N, N)): energy and loss that contact adds.
 
-        It adds lambda . (rows q + numbers lambda), q after the step without it.
+        It adds lambda . (rows q + numbers lambda), with q after the step without
+        contact.
 
         forces : (m, N), modal forces of unit multipliers
         """
@@ -179,7 +181,7 @@ class WholeWaves:
 
 
 def whole_waves(model: Model, scene: Scene) -> WholeWaves:
-    """Return the waves of central differences of a rotor with a spin."""
+    """Return the waves of central differences of a rotor with terms of rotation."""
     step, shapes = scene.solver.time_step, model.rotor.shapes
     own, terms = turning(model, scene, shapes), turning_terms(model, scene, shapes)
     whole = terms.stiffness + terms.push
@@ -195,7 +197,7 @@ def whole_waves(model: Model, scene: Scene) -> WholeWaves:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return what tips' gaps and places along the casing read of modes, (N, m) each."""
+    """Return the matrices (N, m) from modes to tips: gaps, tangential motion."""
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 

@@ -157,7 +157,7 @@ def test_a_motion_goes_on_at_other_inputs_with_its_places_and_velocities(change)
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"blades": 8}, "as many coordinates: it has"),
+        ({"blades": 8}, "same number of coordinates: it has"),
         ({"kind": "rigid", "amplitude": 1e-5}, "amplitude must be 0 m"),
         (
             {"rotation": "full", "stiffness_difference": 1e6},

@@ -380,7 +380,7 @@ def test_a_campaign_refuses_to_continue_with_another_content(exported, tmp_path,
         file["rotor/stiffness"][0, 0] *= 1.01
     text = refusal(prepare, design_of(document), tmp_path / "out")
     assert ("engine.file (SHA-256)" in text) == (table == "engine")
-    assert (f"another content of {path}" in text) == (table == "sweep")
+    assert (f"other content of {path}" in text) == (table == "sweep")
 
 
 # Mistuning

@@ -1,9 +1,9 @@
-"""All compiled code, but for what a scheme has in a file of its own.
+"""All compiled code.
 
-Numba's cache knows a function by the file it stands in and does not see edits in what
-it calls: the cache therefore lies in a directory named by a digest of these files,
-under NUMBA_CACHE_DIR or else the user's cache directory. Where that cannot be written,
-each process has a cache of its own for as long as it lives.
+Numba's cache identifies a function by its file and does not notice edits in the
+functions that it calls. So the cache is in a directory named by a digest of these
+files, under NUMBA_CACHE_DIR or the user's cache directory. If that cannot be written,
+each process has a temporary cache of its own.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _cache_base(chosen: str) -> Path:
 
 
 def _may_write(place: Path) -> bool:
-    """Return whether a file can be made in a directory, or in one made there."""
+    """Return whether a file can be made in a directory, itself made if missing."""
     try:
         place.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=place):
@@ -46,9 +46,9 @@ def _may_write(place: Path) -> bool:
 
 
 def _own() -> str:
-    """Return a directory of this process's own, removed as it ends.
+    """Return a directory of this process's own, removed when it ends.
 
-    What numba loads from its cache it executes: nobody else's directory will do.
+    Numba executes what it loads from its cache, so the directory must be nobody else's.
     """
     place = tempfile.mkdtemp(prefix="hpcwhirl-numba-")
     atexit.register(shutil.rmtree, place, ignore_errors=True)
@@ -58,6 +58,6 @@ def _own() -> str:
 DIGEST = _digest()
 _settings = vars(config)
 WANTED = _cache_base(_settings["CACHE_DIR"]) / DIGEST
-KEPT = _may_write(WANTED)  # else all is compiled again in every process
+KEPT = _may_write(WANTED)  # otherwise every process compiles everything again
 _settings["CACHE_DIR"] = str(WANTED) if KEPT else _own()
 keep_apart()

@@ -1,4 +1,4 @@
-"""The march of two bodies of any kind: Algorithm 1, what they do told by `verbs`."""
+"""The loop for two bodies of any kind: Algorithm 1, with functions named in `verbs`."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
 
 FLUSH_EVERY = 256  # steps; see `flush`
 TINY = 1e-150
-NOWHERE = 1.0  # m, gap of a blade that is not there
+NOWHERE = 1.0  # m, gap of a lost blade
 
 
 @njit(cache=True)
@@ -113,7 +113,7 @@ def pulse_work(push, modal, ahead, increments):
 
 @njit(cache=True)
 def motion_of(q, d, loss):
-    """Return a body's arrays of the state with its work space."""
+    """Return a body's arrays of the state together with its work space."""
     return Motion(
         q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
         np.zeros_like(q),
@@ -134,20 +134,20 @@ def march_bodies(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks,
 ):  # fmt: skip
-    """March `steps` steps of the central differences, see timestep.recursion.
+    """Take `steps` steps of central differences, see `timestep.recursion`.
 
     Where tips have several contact points, N in all arrays is the number of points.
 
     Parameters
     ----------
-    steps : to take
+    steps : number of steps to take
     strides : steps between samples of the traces, and between rows of the evidence
     limit : tip displacement that ends the run, of both components, see
         `contact.watch`, m
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : of one kind, `kernel_types.ModalBody` or `kernel_types.DenseBody`
+    rotor, casing : both `kernel_types.ModalBody` or both `kernel_types.DenseBody`
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """

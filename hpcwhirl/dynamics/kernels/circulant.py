@@ -1,4 +1,4 @@
-"""The contact problem of blades beside a round casing, whose W is constant.
+"""The contact problem of blades in a round casing, with constant W.
 
 In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
 
@@ -80,7 +80,7 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers
 ) -> ConstantSpace:
-    """Return the work space of a circulant W; column : (N,), m/N, its column 0."""
+    """Return the work space for a circulant W; column : (N,), m/N, column 0 of W."""
     return constant_space(blades, wide, column[_apart(blades)], known)
 
 
@@ -236,7 +236,7 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve as `contact.complementarity`, with all rows of W known."""
+    """Solve as `contact.complementarity` does, with all rows of W known."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)

@@ -1,13 +1,13 @@
-"""How functions of the cyclic kernel are compiled: in Python, as a part, or inline.
+"""How functions of kernels are compiled: callable from Python, as a part, or inline.
 
-Numba makes of every function one that Python can call, another for C, and machine code
-of its own, optimised with all that it calls: at each level of the calls once more. A
-part has none of that: it is typed and lowered once, and optimised where it is linked.
-What numba itself inlines it copies and types anew at each place; LLVM inlines here.
+For every function numba makes an entry for Python, another for C, and machine code that
+is optimised together with everything it calls, again at each level of calls. A part has
+none of this: it is typed and lowered once, and optimised where it is linked. Functions
+that numba itself inlines are copied and typed again at each call; here LLVM inlines.
 
-This leans on the inside of numba. HPCWHIRL_PLAIN_NUMBA=1 compiles the same functions by
-`numba.njit` alone: the same bits, slower to compile and to run, for another processor,
-another release of numba, or a debugger.
+This depends on internals of numba. HPCWHIRL_PLAIN_NUMBA=1 compiles the same functions
+with `numba.njit` only: the same bits, but slower to compile and to run, for another
+processor, another release of numba, or a debugger.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from numba.core.types import unliteral
 
 numba_njit: Any = njit  # its hints leave out the options that name entries
 PLAIN = os.environ.get("HPCWHIRL_PLAIN_NUMBA", "0") not in {"", "0"}
-ENTRY = "_ZN7cpython"  # the mangled name of what Python calls begins so
+ENTRY = "_ZN7cpython"  # prefix of the mangled names of entries for Python
 
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Let objects lie that cannot be freed yet: compilers make them by the million."""
+    """Switch garbage collection off: compilers make millions of lasting objects."""
     was = gc.isenabled()
     gc.disable()
     try:
@@ -43,9 +43,9 @@ def _no_collection() -> Iterator[None]:
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Code that counts no references: one pass of optimisation is enough.
+    """Code without reference counts, for which one pass of optimisation is enough.
 
-    Numba's others are there to find the counts that cancel.
+    Numba's further passes look for reference counts that cancel.
     """
 
     def _optimize_functions(self, ll_module: Any) -> None:
@@ -63,7 +63,7 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
 
 
 class PartLibrary(KernelLibrary):
-    """Code to be linked, as it was lowered: neither optimised nor made executable."""
+    """Code to be linked in the form in which it was lowered, not executable."""
 
     def _optimize_final_module(self) -> None:
         pass
@@ -74,14 +74,14 @@ class PartLibrary(KernelLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Return itself, for want of an environment to set."""
+        """Return itself, since there is no environment to set."""
         return self
 
     def set_env(self, *_: Any) -> None:
         """Set no environment: nothing here runs."""
 
     def get_pointer_to_function(self, _: str) -> int:
-        """Return that of no function."""
+        """Return 0, the address of no function."""
         self._ensure_finalized()
         return 0
 
@@ -94,7 +94,7 @@ class RareLibrary(PartLibrary):
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
-    """Numba's compiler, to a library of its own kind."""
+    """Numba's compiler with a particular kind of library."""
 
     library: type[JITCodeLibrary] = KernelLibrary
 
@@ -119,10 +119,10 @@ class RareCompiler(KernelCompiler):
 
 
 class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
-    """A function that compiled code alone can call: for Python there is no entry."""
+    """A function that only compiled code can call; it has no entry for Python."""
 
     def __call__(self, *_: Any, **__: Any) -> NoReturn:
-        """Raise TypeError: there would be nothing behind the pointer."""
+        """Raise TypeError, since there is no entry for Python."""
         msg = f"{self.py_func.__name__} is for compiled code alone"
         raise TypeError(msg)
 
@@ -146,25 +146,25 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         return self.twin.get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return what compiled code calls."""
+        """Return the compiled function that compiled code calls."""
         return self.twin.get_overload(sig)
 
 
 class Verb(Part):
-    """A part that is another one for each kind of its first argument, a NamedTuple."""
+    """A part with an implementation for each type of its first argument."""
 
     kinds: dict[type, Any]
 
     def __call__(self, first: Any, *rest: Any) -> Any:
-        """Call the kernel of that kind."""
+        """Call the implementation for the type of `first`."""
         return self.kinds[type(first)](first, *rest)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the template of a call of that kind's part."""
+        """Return the template of a call of the part for that type."""
         return self._of(args).get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return what that kind's part compiles to."""
+        """Return the compiled part for that type."""
         return self._of(sig).get_overload(sig)
 
     def _of(self, args: Any) -> Any:
@@ -175,9 +175,9 @@ COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 
 
 def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
-    """Compile a function for Python and for compiled functions: it makes no arrays.
+    """Compile a function that makes no arrays, for Python and for compiled functions.
 
-    twin : how for compiled ones, `part` if not given
+    twin : decorator for compiled callers; None: `part`
     """
     if PLAIN:
         return numba_njit(cache=True, error_model="numpy")(function)
@@ -192,7 +192,7 @@ def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
 def part(
     function: Any, *, inline: bool = False, compiler: type[Compiler] = PartCompiler
 ) -> Any:
-    """Compile a function for other compiled functions alone: it makes no arrays."""
+    """Compile a function that makes no arrays, for other compiled functions only."""
     if PLAIN:
         return numba_njit(error_model="numpy")(function)
     made = numba_njit(
@@ -203,24 +203,24 @@ def part(
 
 
 def rare(function: Any) -> Any:
-    """Compile a part that does not run every step: short code, soon compiled."""
+    """Compile a part that does not run in every step: short code, quick to compile."""
     return part(function, compiler=RareCompiler)
 
 
 def inlined(function: Any) -> Any:
-    """Compile a part that each of its callers has a copy of."""
+    """Compile a part that is inlined into each of its callers."""
     return part(function, inline=True)
 
 
 def verb(function: Any) -> Any:
-    """Name what parts do, or kernels, each for a kind of its first argument."""
+    """Declare a verb: a name for parts or kernels, one per type of first argument."""
     made = numba_njit(function)
     made.__class__, made.kinds = Verb, {}
     return made
 
 
 def does(named: Any, kind: type) -> Callable[[Any], Any]:
-    """Let the decorated part do a verb for a kind, a NamedTuple."""
+    """Register the decorated part as a verb's implementation for a NamedTuple."""
 
     def register(made: Any) -> Any:
         named.kinds[kind] = made

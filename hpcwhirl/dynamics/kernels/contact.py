@@ -1,13 +1,13 @@
-"""Contact of blades and casing: where blades stand, Delassus matrix, complementarity.
+"""Contact of blades and casing: positions of blades, Delassus matrix, complementarity.
 
-Sign and frame: theta grows anticlockwise; the tip of blade j stands at
+Sign and frame: theta grows anticlockwise; the tip of blade j is at
 theta_j = Omega t + 2 pi j / N; u_j is its radial displacement (rotating frame),
 w(theta) that of the casing, both outward; g_j = gap + w(theta_j) - u_j.
 A multiplier lambda_j >= 0 pushes the tip inward and the casing outward; friction
 drags the tip against the rotation and the casing with it: `mu` carries the sign of
 Omega.
 
-Compiled functions take scalars and arrays and allocate nothing a step.
+Compiled functions take scalars and arrays and allocate nothing in a step.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 # step of the certificate, steps jumped over, jumps
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
 JUDGED = 12  # rows of evidence
-NEXT_LOOK = 13  # step of it, see `watch`
+NEXT_LOOK = 13  # step of the next check of the amplitude limit, see `watch`
 COUNTERS = 14
 # columns of the evidence: centre, energies, cumulative works; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
 COLUMNS = 7
-LOOK_EVERY = 32  # steps between two looks at how far tips are from where they belong
-SLIP_EVERY = 8  # steps with contact, of which one is looked at for its slip
-NEAR = 0.5  # share of the limit beyond which every step is looked at
+LOOK_EVERY = 32  # steps between two checks of the tips' displacements
+SLIP_EVERY = 8  # steps with contact, one of which is checked for slip
+NEAR = 0.5  # share of the limit beyond which every step is checked
 # reasons to stop
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 # casings
@@ -132,7 +132,7 @@ def rigid_radial(wall, time, angle):
 def rigid_amplitude(wall, time):
     """Return A0 e^{sigma t} with its smooth rise, m.
 
-    Without a rise the distortion is the same function of time before t = 0, too.
+    Without a rise the same function of time holds before t = 0, too.
     """
     if wall.amplitude == 0.0:  # e^{sigma t} may be infinite
         return 0.0
@@ -172,9 +172,9 @@ def pulse_of(time, force, pulse):
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     """Set w[j], the opening of every gap by a unit multiplier on blade j, m/N.
 
-    Column j of the Delassus matrix, stored as a row of its transpose. `compliance`
-    (R, R) has a row for each radial coordinate that is loaded, with its friction: the
-    radial coordinates that a unit load gives; `response` (R,) is work space.
+    It is column j of the Delassus matrix, stored as a row of its transpose. A row of
+    `compliance` (R, R) has the radial coordinates due to a unit load, with its
+    friction, on one radial coordinate; `response` (R,) is work space.
     """
     for i in range(len(w_rotor)):
         w[j, i] = w_rotor[i, j]
@@ -193,10 +193,11 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
     """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
 
-    Return the number of active blades, the first of `where` in `space`, or -1 where
-    no solution was found. Block principal pivoting from the penetrating set; after
-    3 N exchanges, one index at a time from the last (Murty), which ends for any
-    P-matrix. Where bodies have fewer modes than blades touch, `lemke`.
+    Return the number of active blades, which are the first ones of `where` in `space`,
+    or -1 if no solution was found. The method is block principal pivoting from the
+    penetrating set; after 3 N exchanges, one index at a time, the last one (Murty),
+    which ends for any P-matrix. If bodies have fewer modes than blades that touch, it
+    is that of `lemke`.
 
     Parameters
     ----------
@@ -246,10 +247,11 @@ def contact_space(blades, coordinates):
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
     """Enter the work of the multipliers `push` of blades where[:active] in the ledger.
 
-    before : (N,), gaps of step n - 1, those of n + 1 being closed; last : (N,), the
-    step of each blade's last contact. The normal work of both bodies is in
-    ledger[ROTATION]; its part lambda (g_{n+1} - g_{n-1}) / 2 is the impact and moves
-    to its own entry.
+    before : (N,), gaps of step n - 1; those of n + 1 are closed
+    last : (N,), step of each blade's last contact
+
+    The normal work on both bodies is in ledger[ROTATION]; its part lambda (g_{n+1} -
+    g_{n-1}) / 2 is the impact loss and moves to its own entry.
     """
     work, total = 0.0, 0.0
     for s in range(active):
@@ -270,8 +272,8 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 def watch(far, limit, counter):
     """Stop the run if a tip is beyond the limit; set the step of the next check.
 
-    A run ends at the first such step, unless a displacement doubles within
-    `LOOK_EVERY` steps or the step is jumped over.
+    A run ends at the first such step, unless a displacement doubles within `LOOK_EVERY`
+    steps, or the step is jumped over.
 
     far : largest displacement of a tip, of both components, or a bound of all of them
         below `NEAR` of the limit, m
@@ -284,7 +286,7 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the last step has contact and its slip is to be noted."""
+    """Return whether the slip of the last step is to be noted; only with contact."""
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 
@@ -292,10 +294,11 @@ def slips_now(counter):
 def note_slip(both, step, ledger):
     """Note the largest |v' - u_c'|, m/s, of tips in contact, without Omega R.
 
-    Friction drags against the rotation as long as that is below |Omega| R. The
-    velocities are those of the friction's work, of both sides of a step.
+    Friction drags against the rotation as long as this is below |Omega| R. The
+    velocities are those of the friction's work, averaged over both sides of a step.
 
-    both : dt (v- + v+) of a blade's casing less that of its tip, along the rotation, m
+    both : dt (v- + v+) of the casing at a blade less that of its tip, along the
+        rotation, m
     """
     speed = abs(both) / (2.0 * step)
     ledger[SLIP] = max(ledger[SLIP], speed)
@@ -308,8 +311,8 @@ def write_sample(
     """Write a sample of the state, for the traces, for the evidence, or for both.
 
     The output interval sets the samples of the traces, on which nothing depends; rows
-    of evidence have an interval of their own. Only at these a motion that is not
-    finite ends a run.
+    of evidence have their own interval. A motion that is not finite ends a run only at
+    a row of evidence.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), the scheme's own coordinates of the casing
@@ -351,7 +354,7 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
 
 @inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
-    """Write one row of evidence, and the ledger as it stands."""
+    """Write one row of evidence, and the present ledger."""
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed
     row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]
     row[OF_ROTOR], row[OF_CASING] = energies[0], energies[1]

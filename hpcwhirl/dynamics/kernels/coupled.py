@@ -1,7 +1,7 @@
-"""A rotor's modes that its rotation couples, in the loop of `bodies`.
+"""A rotor's modes that are coupled by its rotation, in the loop of `bodies`.
 
-Modes of one nodal diameter stand together, and matrices have their blocks alone, each
-stored by columns.
+Modes of one nodal diameter are contiguous, and of matrices only their blocks are
+stored, each by columns.
 """
 
 from __future__ import annotations
@@ -81,7 +81,8 @@ for _verb, _function in OF_MODES:
 def meet(body, motion, mu, ledger):
     """Add the contact forces by blocks, and their work on the body's own modes.
 
-    Those that read a circle or an ellipse have no energy. `following` is work space.
+    Modes that represent a circle or an ellipse have no energy. `following` is work
+    space.
     """
     _, d, _, ahead, work, normal, drag = motion
     for m in range(len(work)):

@@ -1,10 +1,10 @@
 """The cyclic modal kernel: nodal diameter by nodal diameter, in the rotating frame.
 
-Harmonic h of the ring lies in the slot kappa = h folded mod N (conjugated where N - h
-folds on it) beside the rotor's nodal diameter kappa = 0 .. K - 1, K = N // 2 + 1. In
-the rotating frame nothing depends on the blades' place: with gamma the radial
-amplitude of each mode (tips counted negative), sum over rows gamma y is a spectrum G
-of the gaps,
+Harmonic h of the ring is in the slot kappa to which h folds mod N (conjugated if N - h
+folds to it), together with the rotor's nodal diameter kappa = 0 .. K - 1, K = N // 2 +
+1. In the rotating frame nothing depends on the position of the blades: with gamma the
+radial amplitude of each mode (of tips with negative sign), the sum over rows of gamma y
+is a spectrum G of the gaps,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N},
 
@@ -13,7 +13,7 @@ Lambda_kappa = sum_j lambda_j e^{-2 pi i kappa j / N}, gives every modal force a
 (gamma + mu conj(sigma)) Lambda, sigma the tangential amplitude; and the Delassus
 matrix is constant and circulant.
 
-Sizes are read off the arrays: one kernel of each scheme marches all of them.
+Sizes follow from the arrays: one kernel of each scheme serves all of them.
 """
 
 from __future__ import annotations
@@ -133,13 +133,14 @@ def widths(blades: int) -> tuple[int, int]:
 def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) -> None:
     """Raise ModelError unless arrays have the sizes that a state implies.
 
-    A kernel loads vectors unchecked: a short array would be read beyond its end.
+    A kernel loads vectors unchecked, so that a short array would be read beyond its
+    end.
 
     Parameters
     ----------
-    kernel : its name
-    own : (name, array, values wanted) of the kernel's own arrays; those of the ring and
-        the contact are added here
+    kernel : name of the kernel
+    own : (name, array, number of values required) of the kernel's own arrays; those of
+        the ring and the contact are added here
     """
     blades, ring = len(state.impulse), len(state.ring) // RING_STATE
     k, wide = widths(blades)
@@ -177,7 +178,7 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
 
 
 def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
-    """Return the work space of a march, which is not needed to resume it."""
+    """Return the work space of a march, which need not be saved to resume it."""
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
@@ -312,7 +313,7 @@ sample_flow = rare(sampling(flow))
 @inlined
 def flew(between, strides, step, mu, wall, loading, rotor, c_c, turns, wave, flight,
          state, outs, space, tracks, sizes):  # fmt: skip
-    """Jump if it is due and no blade can touch for a while; return whether it jumped.
+    """Jump if due and if no blade can touch for a while; return whether it jumped.
 
     between : whether to write the samples of the traces within the jump
     """
@@ -342,9 +343,9 @@ def marching(passes):
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """March `steps` steps; see `bodies.march_bodies`; space : of `space_of`.
+        """Take `steps` steps, see `bodies.march_bodies`; space : result of `space_of`.
 
-        The exact flow jumps where no blade can touch, see `flight`.
+        The exact flow jumps while no blade can touch, see `flight`.
         """
         force, pulse, lobe = loading
         (c_c, slot, sign), (_, turns, wave, flight) = casing, contact

@@ -1,4 +1,4 @@
-"""Scheme `paper`'s body: Algorithm 1 on dense reduced matrices. Slow and obvious."""
+"""The bodies of scheme `paper`: Algorithm 1 on dense reduced matrices, slow, simple."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, DenseBody)
 def collect(body, motion, lam, index, shape):
-    """Add the multipliers to the coordinates that they load."""
+    """Add the multipliers to the coordinates on which they act."""
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
     normal[:] = 0.0

@@ -141,13 +141,13 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 
     Parameters
     ----------
-    s : (3 size,), state: q, and d in two places
+    s : (3 size,), state: q, and d of an even and of an odd step
     c : items of the modes
     lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
     counter : counters of the pending step
     out : (width,), out: sum over rows of gamma q
-    sums : (3 width,): works of normal forces and of drag (twice, over mu), and the
-        damping loss, by column
+    sums : (3 width,), in and out: works of normal forces and of drag (twice, over mu),
+        and the damping loss, by column
     slip : (2 width,), out after a step with contact: factors of the drag, see `slip_of`
     """
     now, then = places(counter, rows * width)
@@ -166,7 +166,7 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
-    """Complete the pending step of the ring and predict the next; as `pass_modes`.
+    """Complete the pending step of the ring and predict the next, as `pass_modes` does.
 
     s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
     2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,); slip : (2 k,)
@@ -238,7 +238,7 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 def energy_of(s, c, place, increment, size, step):
     """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} at n + 1/2, J.
 
-    place, increment : in s, of the amplitudes and their d
+    place, increment : first indices in s of the amplitudes and of their d
     """
     total = 0.0
     for m in range(size):
@@ -262,7 +262,7 @@ def energy_of_ring(t, c, now, step):
 def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return the energies of rotor and ring from completed states, J.
 
-    now : 0 or 1, the place of d
+    now : 0 or 1, which of the two increments is the present one
     """
 
 
@@ -279,7 +279,7 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
 def column_sums(sums_b, sums_c, _):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    They are those that `book_contacts` has not entered, so that the impact is 0.
+    They are those not entered by `book_contacts`, so that the impact is 0.
     """
     normal, drag, loss = sums_of(sums_b, sums_c)
     return normal, 0.0, drag, loss

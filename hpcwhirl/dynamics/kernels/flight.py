@@ -1,10 +1,10 @@
 """Flights: jumps of the exact flow over steps in which no blade can touch.
 
-Let v be a falling envelope of a free mode's velocity, |q'| <= v; then |q''| <= omega v.
-A harmonic of the ring moves past the blades at h Omega, y = C e^{i h Omega t}, so that
-|y''| <= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. The sum of these bounds over all
-modes, each times its displacement of a tip, is a bound A of the second derivative of
-every gap, and
+Let v be a decreasing envelope of a free mode's velocity, |q'| <= v; then |q''| <= omega
+v. A harmonic of the ring moves past the blades at h Omega, y = C e^{i h Omega t}, so
+that |y''| <= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. The sum of these bounds over
+all modes, each times its displacement at a tip, is a bound A of the second derivative
+of every gap, and
 
 g_j(t) >= g_j + g_j' t - A t^2 / 2
 
@@ -58,10 +58,10 @@ JUMP_ITEMS = 9
 # items of the bound: v^2 = stiff q^2 + mixed q q' + one q'^2; A from v and |C|; reach
 STIFF, MIXED, ONE, RISE, RISE_HELD, REACH = range(6)
 BOUND_ITEMS = 6
-SHORTEST = 4  # steps worth a jump
+SHORTEST = 4  # least number of steps that is worth a jump
 LONGEST_PATIENCE = 32  # steps between two tries while blades are near
-PASSES = 2  # jumps of powers of two that make up one
-LESS = 1.0 - 1e-9  # for the rounding of the bounds themselves
+PASSES = 2  # largest number of jumps over powers of two that make up one jump
+LESS = 1.0 - 1e-9  # factor that covers the rounding of the bounds
 
 
 @verb
@@ -152,7 +152,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     time = longest * step
     for i in range(count):
         opened = open_until(gaps[row + i], rates[i], bend)
-        if not opened >= 0.0:  # NaN: nothing is known, and nothing jumped over
+        if not opened >= 0.0:  # also if NaN: no jump
             return 0
         time = min(time, opened)
     return int(LESS * time / step)
@@ -243,7 +243,7 @@ def look_ahead(step, gap, rotor, c_c, wave, flight, state, rate, rates, rows, ri
 
 @part
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
-    """Jump over `count` steps, or as many as a few jumps cover; return how many."""
+    """Jump over `count` steps, or as many as `PASSES` jumps cover; return how many."""
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
     counter, left = state.counter, count
     for _ in range(PASSES):
@@ -272,7 +272,7 @@ def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
-    might touch, since contact needs the gaps of the two steps before it.
+    might touch, since contact requires the gaps of the two steps before it.
 
     Parameters
     ----------
@@ -309,6 +309,6 @@ def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
         spectrum[c] = out_b[c] + out_c[c]
     row = counter[STEP] % 3 * 2 * wide
     lowest = to_gaps(spectrum, wave, wall.gap, k, wide, state.gaps, row)
-    if lowest < -state.ledger[MISS] * wall.gap:  # the bounds forbid it
+    if lowest < -state.ledger[MISS] * wall.gap:  # impossible by the bounds
         state.ledger[MISS] = -lowest / wall.gap
     return True

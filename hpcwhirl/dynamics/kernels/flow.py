@@ -1,8 +1,8 @@
 """The passes of the exact flow: works, losses and energy of their steps.
 
-Works and losses are quadratic in (d', q') and the d before (`timestep.exact_flow`).
-After a jump no step is pending. Sums of the ring have a fourth part: the normal forces
-times the rate at which the ring's shape passes below the blades.
+Works and losses are quadratic in (d', q') and the previous d (`timestep.exact_flow`).
+After a jump no step is pending. The sums of the ring have a fourth part: the normal
+forces times the rate at which the ring's shape passes the blades.
 """
 
 from __future__ import annotations
@@ -320,7 +320,7 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
 def column_sums(sums_b, sums_c, step):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    The rotation's work is that of the contact forces moved along the deformed ring; the
+    The rotation's work is that of contact forces moved along the deformed ring; the
     impact loss is the remaining work of the normal forces.
     """
     n = len(sums_c) // 4

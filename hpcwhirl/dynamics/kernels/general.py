@@ -1,16 +1,16 @@
-"""Any rotor beside a round casing: its modes one by one, the ring in slots.
+"""Any rotor in a round casing: its modes one by one, the ring in slots.
 
-In the frame of the blades the ring is the same at every angle, whatever the rotor: its
-harmonics ride in slots as in `cyclic`, and W = W_rotor + W_ring is constant. The m
-modes of the rotor are real and know no slots; with gamma and sigma (N, m) the radial
-and tangential displacements of the tips, counted negative,
+In the frame of the blades the ring is the same at every angle, for any rotor: its
+harmonics are in slots as in `cyclic`, and W = W_rotor + W_ring is constant. The m modes
+of the rotor are real and not in slots; with gamma and sigma (N, m) the radial and
+tangential displacements of the tips with negative sign,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
-and the multipliers give the modal forces lambda gamma, and mu lambda sigma of friction.
-They are summed over the blades in contact alone, and wait with the ring's spectrum for
-the next pass: a mode of the rotor is a column of `differences.pass_modes`, of one row,
-which reads its modal forces where a slot has the spectrum.
+and the multipliers give the modal forces lambda gamma, and mu lambda sigma by friction.
+They are summed only over the blades in contact and are, like the ring's spectrum,
+pending until the next pass: a mode of the rotor is a column of `differences.pass_modes`
+with one row, which takes its modal forces from where a slot has the spectrum.
 """
 
 from __future__ import annotations
@@ -117,8 +117,7 @@ def read_tips(q, gamma, out):
     """Set out (2 wide,) = sum over modes of gamma q, folded.
 
     q : (m,) or more, m % 8 == 0
-    gamma : (2 wide / 8, m, 8) flat: eight blades after the other, so that all is read
-        in order
+    gamma : (2 wide / 8, m, 8) flat: groups of eight blades, so that it is read in order
     """
     modes = len(gamma) // len(out)
     for v in range(0, len(out), EIGHT):
@@ -204,9 +203,9 @@ def tip_of(rows, blade, q, modes):
 def farthest(limit, q, rotor, out):
     """Return the largest displacement of a tip, of both components, m.
 
-    Where a bound of all of them is below `NEAR` of the limit, that.
+    If a bound of all tips is below `NEAR` of the limit, the bound is returned.
 
-    q, out : as predicted, and the tips' radial places, folded, of that
+    q, out : predicted amplitudes, and the tips' radial displacements from them, folded
     """
     most, reach, modes = broadcast(0.0), broadcast(0.0), len(rotor.reach)
     for v in range(0, len(out), FOUR):
@@ -262,14 +261,15 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
                    less, keep, judge, tracks):  # fmt: skip
     """Write a sample of the state from copies of it with its step ended.
 
-    Where there is contact and the motion is judged, the gaps of the bodies are compared
-    with `row` of those that were solved, gaps. space.wall : of a rigid casing, or 0
+    At a row of evidence with contact, the gaps of the bodies are compared with those
+    that were solved, in `gaps` from `row` on. space.wall : spectrum of a rigid casing,
+    or 0
 
     Parameters
     ----------
-    space : with the copies, and, of a step with contact, `out`, their tips
-    energies : of the copies
-    less : what the sums of losses have too much, J
+    space : work space with the copies and, for a step with contact, their tips in `out`
+    energies : energies of the copies
+    less : amount by which the sums of losses are too large, J
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _ = space
@@ -295,7 +295,7 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
 
 
 def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
-    """Return the work space of a march: nothing of it is needed to resume."""
+    """Return the work space of a march, which need not be saved to resume it."""
     check_sizes("general", arrays, state, own_sizes(arrays, state))
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2
@@ -369,9 +369,9 @@ def marching(waves):
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """March `steps` steps; see `bodies.march_bodies` and `kernel_types`.
+        """Take `steps` steps, see `bodies.march_bodies` and `kernel_types`.
 
-        space : of `general_space`
+        space : result of `general_space`
         """
         force, pulse, lobe = loading
         gamma = rotor.read

@@ -1,9 +1,9 @@
-"""Numba's cache where several processes compile at once.
+"""Numba's cache if several processes compile at once.
 
 Numba numbers the files of compiled code and writes the index first: two processes that
-compile two sizes of one kernel at once take the same number, and the index of one
-names the code of the other. Here each file has a name of its own, and is there before
-the index names it: what is lost, at worst, is an entry, which is compiled again.
+compile two variants of a kernel at once use the same number, and the index of one
+refers to the code of the other. Here each file has a unique name and exists before the
+index refers to it: at worst an entry is lost and compiled again.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numba.core.caching import IndexDataCacheFile
 
 
 def save_apart(cache: Any, key: Any, data: Any) -> None:
-    """Save compiled code as `IndexDataCacheFile.save` does, under a name of its own."""
+    """Save compiled code as `IndexDataCacheFile.save` does, but under a unique name."""
     overloads = cache._load_index()
     name = overloads.get(key)
     if name is not None:  # the same code again
@@ -27,5 +27,5 @@ def save_apart(cache: Any, key: Any, data: Any) -> None:
 
 
 def keep_apart() -> None:
-    """Let numba save all that is compiled from now on by `save_apart`."""
+    """Let numba save everything compiled from now on with `save_apart`."""
     IndexDataCacheFile.save = save_apart  # type: ignore[method-assign]

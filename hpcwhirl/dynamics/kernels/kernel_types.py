@@ -1,7 +1,8 @@
-"""What kernels take and keep, by name: each array once, with shape, unit and frame.
+"""Arguments and states of kernels: each array once, with shape, unit and frame.
 
-Numba takes a NamedTuple as it takes a tuple; a kernel unpacks it once, at its top. N
-blades; bodies `b` (rotor) and `c` (casing); k slots, see `cyclic.widths`.
+Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning.
+There are N blades, bodies `b` (rotor) and `c` (casing), and k slots, see
+`cyclic.widths`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ Integers = NDArray[np.int64]
 
 
 class Wall(NamedTuple):
-    """Where a casing stands at rest, and the lobes of a rigid one.
+    """Gap of the casing at rest, and distortion of a rigid casing.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse: F, N; tau, s; (nc,), the casing's modal load of a unit force."""
+    """A pulse: F, N; tau, s; the casing's modal load due to a unit force, (nc,)."""
 
     force: float
     pulse: float
@@ -48,7 +49,7 @@ class Load(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """What a scheme's kernel is called with, each of the scheme's own kind."""
+    """Constant arrays of a scheme's kernel; their types depend on the scheme."""
 
     load: Load
     rotor: Any
@@ -64,15 +65,15 @@ class Strides(NamedTuple):
 
 
 class Tracks(NamedTuple):
-    """What is written of a march; samples, then rows of evidence.
+    """Samples and rows of evidence that a march writes.
 
     Attributes
     ----------
     centre : (samples, 2), m, rotating frame
     energy, impulse, fed, lost : (samples,), J, N s, J, J
-    tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; none where not kept
-    rubbed : (samples,), J
-    casing : (samples, width), the scheme's own coordinates; none where not kept
+    tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; no rows if not kept
+    rubbed : (samples,), J, cumulative work of friction
+    casing : (samples, width), coordinates of the scheme; no rows if not kept
     evidence : (rows, COLUMNS), see `contact`
     closed : (CLOSED,), J, the ledger at the last row of evidence
     """
@@ -118,7 +119,7 @@ class BodiesState(NamedTuple):
 
 
 class CyclicState(NamedTuple):
-    """State of the kernels `cyclic` and `general`; a frame that turns with the blades.
+    """State of the kernels `cyclic` and `general`, in the rotating frame.
 
     Attributes
     ----------
@@ -148,7 +149,7 @@ class CyclicState(NamedTuple):
 
 
 class Ring(NamedTuple):
-    """What blades read of a casing: its kind (`contact`), size, element length, m."""
+    """Kind of a casing (`contact`), its elements or harmonics, element length, m."""
 
     kind: int
     size: int
@@ -190,11 +191,12 @@ class ContactSpace(NamedTuple):
     Attributes
     ----------
     response : (R,), m/N
-    w : (N, N), W transposed, m/N; have : (N,), whether a row of it is known
-    small, right : (N, N + 1), (N,), the equations of the active blades, then
-        multipliers
-    active, where : (N,), whether a blade is; (N + 1,), which are
-    chosen, held, left : (N,), (N,), (N + 1,), of `lemke` alone
+    w : (N, N), W transposed, m/N
+    have : (N,), whether a row of `w` is known
+    small, right : (N, N + 1), (N,), matrix and right side of the equations of the
+        active blades; the latter becomes their multipliers
+    active, where : (N,), whether a blade is active; (N + 1,), the active blades
+    chosen, held, left : (N,), (N,), (N + 1,), used only by `lemke`
     """
 
     response: Floats
@@ -245,8 +247,9 @@ class ModalBody(NamedTuple):
     Attributes
     ----------
     keep, pull, give, rate, omega : (m,)
-    read : (m, r), radial coordinates by modes; of the rotor tips, then x_o, y_o
-    radial, tangential : (r, m), what multipliers load; of the rotor tips alone
+    read : (m, r), radial coordinates from modes; of the rotor: tips, then x_o, y_o
+    radial, tangential : (r, m), coordinates on which multipliers act; of the rotor:
+        tips
     """
 
     keep: Floats
@@ -260,17 +263,17 @@ class ModalBody(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """What supports do at the centre that no constant matrix does, see `standing`.
+    """Forces of supports at the centre beyond constant matrices, see `standing`.
 
     Attributes
     ----------
-    hub : (2, n), x_o and y_o of a body's coordinates; (0, 0) where there are none
-    moved : (2, n), what a unit force at x_o, y_o adds to d'
-    give : (2, 2), that of x_o, y_o itself
+    hub : (2, n), x_o and y_o from a body's coordinates; (0, 0) without such forces
+    moved : (2, n), change of d' by a unit force at x_o, y_o
+    give : (2, 2), change of d' of x_o, y_o themselves
     stiffness, damping : k_d, N/m; c_d, N s/m
     speed, step : Omega, rad/s; dt, s
-    film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 without
-    circle : z_s, m, of an unbalanced rotor, about which the film is marched
+    film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none
+    circle : z_s, m, of an unbalanced rotor, about which the film force is taken
     """
 
     hub: Floats
@@ -286,17 +289,17 @@ class Stand(NamedTuple):
 
 
 class CoupledBody(NamedTuple):
-    """A rotor's modes that its rotation couples, see `turning`.
+    """A rotor's modes that are coupled by its rotation, see `turning`.
 
     Attributes
     ----------
-    keep, pull, give, stiffness, damping, push : blocks of each diameter one after the
+    keep, pull, give, stiffness, damping, push : blocks of each diameter, one after the
         other, each by columns, flat
     starts : (b + 1,), the first mode of each block, and m
-    own : modes that move; further ones read an unbalanced rotor's circle
-    read : (m, N + 2), radial coordinates by modes: tips, then x_o, y_o
-    radial, tangential : (N, m)
-    stand : of supports that no constant matrix has
+    own : number of modes that move; further ones represent an unbalanced rotor's circle
+    read : (m, N + 2), radial coordinates from modes: tips, then x_o, y_o
+    radial, tangential : (N, m), motion of the tips from modes
+    stand : forces of supports beyond constant matrices
     """
 
     keep: Floats
@@ -347,9 +350,9 @@ class DenseBody(NamedTuple):
     ----------
     keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
     mass, stiffness, damping : M, K, D
-    push : S (n, n), circulatory; (0, 0) of a body that has none
-    stand : of supports that no constant matrix has
-    radial, tangential, centre : places of coordinates; the last of x_o, y_o, if any
+    push : S (n, n), circulatory; (0, 0) for a body without it
+    stand : forces of supports beyond constant matrices
+    radial, tangential, centre : indices of coordinates; the last of x_o, y_o, if any
     """
 
     keep: Floats
@@ -379,10 +382,10 @@ class WaveRotor(NamedTuple):
     ----------
     items, fixed : (ITEMS rows k,), (FIXED k,), of waves and of slots
     hub : (2, 2 rows k), x_o, y_o of re and im of the amplitudes
-    form : (rows (rows + 1) k,), J: for each row the energy with itself and those after
-        it, re and im of each slot
-    along : (2 rows k,), what a tip's place along the casing, counted negative, has of
-        the waves, re and im of each slot
+    form : (rows (rows + 1) k,), J: for each row the energy with itself and the rows
+        after it, re and im of each slot
+    along : (2 rows k,), negative tangential displacement of the tip due to the waves,
+        re and im of each slot
     """
 
     items: Floats
@@ -410,11 +413,11 @@ class CyclicContact(NamedTuple):
 
 
 class GeneralRotor(NamedTuple):
-    """A rotor as real modes, see `general`; tips counted negative.
+    """A rotor as real modes, see `general`; displacements of tips have negative sign.
 
     Attributes
     ----------
-    items : (ITEMS m,), see `passes`, where one mode is a column
+    items : (ITEMS m,), see `passes`; one mode is a column
     read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
     radial, tangential : (N, m) flat, of each tip
     hub : (2, m) flat, x_o, y_o
@@ -430,22 +433,24 @@ class GeneralRotor(NamedTuple):
 
 
 class WholeRotor(NamedTuple):
-    """A rotor of unequal sectors as waves, see `whole`; tips counted negative.
+    """A rotor of unequal sectors as waves, see `whole`; tips have negative sign.
 
-    Of m real amplitudes, re then im of the waves, each half padded; `padded` of N.
+    There are m real amplitudes, re then im of the waves, each half padded; `padded` is
+    N, padded.
 
     Attributes
     ----------
     ahead : (m,), re and im of z - 1
-    drift : (m / 2,), a bound of what a unit amplitude moves any tip by in a step
-    read : (N, m) flat, as `radial`, but that a lost blade is `bodies.NOWHERE`
-    radial, tangential, hub, reach : as of `GeneralRotor`
-    push : (N, m) flat, beta: what a unit multiplier and its friction add
-    opens, slides : (N, m + padded) flat: of amplitudes after a step without contact,
-        and of the multipliers, d' + d of a tip's radial place and of that along the
-        casing
-    ring : (N, 2 wide) flat, folded: what a unit multiplier opens by the ring alone, m/N
-    form : energy q^T form q, J, upper triangle by rows, each begun at a multiple of 4
+    drift : (m / 2,), bound of the motion of any tip in a step, per unit amplitude
+    read : (N, m) flat, like `radial`, but a lost blade is at `bodies.NOWHERE`
+    radial, tangential, hub, reach : as in `GeneralRotor`
+    push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
+    opens, slides : (N, m + padded) flat: d' + d of a tip's radial and of its tangential
+        displacement, from amplitudes after a step without contact and from multipliers
+    ring : (N, 2 wide) flat, folded: change of gaps by a unit multiplier due to the ring
+        only, m/N
+    form : energy q^T form q, J: upper triangle by rows, each beginning at a multiple of
+        4
     """
 
     ahead: Floats
@@ -497,7 +502,7 @@ class UncoupledRotor(NamedTuple):
 
 
 class GeneralContact(NamedTuple):
-    """W (N, N), m/N, whose column j is what blade j opens; turns, wave as in cyclic."""
+    """W (N, N), m/N, column j: gaps opened by blade j; turns, wave as in `cyclic`."""
 
     w: Floats
     turns: Floats
@@ -509,17 +514,17 @@ class GeneralSpace(NamedTuple):
 
     Attributes
     ----------
-    spare : (m,), of the rotor's pass
-    spectrum : (2 k,), of the gaps, but for the rotor's part
+    spare : (m,), used by the rotor's pass
+    spectrum : (2 k,), spectrum of the gaps, without the rotor's part
     slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
     before : (N,), m, gaps before contact
-    contact : of `circulant`
-    rotor, ring, sums_b, sums_c : as in the state, the step that waits ended
-    wall : (2 k,), spectrum of a rigid casing, which is set
-    out, again : (2 wide,), folded: tips, counted negative, and gaps, m
-    tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
-    ledger : all works entered, J
-    opened : (2 wide,), of waves: gaps, solved, or lower bounds where tips are not read
+    contact : work space of `circulant`
+    rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
+    wall : (2 k,), spectrum of a rigid casing, set in each sample
+    out, again : (2 wide,), folded: tips with negative sign, and gaps, m
+    tips : (N + 1, 2), m; a row of `Tracks.tips`, then x_o, y_o
+    ledger : ledger with all works entered, J
+    opened : (2 wide,), for waves: solved gaps, or lower bounds where tips are not read
     """
 
     spare: Floats
@@ -545,10 +550,11 @@ class SampleSpace(NamedTuple):
 
     Attributes
     ----------
-    rotor, ring, sums_b, sums_c : as in the state, the step that waits ended
-    columns, wall : (2 k,), spectra; of the tips, and of a rigid casing, which is set
-    tips : (N + 1, 2), m; `Tracks.tips`, then x_o, y_o
-    ledger : all works entered, J
+    rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
+    columns, wall : (2 k,), spectra of the tips, and of a rigid casing, set in each
+        sample
+    tips : (N + 1, 2), m; a row of `Tracks.tips`, then x_o, y_o
+    ledger : ledger with all works entered, J
     again : (2 wide,), gaps, m
     """
 
@@ -583,12 +589,12 @@ class CyclicSpace(NamedTuple):
     Attributes
     ----------
     out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
-    rates : (2 wide,), m/s, of the gaps
+    rates : (2 wide,), m/s, rates of the gaps
     slips : (4 k,) of the rotor, (2 k,) of the ring, see `passes.slip_of`
-    between : spectra of rotor and ring, of copies of a jump
+    between : spectra of rotor and ring in copies of a state within a jump
     before : (N,), m, gaps before contact
-    sample, contact : of `samples` and `circulant`
-    aside : of the exact flow: a state with copies of what a jump changes
+    sample, contact : work space of `samples` and `circulant`
+    aside : for the exact flow, a state with copies of what a jump changes
     """
 
     out_b: Floats
@@ -604,16 +610,16 @@ class CyclicSpace(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """What the exact scheme jumps with, see `flight`.
+    """Arrays for the jumps of the exact scheme, see `flight`.
 
     Attributes
     ----------
-    total : steps of the run
+    total : number of steps of the run
     certifiable : whether a certificate is possible
-    counts : (P,), steps of the jumps, the last those between rows of evidence
+    counts : (P,), steps of the jumps; the last is the number between rows of evidence
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size)
-    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,); those of the
-        rotor's waves are told in `waves`
+    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,); for a rotor's
+        waves see `waves`
     """
 
     total: int

@@ -1,16 +1,16 @@
-"""Contact of more blades than the bodies' modes can tell apart.
+"""Contact of more blades than the bodies have modes for.
 
-Principal pivoting needs every part of W to be regular. A rigid disk has two modes for
-all its blades: beside a casing of harmonics 0 and 1 the rank of W is 3, and the blades
-that penetrate cannot all be closed to the point; few of them carry the load, the others
-stand clear. Which ones, Lemke's method finds: from a variable that opens all gaps at
-once it passes from one regular part of W to the next. It ends with a solution wherever
-there is one and x . W x >= 0 (Cottle, Pang and Stone, The Linear Complementarity
-Problem, 4.4), as for equal blades with friction. Multipliers may not be unique; then
-those found act on few blades. What the gaps do is unique.
+Principal pivoting requires every principal part of W to be regular. A rigid disk has
+two modes for all its blades: in a casing of harmonics 0 and 1 the rank of W is 3, and
+the gaps of all penetrating blades cannot be closed exactly; few blades carry the load,
+the others are clear of the casing. Lemke's method finds which: starting from a variable
+that opens all gaps at once, it passes from one regular part of W to the next. It ends
+with a solution if there is one and x . W x >= 0 (Cottle, Pang and Stone, The Linear
+Complementarity Problem, 4.4), as for equal blades with friction. Multipliers may not be
+unique; then those found act on few blades. The gaps are unique.
 
-Where blades stand in line ties occur: in the exchanges alone, gaps are apart by some
-`APART` of the largest. The solution is that of the gaps as they are.
+Ties occur if several gaps close at once. So gaps are perturbed by some `APART` of the
+largest one, but only for the exchanges; the solution is that of the true gaps.
 """
 
 from __future__ import annotations
@@ -18,19 +18,21 @@ from __future__ import annotations
 from hpcwhirl.dynamics.kernels.compiled import rare
 from hpcwhirl.dynamics.kernels.pivoting import solve_active
 
-APART = 1e-12  # of the largest gap: more than round-off, less than what is told
+APART = 1e-12  # perturbation over the largest gap: above round-off, without effect
 GOLDEN = 0.6180339887498949
-LEAST = 1e-11  # of the largest entry of W: what is less is no pivot
-CLOSED = 1e-10  # of the largest gap: how well gaps are closed
+LEAST = 1e-11  # least pivot over the largest entry of W
+CLOSED = 1e-10  # tolerance of closed gaps over the largest gap
 
 
 @rare
 def set_out(gaps, w, chosen, size, unit, space):
     """Write w = q + W z + z_0 of the blades chosen[:size]; unit : m/N, of W.
 
-    small (size, size + 1) : what z and, in its last column, z_0 open; right : q, made
-    apart; held, left : names of what each row and column stands for: w_i is i, z_i is
-    size + i, z_0 is 2 size
+    small : (size, size + 1), set to the coefficients of z and, in the last column, of
+        z_0
+    right : set to q, perturbed
+    held, left : set to the variable of each row and column: w_i is i, z_i is size + i,
+        z_0 is 2 size
     """
     small, right, held, left = space.small, space.right, space.held, space.left
     largest = 0.0
@@ -48,7 +50,7 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange what a row and a column stand for."""
+    """Exchange the variables of a row and a column."""
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
     for s in range(size + 1):
@@ -67,7 +69,7 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row that comes to zero first as a column grows, or -1."""
+    """Return the row whose variable first reaches zero as a column's grows, or -1."""
     found, least = -1, 0.0
     for r in range(size):
         slope = -space.small[r, column]
@@ -80,7 +82,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Exchange until z_0 has left; return whether it has."""
+    """Exchange variables until z_0 is zero; return whether that was reached."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -102,9 +104,9 @@ def carriers(size, space):
 
 @rare
 def settle(gaps, lam, opened, space):
-    """Solve on the active blades but those that would pull; return their number.
+    """Solve on the active blades except those that would pull; return their number.
 
-    Or -1 where their part of W is singular.
+    -1 if their part of W is singular.
     """
     active, where, right = space.active, space.where, space.right
     for _ in range(len(gaps) + 1):
@@ -129,9 +131,9 @@ def settle(gaps, lam, opened, space):
 
 @rare
 def widen(gaps, opened, chosen, size, largest):
-    """Add to chosen[:size] the blades left closed; return their number, all told.
+    """Add the blades that still penetrate to chosen[:size]; return the new number.
 
-    Or -1 where one of those chosen is closed.
+    -1 if one of the blades already chosen still penetrates.
     """
     more = size
     for j in range(len(gaps)):
@@ -146,9 +148,9 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve as `circulant.pivot`, whatever the rank of W, each row of it being known.
+    """Solve as `circulant.pivot` does, for any rank of W; all its rows must be known.
 
-    Blades that do not penetrate take part once others have closed their gaps.
+    Blades that do not penetrate at first are included if others have closed their gaps.
     """
     chosen, active, w = space.chosen, space.active, space.w
     unit, largest, size = 0.0, 0.0, 0

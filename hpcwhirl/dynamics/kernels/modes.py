@@ -1,4 +1,4 @@
-"""A body as modes in the loop of `bodies`: beside a casing of elements."""
+"""A body as modes in the loop of `bodies`, for a casing of elements."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def modal_energy(values, increments, omega, step):
 
 @njit(cache=True)
 def collect_modes(lam, index, shape, rows, out):
-    """Set out (m,), the modal forces of lam through what the blades read."""
+    """Set out (m,), the modal forces of lam, by the weights with which blades read."""
     out[:] = 0.0
     for j in range(len(lam)):
         if lam[j] > 0.0:

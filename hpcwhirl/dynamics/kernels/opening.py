@@ -1,11 +1,11 @@
-"""Whether the contact problem that was solved is that of the bodies.
+"""Check that the contact problem that was solved is that of the bodies.
 
 The multipliers are found from predicted gaps and the Delassus matrix, and applied to
-the bodies' amplitudes. Where a sample falls on a step with contact, the gaps are
-computed from the amplitudes again. Their difference from g + W lambda, relative to the
-lengths of which they are sums, is round-off unless a row of W, or the effect of a
-multiplier, is not the bodies' own. The energy ledger cannot see that, since it has the
-work that was really done.
+the bodies' amplitudes. If a sample falls on a step with contact, the gaps are computed
+again from the amplitudes. Their difference from g + W lambda, relative to the lengths
+of which they are sums, is round-off unless a row of W, or the effect of a multiplier,
+is wrong for the bodies. The energy ledger would not show that, since it has the work
+that was really done.
 """
 
 from __future__ import annotations
@@ -43,8 +43,10 @@ def note_miss(actual, solved, u, gap, ledger):
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
     """Note the largest miss, as `note_miss`, of folded gaps `again` (2 wide,).
 
-    Places that repeat a blade are not compared, as pivoting does not correct them.
-    reach : bound of the tips' displacement, m; gaps : folded rows, `row` one's start
+    Entries that repeat a blade are not compared, since pivoting does not correct them.
+
+    reach : bound of the tips' displacement, m
+    gaps, row : folded rows of gaps, and the start of the row of this step
     """
     worst, apart = 0.0, 0.0
     for j in range(blades):
@@ -70,9 +72,10 @@ def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, 
                      blades, ledger):  # fmt: skip
     """Note the largest miss, as `note_miss`, of completed states of the cyclic kernel.
 
-    reach : bound of the tips' displacement, m; gaps : folded rows, `row` the start of
-    this step's; spectrum : (2 k,), of a rigid casing, then of the gaps; again :
-    (2 wide,), out: the gaps of the states
+    reach : bound of the tips' displacement, m
+    gaps, row : folded rows of gaps, and the start of the row of this step
+    spectrum : (2 k,), in: that of a rigid casing; out: that of the gaps
+    again : (2 wide,), out: gaps of the states
     """
     width, size = len(spectrum), len(t_b) // ROTOR_STATE
     k, wide = width // 2, len(wave) // width

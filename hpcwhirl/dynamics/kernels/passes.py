@@ -6,19 +6,19 @@ row f holds the f-th mode of every slot (nodal diameter). A step of any mode is
 d' = keep d - pull q + give f,   q' = q + d',
 
 with the coefficients of central differences or of the exact flow (`timestep`). The
-modes of the ring are marched in the rotating frame, y = C e^{i h Omega t}, where d and
-q are first turned by E = e^{i h Omega dt}.
+modes of the ring are integrated in the rotating frame, y = C e^{i h Omega t}, in which
+d and q are first multiplied by E = e^{i h Omega dt}.
 
 The contact forces of a step follow from the gaps, which need the predictions of all
 modes. They are stored as the spectrum of the multipliers and the step is *pending*
 until the next pass *completes* it: the pass applies the forces, adds the step's works
-and damping losses to the sums of the ledger, and predicts the next step. Thus every
-amplitude is read and written once a step. A step needs two increments d; even and odd
-steps use one place of the state each.
+and damping losses to the sums of the ledger, and predicts the next step. So every
+amplitude is read and written once per step. A step needs two increments d; the state
+has one array for even and one for odd steps.
 
-This module has what central differences and the exact flow share; their works differ,
-see `differences` and `flow`. The items of four neighbouring modes m .. m + 3 stand
-together, item i at (m ITEMS + 4 i), so that one pointer reads them all.
+This module has the functions that central differences and the exact flow share; their
+works differ, see `differences` and `flow`. The items of four neighbouring modes m .. m
++ 3 are contiguous, item i at (m ITEMS + 4 i), so that one pointer reads them all.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def item(c, which, m):
 
 @inlined
 def places(counter, size):
-    """Return the places, in an array of amplitudes, of d and of the previous d."""
+    """Return the first indices, in an amplitude array, of d and the previous d."""
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
 

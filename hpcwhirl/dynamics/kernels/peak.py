@@ -1,10 +1,10 @@
-"""What this core can do at most: independent fused multiply-adds, in registers."""
+"""Measurement of this core's peak: independent fused multiply-adds in registers."""
 
 from __future__ import annotations
 
 from numba import njit
 
-CHAINS = 96  # independent sums; enough vectors to hide the latency of one
+CHAINS = 96  # number of independent sums, enough to hide the latency of one
 
 
 @njit(cache=True, fastmath={"contract"})

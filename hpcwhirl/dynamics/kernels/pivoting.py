@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part
 
-SINGULAR = 1e-12  # of the first pivot: what is less is round-off
+SINGULAR = 1e-12  # pivot over the first one below which it is round-off
 
 
 @part
@@ -43,7 +43,8 @@ def solve_dense(matrix, right, size):
 def solve_active(gaps, w, where, size, opened, small, right):
     """Solve g + W lam = 0 on the blades where[:size]; return success.
 
-    right : (N,), out: their multipliers; opened : (N,), out: corrected gaps of all
+    right : (N,), out: multipliers of these blades
+    opened : (N,), out: corrected gaps of all blades
     """
     for r in range(size):
         right[r] = -gaps[where[r]]
@@ -66,7 +67,7 @@ def solve_active(gaps, w, where, size, opened, small, right):
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
     """Exchange the blades that violate complementarity; return how many there were.
 
-    All of them (block pivoting), or the last one alone (Murty's rule).
+    All of them are exchanged (block pivoting), or only the last one (Murty's rule).
     """
     wrong, last = 0, -1
     for s in range(size):

@@ -1,7 +1,7 @@
 """Reading a state of the cyclic kernel: energies, works, tips, samples.
 
-Samples do not change the motion: they are taken of copies in which the pending step is
-completed.
+Samples do not change the motion: they are taken from copies in which the pending step
+is completed.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def read_tips(q, c, hub, turns, width, work, tips):
 
 @verb
 def along_of(rotor, q, rows, k, out):
-    """Set out (2 k,): the spectrum of the tips' tangential places, counted negative."""
+    """Set out (2 k,): the spectrum of the tips' negative tangential displacements."""
 
 
 @does(along_of, CyclicRotor)
@@ -134,9 +134,11 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
                  keep, judge, tracks):  # fmt: skip
     """Write a sample of a state from a copy with its step completed; see `sample`.
 
-    Tips are computed only if they are stored. If there is contact and the motion is
-    judged, the gaps are compared with `row` of those that were solved. energies,
-    works : of the completed state and sums, by `energies_of` and `column_sums`
+    Tips are computed only if they are stored. At a row of evidence with contact, the
+    gaps are compared with those that were solved, from `row` on.
+
+    energies, works : of the completed state and sums, by `energies_of` and
+        `column_sums`
     """
 
 
@@ -190,7 +192,7 @@ def aside_space(state: CyclicState) -> CyclicState:
 
 @part
 def put_aside(state, aside):
-    """Copy what a jump changes."""
+    """Copy the parts of a state that a jump changes."""
     copy_to(aside.rotor, state.rotor)
     copy_to(aside.ring, state.ring)
     copy_to(aside.sums_b, state.sums_b)
@@ -210,7 +212,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0
     out_b, out_c = space.between
-    if own[ENDED] != begun:  # the step that waited has been ended by the jump
+    if own[ENDED] != begun:  # the jump has completed the pending step
         end_step(
             rotor, aside.rotor, aside.rotor, aside.ring, aside.ring, c_c, aside.lam,
             own, aside.sums_b, aside.sums_c,

@@ -1,16 +1,18 @@
-"""Supports that no constant matrix has: a force at the rotor's centre.
+"""Forces of supports at the rotor's centre that no constant matrix represents.
 
-Those that stand and differ by direction, and a squeeze film, whose damper z decides.
+These are forces of non-rotating supports that differ by direction, and of a squeeze
+film, whose damping depends on z.
 
-In the rotating frame, of the centre z with velocity v, at step n,
+In the rotating frame, at step n, with the centre z and its velocity v,
 
 f = -[(k_d - i Omega c_d) conj(z) + c_d conj(v)] e^{-2 i Omega t},
 
-with v = (z_{n+1} - z_{n-1}) / 2 dt as the step leads there without contact: what f adds
-to it counts, by two equations. Of what contact adds, c_d knows nothing in that step.
+with v = (z_{n+1} - z_{n-1}) / 2 dt of the step without contact. The contribution of f
+to v is included, by solving two equations; that of contact in the same step is not.
 
-A squeeze film (`reduction.squeeze_film`) does, of z = z_s + y with the circle z_s of an
-unbalanced rotor, what its c_0 in the matrices of y and the rest of z_s leave out:
+A squeeze film (`reduction.squeeze_film`), with z = z_s + y and the circle z_s of an
+unbalanced rotor, has the force that remains beyond its c_0 in the matrices of y and the
+equilibrium of z_s:
 
 f = -(c_m - c_0) v - c_d (z/c)^2 conj(v) - i Omega [(c_t - c_0) z - (c_t - c_0)_s z_s],
 
@@ -27,7 +29,7 @@ from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
-CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film resists no more than there
+CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is constant
 
 
 @njit(cache=True)
@@ -68,7 +70,7 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Do `verbs.stand`."""
+    """Implement `verbs.stand`."""
     own = body.stand
     if len(own.hub) == 0:
         return
@@ -114,7 +116,7 @@ for _kind in (CoupledBody, DenseBody):
 
 @does(verbs.stand, ModalBody)
 def stand_alike(body, motion, time, force):
-    """Do nothing: modes without coupling have equal supports in both directions."""
+    """Do nothing: without coupling by rotation supports are equal in all directions."""
 
 
 @does(verbs.yielded, ModalBody)

@@ -1,9 +1,9 @@
 """Four doubles at once, as values of compiled code.
 
-Numba leaves vectors to the compiler, which must first prove that no two arrays
-overlap, and may round as it likes where it contracts products and sums. `Four` is an
-LLVM vector: what is written is what is computed, `fma` where it says so, in the same
-order on every machine.
+Numba leaves vectorisation to the compiler, which must first prove that no two arrays
+overlap, and whose rounding depends on how it contracts products and sums. `Four` is an
+LLVM vector: operations are computed as written, with `fma` only where it is called, in
+the same order on every machine.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
 
 
 def aligned(values: NDArray[Any]) -> NDArray[Any]:
-    """Return a copy that begins with a cache line: no vector lies across two of them.
+    """Return a copy that begins at a cache line, so that no vector spans two of them.
 
-    Where arrays happen to lie is worth a third of the time of a step.
+    Alignment changes the time of a step by up to a third.
     """
     return all_aligned([values])[0]
 
 
 def all_aligned(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
-    """Return copies of arrays, side by side in memory of their own, as `aligned`."""
+    """Return aligned copies of arrays, contiguous in one block of memory."""
     spans = [-(-values.nbytes // LINE) * LINE for values in arrays]
     room = np.empty(sum(spans) + LINE, np.uint8)
     place, out = -room.__array_interface__["data"][0] % LINE, []
@@ -153,14 +153,14 @@ def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def lower_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the lower of each pair."""
+    """Return the lower number of each pair."""
     del typing, a, b
     return _intrinsic("minnum", 2)
 
 
 @intrinsic
 def higher_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the higher of each pair; of a pair with one NaN the other."""
+    """Return the higher number of each pair; if one is NaN, the other."""
     del typing, a, b
     return _intrinsic("maxnum", 2)
 
@@ -259,7 +259,7 @@ def get(typing: Any, array: Any, index: Any) -> Any:
 
 @intrinsic
 def put(typing: Any, array: Any, index: Any, value: Any) -> Any:
-    """Set array[index] = value; as `get`."""
+    """Set array[index] = value, unchecked like `get`."""
     del typing, index, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:

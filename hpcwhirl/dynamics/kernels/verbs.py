@@ -1,7 +1,8 @@
-"""What a body of any kind does in a step of `bodies.march_bodies`.
+"""The operations on a body in a step of `bodies.march_bodies`, for any kind of body.
 
-A verb is a name; what it means for a kind of body is told with `does` in the file of
-that kind, and chosen by the type of its first argument when the loop is compiled.
+A verb is the name of an operation. Its implementation for a kind of body is registered
+with `does` in the file of that kind, and chosen by the type of the first argument when
+the loop is compiled.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ Function = Callable[..., Any]
 
 
 class Motion(NamedTuple):
-    """A body on its way through a step, every array (n,).
+    """A body's arrays in a step, (n,) each.
 
     Attributes
     ----------
-    q, d, loss : of the state; d = q_n - q_{n-1}
+    q, d, loss : arrays of the state; d = q_n - q_{n-1}
     ahead, following : d_{n+1} and q_{n+1}
     normal, drag : forces of the multipliers, drag over mu
     """
@@ -38,7 +39,7 @@ class Motion(NamedTuple):
 
 
 def does(verb: Function, kind: type) -> Callable[[Function], Function]:
-    """Let bodies of a kind, a NamedTuple, do a verb as the decorated function does."""
+    """Register the decorated function as a verb's implementation for a NamedTuple."""
 
     def register(function: Function) -> Function:
         @overload(verb, strict=False)
@@ -61,7 +62,7 @@ def load(body, motion, push, modal):
 
 
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports that differ by direction; add its increments."""
+    """Set force (2,), N, of supports beyond constant matrices; add its increments."""
     raise NotImplementedError
 
 
@@ -71,7 +72,7 @@ def yielded(body, motion, force, ledger):
 
 
 def read(body, values, out):
-    """Set out (r,) to the radial coordinates of amplitudes (n,)."""
+    """Set out (r,) to the radial coordinates for amplitudes (n,)."""
     raise NotImplementedError
 
 
@@ -81,12 +82,12 @@ def read_tips(body, values, radial, tips):
 
 
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` of multipliers lam (N,) on what the blades read."""
+    """Set `normal` and `drag` from the multipliers lam (N,), by the blades' weights."""
     raise NotImplementedError
 
 
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d along the rotation of what each blade with lam > 0 reads, (N,), m."""
+    """Add d' + d along the rotation, m, at each blade with lam > 0, to out (N,)."""
     raise NotImplementedError
 
 
@@ -96,7 +97,7 @@ def meet(body, motion, mu, ledger):
 
 
 def accept(body, motion, step):
-    """Take the step; add its damping loss, (d' + d)^T D (d' + d) / (4 dt), J."""
+    """Complete the step; add its damping loss, (d' + d)^T D (d' + d) / (4 dt), J."""
     raise NotImplementedError
 
 

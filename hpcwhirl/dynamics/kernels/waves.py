@@ -1,20 +1,21 @@
-"""The cyclic kernel of a rotor as waves, forward and backward ones separate.
+"""The cyclic kernel for a rotor as waves, forward and backward ones separate.
 
 Rotation couples the modes of a nodal diameter but not its waves (see
-`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces turns
-it, a' = z a, and contact forces add beta Lambda, Lambda the spectrum of the
+`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces gives
+a' = z a, and contact forces add beta Lambda, with Lambda the spectrum of the
 multipliers. A step is pending until the next pass applies its contact forces, as in
 `passes`; ring, transform and contact are those of `cyclic`.
 
-Amplitudes are sorted in rows: row f holds one wave of every slot, re then im. Behind
-them the state of central differences has the gaps' spectra of the last three steps. The
-items of four neighbouring waves p .. p + 3 stand together, item i at (p ITEMS + 4 i).
+Amplitudes are sorted in rows: row f holds one wave of every slot, re then im. For
+central differences they are followed by the spectra of the gaps of the last three
+steps. The items of four neighbouring waves p .. p + 3 are contiguous, item i at (p
+ITEMS + 4 i).
 
 In flight a wave jumps over n steps by z^n; |gamma a|, |gamma s a| and |gamma s^2 a|, s
 its root, bound the gaps, see `flight`.
 
-Free motion loses Jacobi's energy by D and S alone. The rotor's loss is therefore the
-energy and loss that contact forces have added, less the present energy.
+Free motion loses Jacobi's energy only by D and S. So the rotor's loss is the energy and
+loss that contact forces have added, less the present energy.
 """
 
 from __future__ import annotations
@@ -89,8 +90,8 @@ def times(c, at, which, re, im, total):
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
     """Implement `pass_waves`, with or without contact.
 
-    seen : places in s of the spectra of the completed step, of two steps before, and of
-        the one predicted; two of them may coincide
+    seen : first indices in s of the spectra of the completed step, of two steps before,
+        and of the predicted step; two of them may coincide
     """
     own, older, next_one = seen
     items, zero = FLOW_ITEMS if exact else ITEMS, broadcast(0.0)
@@ -127,7 +128,7 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
     """Add the works of a column to the sums; return the drag's factors, see `slip_of`.
 
-    By central differences, complete the spectrum of the pending step, too.
+    For central differences, complete the spectrum of the pending step, too.
     """
     pr, pi = push
     if exact:
@@ -155,7 +156,7 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return the places of the spectra: pending step, two before, the next."""
+    """Return the first indices of the spectra: pending step, two before, next step."""
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -352,7 +353,7 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Apply `samples.sample_rotor` to waves, whose loss is formed as told above."""
+    """Apply `samples.sample_rotor` to waves, with their loss as in this module."""
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)

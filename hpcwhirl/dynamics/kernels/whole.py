@@ -9,14 +9,14 @@ see `dynamics.whole_waves`.
 Without rotation a wave is a mode, whose displacement is its real part: rows of tips and
 forces have half the length (`dynamics.mode_waves`). What differs are two verbs.
 
-Tips are read where they might touch: a sum over the waves bounds how far any moves in a
-step, so that each tip has a lower bound until it is read again. Where the blades of the
-last solution hold the gaps of those that were not read open, by these bounds, they hold
-them open; else all are read. So it changes no bit which tips are read when.
+Only tips that might touch are computed: a sum over the waves bounds the motion of any
+tip in a step, so that each tip has a lower bound until it is computed again. If, by
+these bounds, the solution on the blades of the last solution leaves all other gaps
+open, it is the solution; otherwise all tips are computed. So the choice of tips changes
+no bit.
 
-As in `waves` the rotor's loss is what contact has added to energy and loss, which is
-its work (`whole_waves.WholeWaves.books` has that checked), less the energy that is
-left.
+As in `waves`, the rotor's loss is what contact has added to energy and loss, which is
+its work (checked by `whole_waves.WholeWaves.books`), less the energy that is left.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to this
-HELD = 4  # numbers that the state has of each blade in contact, see `push_waves`
+HELD = 4  # numbers in the state for each blade in contact, see `push_waves`
 
 
 @inlined
@@ -112,7 +112,7 @@ def tip_by_waves(rows, blade, q, modes):
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set the places of a blade among folded values (2 wide,), see `folded`."""
+    """Set the entries of a blade among folded values (2 wide,), see `folded`."""
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
         values[wide + blade] = value
@@ -125,7 +125,7 @@ def put(values, blade, blades, wide, value):
 
 @inlined
 def read_all(rows, q, blades, tips):
-    """Set tips (2 wide,), folded, counted negative."""
+    """Set tips (2 wide,), folded, with negative sign."""
     modes, wide = len(rows) // blades, len(tips) // 2
     for j in range(blades):
         put(tips, j, blades, wide, tip_by_waves(rows, j, q, modes))
@@ -143,16 +143,15 @@ def read_tip(rows, j, q, modes, blades, gaps, row, tips, whole):
 
 @inlined
 def read_near(rows, q, blades, gaps, row, known, tips, whole):
-    """Read the tips that might touch; return (lowest of their gaps, whether).
+    """Compute the tips that might touch; return (lowest of their gaps, `known`).
 
     Parameters
     ----------
-    gaps, row : without the rotor's part
-    tips, whole : (2 wide,), lower bounds of tips and of gaps; those that are read are
-        set
+    gaps, row : gaps without the rotor's part
+    tips, whole : (2 wide,), lower bounds of tips and of gaps; those computed are set
 
-    The second value tells whether there are blades of the last solution, `known`; where
-    a gap is negative, they are all read.
+    The second value says whether the last solution had active blades, `known`; if a gap
+    is negative, they are all computed.
     """
     modes, wide, least = len(rows) // blades, len(tips) // 2, math.inf
     for j in range(blades):
@@ -168,7 +167,7 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole):
 
 @inlined
 def drift_of(q, drift):
-    """Return a bound of how far a tip moves in each of the next steps, m.
+    """Return a bound of the motion of a tip in each of the next steps, m.
 
     |a| <= max(|re|, |im|) + min(|re|, |im|) / 2
     """
@@ -183,7 +182,7 @@ def drift_of(q, drift):
 
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add what the multipliers open by the ring to a row of gaps, the rest to tips.
+    """Add what multipliers open: the ring's part to a row of gaps, the rest to tips.
 
     opening, ring : (N, 2 wide) flat, folded, by rotor and ring, and by the ring alone
     """
@@ -252,8 +251,9 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
                 sums, held):  # fmt: skip
     """Book the works of the multipliers of a step, and complete the gaps before it.
 
-    A blade that was in contact two steps before, too, as nearly all were, has moved as
-    the casing has: its gap is closed in both. What others have is read off the waves.
+    A blade that was also in contact two steps before, as nearly all are, has moved like
+    the casing: its gap is closed at both steps. For other blades the motion follows
+    from the waves.
 
     Parameters
     ----------
@@ -360,7 +360,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Set copies of bodies and sums, as `general.settle_general`: the ring waits."""
+    """Set copies of bodies and sums as in `general`; only the ring is pending."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)

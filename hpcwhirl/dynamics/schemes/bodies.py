@@ -1,4 +1,4 @@
-"""Two bodies in the loop of `kernels.bodies`: what schemes of that kind share."""
+"""Two bodies in the loop of `kernels.bodies`: functions that several schemes share."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ def started(
     Parameters
     ----------
     whole : integrator at rest; its arrays have the coordinates of `dynamics.unbalance`
-    model, scene : what it integrates
-    own, rises : (m,), initial values of the other coordinates, in those of the kernel,
-        and their increments in the step before
+    model, scene : model and scene that it integrates
+    own, rises : (m,), initial values of the other coordinates of the kernel, and their
+        increments in the step before
     """
     state, m, share = whole.state, len(own), share_at_start(model, scene)
     outward = steady_at(model, scene, 0.0)[model.places[0]]
@@ -89,9 +89,9 @@ class Coordinates:
     Attributes
     ----------
     steps : free steps of y
-    lift, lower : (n, m), () -> (m, n): x = lift y, y = lower x
-    still : (n,), m, of an unbalanced rotor x_s, else 0
-    whole : whether the state has x itself, not y
+    lift, lower : (n, m), and a function that returns (m, n): x = lift y, y = lower x
+    still : (n,), m, x_s of an unbalanced rotor, else 0
+    whole : whether the state has x itself instead of y
     """
 
     steps: Steps

@@ -1,4 +1,4 @@
-"""The cyclic kernel: what `modal` and `exact` share."""
+"""The cyclic kernel: functions that `modal` and `exact` share."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ def cyclic_march(
 
     Parameters
     ----------
-    model, scene : what is integrated
+    model, scene : model and scene to integrate
     arrays : constant arrays of the kernels `cyclic`
     sizes : rows of the ring, lengths of the rotor's state and of its sums
-    rotor_places : where the rotor's state has its motion
+    rotor_places : layout of the rotor's motion in its state
     """
     ring_rows, rotor, sums = sizes
     k, _ = cyclic.widths(model.blades)
@@ -99,11 +99,12 @@ def cyclic_march(
 
 
 def is_cyclic(model: Model) -> bool:
-    """Return whether the cyclic kernel can march a model.
+    """Return whether the cyclic kernel can integrate a model.
 
-    With one or two blades k = 1 is a simple harmonic that has both of the centre's
-    coordinates, which the kernel has no place for; one of many sectors has no centre.
-    What rotation adds couples modes that it marches one by one.
+    With one or two blades k = 1 is a simple harmonic with both coordinates of the
+    centre, for which the kernel has no room, unless one of several sectors is
+    integrated, which has no centre. Terms of rotation couple modes, which it integrates
+    one by one.
     """
     plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
     plain = plain or model.rotor.spin is not None

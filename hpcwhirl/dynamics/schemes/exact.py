@@ -1,4 +1,4 @@
-"""Scheme `exact`: the flow of cyclic modes or waves; flights are jumped over."""
+"""Scheme `exact`: the exact flow of modes or waves, with jumps between contacts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     Raises
     ------
     InputError
-        where the scheme does not exist for the rotor or casing, or two waves nearly
+        if the scheme does not exist for the rotor or casing, or two waves nearly
         coincide
     """
     _check(model)

@@ -1,4 +1,4 @@
-"""What a scheme makes of a scene: a kernel and what it is called with."""
+"""The integrator that a scheme makes for a scene: a kernel and its arguments."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Balance(NamedTuple):
     ----------
     energy : energy of both bodies
     damping : energy that damping has taken from them since the start
-    rotation, friction, impact : what must be added to these entries of the ledger; 0
-        for a kernel that enters them at each step
+    rotation, friction, impact : amounts to add to these entries of the ledger; 0 for a
+        kernel that enters them in each step
     """
 
     energy: float
@@ -54,11 +54,12 @@ class Balance(NamedTuple):
 
 @dataclass(frozen=True)
 class Integrator:
-    """A kernel and what it is called with.
+    """A kernel, its arguments, and functions that read and set its state.
 
     Attributes
     ----------
-    kernel : march `steps` steps; see `kernels.bodies.march_bodies` for its arguments
+    kernel : function that takes `steps` steps; `kernels.bodies.march_bodies` explains
+        its arguments
     arrays : constant arrays, an argument of the kernel
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
     balance : state -> terms that complete the entries of the state's ledger
@@ -107,7 +108,7 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
 
 
 def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
-    """Return a kernel that is given its work space, which is made at its first call."""
+    """Return a kernel with its work space as last argument, made at the first call."""
     space = cache(space_of)
 
     def kernel(*given: Any) -> None:
@@ -121,8 +122,8 @@ def ended_by(
 ) -> Callable[[CyclicState], Ended]:
     """Return the function `Integrator.ended` of a kernel.
 
-    settle : sets copies of rotor, ring and their sums to what they are with the state's
-        pending step completed
+    settle : function that completes the state's pending step in copies of rotor, ring
+        and their sums
     """
 
     def ended(state: CyclicState) -> Ended:
@@ -153,7 +154,7 @@ def balance_of(
         odd, c_c = int(state.counter[contact.STEP] & 1), arrays.casing.items
         energies = passes.energies_of(arrays.rotor, s_b, s_c, c_c, odd, step)
         rotation, impact, drag, loss = passes.column_sums(sums_b, sums_c, step)
-        if isinstance(arrays.rotor, WaveRotor):  # what contact has added to it, too
+        if isinstance(arrays.rotor, WaveRotor):  # including what contact has added
             loss -= energies[0]
         return Balance(sum(energies), loss, rotation, friction * drag, impact)
 
@@ -177,8 +178,8 @@ def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
 def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Motion:
     """Return a motion of all sectors from its amplitudes.
 
-    found : of rotor and ring, of one sector if the model is folded
-    places : (n,), m, of the rotor where its amplitudes are 0; None: 0
+    found : amplitudes of rotor and ring, of one sector if the model is folded
+    places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
     """
     lift = model.lifts[0] if model.lifts else model.rotor.shapes
     rotor, velocity = lift @ found.rotor, lift @ found.rotor_rate
@@ -202,10 +203,10 @@ def motions_in_slots(
 
     Parameters
     ----------
-    model, scene : what is integrated
-    state : of the kernel, at rest
-    held : where it has rotor and ring
-    ended, balance : of the integrator
+    model, scene : model and scene that are integrated
+    state : state of the kernel, at rest
+    held : layout of rotor and ring in the state
+    ended, balance : functions of the integrator
     """
     exact = SCHEMES[scene.solver.scheme].flies
 

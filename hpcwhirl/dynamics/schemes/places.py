@@ -1,9 +1,9 @@
 """How the states of kernels in the rotating frame hold the motions of bodies.
 
-What reads a motion from an ended state, and writes one to a state at its time 0. A
-kernel ends the step that waits as it begins the next: at time 0 nothing waits, which an
-increment before that is the opposite of the present one says, since dissipation and
-works of a step are those of their sum.
+These classes read a motion from a completed state and write one to a state at time 0. A
+kernel completes the pending step when it begins the next one. At time 0 nothing may be
+pending: the previous increment is set to the opposite of the present one, since
+dissipation and works of a step depend on their sum.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ Floats = NDArray[np.float64]
 
 
 class RotorPlaces(Protocol):
-    """Where a kernel's state has the rotor's motion."""
+    """Layout of the rotor's motion in a kernel's state."""
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes at rest from an ended state.
+        """Return amplitudes and rates (m,) of the modes at rest from a completed state.
 
-        odd : 0 or 1, of the number of steps
+        odd : 1 if the number of steps is odd, else 0
         """
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
@@ -67,7 +67,7 @@ class Slots:
 
 @dataclass(frozen=True)
 class Rows:
-    """Modes one by one, padded, as the kernel `general` has them."""
+    """Modes one by one, padded, as in the kernel `general`."""
 
     steps: Steps
     modes: int
@@ -88,9 +88,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class RingPlaces:
-    """The ring of harmonics in slots, turned with the rotor.
+    """The ring of harmonics in slots, in the rotating frame.
 
-    items : of its modes, packed as the kernel has them
+    items : items of its modes, packed as in the kernel
     """
 
     model: Model
@@ -105,9 +105,9 @@ class RingPlaces:
         return modal_steps(self.model.casing, step, exact=exact)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (n,), static frame, from an ended state.
+        """Return amplitudes and rates (n,), static frame, from a completed state.
 
-        count : steps until it
+        count : number of steps so far
         """
         if self.model.casing is None:
             return np.zeros(0), np.zeros(0)
@@ -132,13 +132,13 @@ class RingPlaces:
 
 
 class Held(NamedTuple):
-    """Where a state has both bodies.
+    """Layout of both bodies in a state.
 
     Attributes
     ----------
-    rotor, ring : places of their motions
-    places : (n,), m, of the rotor where its amplitudes are 0; None: 0
-    beside : whether the state's gaps are without the rotor's part
+    rotor, ring : layouts of their motions
+    places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
+    beside : whether the state's gaps lack the rotor's part
     """
 
     rotor: RotorPlaces
@@ -148,7 +148,7 @@ class Held(NamedTuple):
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments of a state; parts : of its arrays."""
+    """Return amplitudes and present increments; parts : parts of an amplitude."""
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 
@@ -174,7 +174,7 @@ def write_gaps(
 def nothing_booked(state: CyclicState, *, exact: bool) -> None:
     """Set works and counters of a state to those of a march that begins.
 
-    exact : whether the kernel is that of the exact flow, for which no step waits
+    exact : whether the kernel is that of the exact flow, for which no step is pending
     """
     for part in (state.lam, state.sums_b, state.sums_c, state.ledger, state.impulse):
         part[:] = 0.0

@@ -1,4 +1,4 @@
-"""Waves in the cyclic kernel: where rotation couples the modes of equal sectors."""
+"""Waves in the cyclic kernel, for equal sectors whose modes are coupled by rotation."""
 
 from __future__ import annotations
 
@@ -33,9 +33,10 @@ from hpcwhirl.structure import RingOperator
 
 @dataclass(frozen=True)
 class _WavePlaces:
-    """Where a state has a rotor's waves; rotor : the kernel's arrays.
+    """Layout of a rotor's waves in a state.
 
-    seen : whether it has the spectra of the last steps, too
+    rotor : the kernel's arrays
+    seen : whether the state also has the spectra of the last steps
     """
 
     model: Model
@@ -44,7 +45,7 @@ class _WavePlaces:
     seen: bool
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes at rest from an ended state."""
+        """Return amplitudes and rates of the modes at rest from a completed state."""
         waves_of = [amplitudes_of(state, own, self._slots) for own in self.diameters]
         pairs = list(zip(self.diameters, waves_of, strict=True))
         places = [own.shapes @ a for own, a in pairs]
@@ -75,9 +76,9 @@ def _circling(
 ) -> Integrator:
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
-    The circle is the last row of amplitudes, see `turning_waves.Circle`. Where a run
-    begins on a share of the circle, the waves have the difference as first amplitudes.
-    Their energy is entered as in `bodies.started`, and counts as given by contact.
+    The circle is the last row of amplitudes, see `turning_waves.Circle`. If a run
+    begins on a share of the circle, the waves begin with the difference. Their energy
+    is entered as in `bodies.started`, and counts as added by contact.
 
     whole : integrator at rest; returned unchanged for a balanced rotor
     """
@@ -99,9 +100,9 @@ def _circling(
 def has_waves(model: Model) -> bool:
     """Return whether waves describe a rotor: equal sectors with terms of rotation.
 
-    They do not with fewer than three blades, where k = 1 has both coordinates of the
-    centre; nor in a ring of elements or on supports that differ by direction, which are
-    not the same at every angle; nor with a film.
+    They do not with fewer than three blades, for which k = 1 has both coordinates of
+    the centre; nor with a ring of elements or supports that differ by direction, which
+    are not the same at every angle; nor with a squeeze film.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
     return alike and spin is not None and bool(spin.waves) and spin.support.is_plain
@@ -121,8 +122,8 @@ def folds_well(model: Model, scene: Scene) -> bool:
 def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     """Return the integrator of a rotor's waves.
 
-    None where the rotor has none (`has_waves`), or where two of them nearly coincide,
-    so that amplitudes are not determined by a motion.
+    None if the rotor has no waves (`has_waves`), or if two of them nearly coincide, so
+    that a motion does not determine the amplitudes.
 
     beat : steps between rows of evidence
     """

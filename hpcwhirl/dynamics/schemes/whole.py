@@ -44,12 +44,12 @@ from hpcwhirl.structure import RingOperator
 
 @dataclass(frozen=True)
 class _WholePlaces:
-    """Where a state has the waves of a whole rotor."""
+    """Layout of a whole rotor's waves in a state."""
 
     waves: WholeWaves
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes at rest from an ended state."""
+        """Return amplitudes and rates of the modes at rest from a completed state."""
         waves, q = self.waves, state[self.waves.places]
         return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
 

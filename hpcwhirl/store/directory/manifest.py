@@ -214,7 +214,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
     _check_twins(old.twins, new.twins, f"{folder} was begun with", own)
     file = _changed_file(old, new)
     if file:
-        msg = f"{folder} was begun when {file} had other content: {own}"
+        msg = f"{folder} was begun with other content of {file}: {own}"
         raise InputError(msg)
 
 
