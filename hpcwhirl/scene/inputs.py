@@ -658,14 +658,14 @@ class Scene(Inputs, metaclass=_Told):
     )
     gap_closure: Finite = given(
         0.0,
-        "part of the gap that is lost in time, as by heat, Delta; gap(t) = gap - Delta (1 - "
-        "exp(-t/gap_time)); < 0: it opens",
+        "part Delta of the gap that is lost in time, as by heat; gap(t) = gap - Delta "
+        "(1 - exp(-t/gap_time)); < 0: it opens",
         "m",
         symbol="Δ",
         later=True,
     )
     gap_time: Positive = given(
-        1.0, "time constant of that", "s", symbol="τ_g", later=True
+        1.0, "time constant of the gap's closure", "s", symbol="τ_g", later=True
     )
     gap_table: Annotated[str, AfterValidator(gap_over_time)] = given(
         "",
