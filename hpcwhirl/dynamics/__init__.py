@@ -13,8 +13,11 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   slots, one for each nodal diameter. Those of the ring are in the rotating frame, in
   which no coefficient depends on the position of the blades: one real transform of N
   points gives all gaps of both bodies, its conjugate all modal forces. It is used if
-  the rotor is cyclic, the ring has harmonics and N >= 3; `general` serves all other
-  models. A step reads and writes each amplitude once: the contribution of contact,
+  the rotor is cyclic, the ring has harmonics and N >= 3. For unequal sectors, and fewer
+  than three, it integrates waves of the whole rotor beside the same ring, without
+  rotation one for each mode (`mode_waves`): a bound of how far a tip moves in a step
+  tells which tips have to be read, and a blade in contact costs its own rows only.
+  `general` serves all other models. A step reads and writes each amplitude once: the contribution of contact,
   which is known only after all blades are predicted, is stored as a spectrum until the
   next pass. Vector operations are explicit, so that sums and products are rounded in
   the same way on every machine. The active blades stay the same in 98 of 100 steps: the
@@ -37,10 +40,9 @@ With `rotation = "full"` the modes of a nodal diameter are coupled. `modal` and 
 then integrate waves, forward and backward ones separately, each a complex amplitude
 that is multiplied by a complex number in each step (`turning_waves`): waves of central
 differences, or of the exact flow, which jumps. One loop serves modes and waves; the
-type of the rotor chooses the functions it calls (`kernels.compiled.verb`). For unequal
-sectors `modal` integrates waves of the whole rotor (`whole_waves`). `general` and
-`paper` integrate blocks or matrices, and `general` takes over from `modal` if waves
-nearly coincide. With rotation, only runs of equal sectors are certified.
+type of the rotor chooses the functions it calls (`kernels.compiled.verb`). Waves of the
+whole rotor are coupled then (`whole_waves`). `general` and `paper` integrate blocks or
+matrices, and `general` takes over from `modal` if waves nearly coincide.
 
 If the sum of all amplitudes is below the gap and every mode is damped and held, contact
 cannot recur: this is the certificate. It is stored with its time and bound, and the run
