@@ -32,7 +32,7 @@ from hpcwhirl.store.directory.record import Record
 
 
 class Server:
-    """Answers requests until its input ends."""
+    """Child process of `isolate`: integrates requested cases until its input ends."""
 
     def __init__(self, source: int, sink: BinaryIO) -> None:
         self._source, self._sink, self._come = source, sink, b""

@@ -1,10 +1,12 @@
 """Limits of a case's time step (stability, pulse, rotation, wall), and its step counts.
 
-A free mode of the time recursion (`dynamics.timestep`) moves as z^n, with (1 + xi x)
-z^2
-- (2 - x^2) z + (1 - xi x) = 0 and x = w dt, so that its phase advances by arg z per
-  step
-instead of x sqrt(1 - xi^2), see `frequency_error`.
+A free mode of the time recursion (`dynamics.timestep`) moves as z^n. With x = w dt, z
+is a root of
+
+(1 + xi x) z^2 - (2 - x^2) z + (1 - xi x) = 0,
+
+so that its phase advances by arg z per step instead of x sqrt(1 - xi^2), see
+`frequency_error`.
 """
 
 from __future__ import annotations
@@ -35,9 +37,7 @@ MATTERS = 1e-2  # least compliance of a line that counts, over the largest one
 PER_PERIOD = 12.0  # rows of evidence per period of the fastest line
 FEWEST_ROWS = 160  # least number of rows of evidence in a run
 FEWEST_IN_PULSE = 10  # steps: with fewer, more than 1 % of the impulse is missing
-HARDLY = (
-    0.7  # a mode with larger xi hardly oscillates and is treated as if with this xi
-)
+HARDLY = 0.7  # xi from which a mode hardly oscillates; larger ones are taken as this
 RESOLVED = 1e-8  # frequency error hidden by round-off; smaller ones are taken ~ x^2
 FEWEST_IN_RISE = 50  # steps of a rigid casing's rise; fewer miss a tenth of its impulse
 MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error

@@ -86,7 +86,7 @@ def _place(found: FirstChange) -> str:
 
 
 def _then(found: FirstChange) -> str:
-    """Return the end of a sentence on what follows above the limit."""
+    """Return the end of a sentence: which word follows above the limit."""
     if not found.word:
         return ", the strongest tried"
     more = found.changes - (not np.isnan(found.safe))

@@ -68,8 +68,8 @@ def add_set(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME",
         help=f"a named set of solver inputs: {known}; it overrides the file (where "
-        "[solver] may name a preset, too) and is overridden by --set; for what each "
-        "sets and loses see: hpcwhirl inputs preset",
+        "[solver] may name a preset, too) and is overridden by --set; what each sets, "
+        "and its accuracy: hpcwhirl inputs preset",
     )
     parser.add_argument(
         "--set",

@@ -20,12 +20,13 @@ LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 
 class Flyer(NamedTuple):
-    """The free motion of a body.
+    """Functions for the motion of a body without contact.
 
     Attributes
     ----------
-    jump : function from a number of steps to the items of a jump, see `kernels.flight`
-    bound : function from a time ahead, s, to the items that bound the motion so long
+    jump : returns the coefficients of a jump over a number of steps, see
+        `kernels.flight`
+    bound : returns the coefficients of a bound of the motion over a time, s
     dies : whether all free motion decays
     """
 

@@ -82,7 +82,10 @@ class Steps(Protocol):
 
 @dataclass(frozen=True)
 class FreeSteps:
-    """Central differences; keep, pull : (n,) for modes, or (n, n); step : dt, s."""
+    """Velocities by central differences, with d' = keep d - pull x without contact.
+
+    keep, pull : (n,) for modes, or (n, n); step : dt, s; d' : the next increment
+    """
 
     keep: Floats
     pull: Floats

@@ -82,7 +82,10 @@ class SideBySide:
         return any(stop != contact.RUNNING for stop in stops)
 
     def advance(self) -> float:
-        """Integrate both by one interval; return their distance over the motion."""
+        """Integrate both motions by one interval; return how far they are apart.
+
+        The distance is relative to the size of the motion; NaN if one has ended.
+        """
         beat = self.one.beat
         goal = (self.one.steps // beat + self.rows) * beat
         for march in (self.one, self.other):

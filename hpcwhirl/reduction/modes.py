@@ -287,7 +287,10 @@ def reference_speed(structure: CyclicStructure) -> float:
 
 
 def speed_of_basis(mass: Floats, stiffness: Floats) -> float:
-    """Return `REACH` times the first frequency of matrices (n, n), rad/s."""
+    """Return the reference speed of a basis: `REACH` times the first frequency, rad/s.
+
+    mass, stiffness : (n, n), at rest
+    """
     squared = eigh(stiffness, mass, eigvals_only=True, subset_by_index=(0, 0))[0]
     return REACH * float(np.sqrt(max(squared, 0.0)))
 

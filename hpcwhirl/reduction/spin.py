@@ -132,11 +132,12 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 
 
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
-    """Return the largest relative deviation of the terms of rotation, and its name.
+    """Return by how much the terms of rotation couple waves of unlike diameters.
 
-    For modes i and j it is relative to their masses (C), to sqrt(A_ii A_jj) with A_ii
-    at least the mass (K_1), or a change of their frequencies (K_2). Modes that
-    recognition left out must not be coupled to those kept.
+    Returns the largest of these deviations, (-), and the name of its matrix. For modes
+    i and j a deviation is relative to their masses (C), to sqrt(A_ii A_jj) with A_ii at
+    least the mass (K_1), or a change of their frequencies (K_2). Couplings between
+    modes that are kept and modes that `recognise` left out count, too.
     """
     if model.spin is None or given.spin is None:
         raise TypeError(model)

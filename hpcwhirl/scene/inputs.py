@@ -482,8 +482,8 @@ class Solver(Inputs):
     )
     amplitude_limit: Positive = given(
         0.1,
-        "tip displacement over R_bd at which a run ends; of radial and tangential "
-        "displacement together",
+        "tip displacement over R_bd at which a run ends; its radial and "
+        "tangential parts together, as a vector",
     )
 
 

@@ -213,7 +213,7 @@ class Table(OfCases[Settings]):
         return Table(Block(map(of, block)) for block in self.blocks)
 
     def along_last(self, axis: Axis) -> Table:
-        """Return the table with the fastest axis of each block replaced."""
+        """Return the table with `axis` in place of the fastest axis of each block."""
         return Table(Block([*block[:-1], axis]) for block in self.blocks)
 
     def __len__(self) -> int:

@@ -78,7 +78,7 @@ class PartLibrary(KernelLibrary):
         return self
 
     def set_env(self, *_: Any) -> None:
-        """Set no environment: nothing here runs."""
+        """Ignore the environment: functions of this library are never called."""
 
     def get_pointer_to_function(self, _: str) -> int:
         """Return 0, the address of no function."""

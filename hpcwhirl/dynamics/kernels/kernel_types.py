@@ -396,7 +396,11 @@ class WaveRotor(NamedTuple):
 
 
 class CyclicCasing(NamedTuple):
-    """Packed items (ITEMS ring_size,); slot and sign of the loading's harmonic."""
+    """Coefficients of a casing in slots, and the slot of the load.
+
+    items : (ITEMS ring_size,), see `differences`
+    slot, sign : of the load's harmonic, as in `dynamics.slots`
+    """
 
     items: Floats
     slot: int

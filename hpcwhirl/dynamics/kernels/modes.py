@@ -95,7 +95,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add the motion along the rotation, as a sum over the modes."""
+    """Add the displacement along the rotation at each contact, a sum over the modes."""
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:

@@ -331,7 +331,7 @@ def radial_of(rotor, q, rows, k, out):
 @does(along_of, WaveRotor)
 @inlined
 def along_of_waves(rotor, q, rows, k, out):
-    """Apply `samples.along_of` to waves."""
+    """Apply `along_of` (tangential displacements of the tips) to waves."""
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
         for f in range(rows):

@@ -202,7 +202,7 @@ def _linear(cases: Results, case: int) -> dict[str, float]:
 
 
 def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
-    """Draw the work of friction and of transport in the window, over the losses."""
+    """Draw the works of friction and transport in the window, divided by the losses."""
     touching = [r for r in rows if r["late_contacts"] and r["late_lost"] > 0]
     speeds = [r["speed"] for r in touching]
     for name, label, marker in (

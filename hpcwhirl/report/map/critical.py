@@ -28,7 +28,7 @@ Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 
 @dataclass(frozen=True)
 class _Level:
-    """A level of the axis that is not the speed: ends of its cell, and a case in it."""
+    """A cell of the axis other than speed: its ends, and the number of a case in it."""
 
     low: float
     high: float

@@ -66,7 +66,7 @@ def sizes_for(cases: int) -> Sizes:
 def record_of(
     traces: Traces, speed: float, window: float, line: float, sizes: Sizes
 ) -> bytes:
-    """Return the record of a case.
+    """Return the thinned traces of a case, encoded as the page's script reads them.
 
     Parameters
     ----------
