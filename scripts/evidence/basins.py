@@ -6,8 +6,8 @@
 Runs jobs/basins.toml, 51 speeds by 41 forces from none to twice that of Table 2, with
 each engine (resumable in DIR), and prints at how many of the speeds that the present
 force leaves damped another of these forces leads to another motion, with Wilson's 95 %
-interval. With --cost: seconds of planning 10,000 drawn starts, and of a whole campaign
-of them, over those of 10,000 swept cases of the same inputs.
+interval. With --cost: seconds of planning 10,000 drawn starts, pulses or energies on
+modes, and of a whole campaign of them, beside those of 10,000 swept cases.
 """
 
 from __future__ import annotations
@@ -77,7 +77,13 @@ def cost(folder: Path, ranks: int) -> None:
     law = {"distribution": "uniform", "low": 0.0, "high": 150e3}
     sample = {"count": STARTS, "method": "halton", "force": law}
     force = {"start": 0.0, "stop": 150e3, "step": 150e3 / (STARTS - 1)}
-    designs = {"drawn": {"sample": sample}, "swept": {"sweep": {"force": force}}}
+    energy = {"start_energy": law | {"high": 20.0}, "start_draw": law | {"high": 1.0}}
+    shell = {"count": STARTS, "method": "halton"} | energy
+    designs = {
+        "drawn": {"sample": sample},
+        "swept": {"sweep": {"force": force}},
+        "energies": {"sample": shell},
+    }
     for table in designs.values():
         design_of(SHORT | table)  # what is imported on first use counts for neither
     for name, table in designs.items():

@@ -17,6 +17,7 @@ from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.report.page.build import write_page
+from hpcwhirl.report.page.data import page_data
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.quantities import ROW, STATUS
 from hpcwhirl.scene.words import REGIMES, word_of
@@ -249,6 +250,20 @@ def test_a_refined_map_is_filled_as_map_png_is(chromium, refined):
     kept = page.find_elements("css selector", bright)
     assert 0 < len(kept) < len(boxes)
     assert errors(page) == []
+
+
+def test_folds_of_branches_are_a_table_below_the_map(chromium, tmp_path):
+    sweep = {"sweep": {"speed": [300.0, 320.0, 340.0]}, "branch": {"over": "speed"}}
+    folder = made_up.campaign(tmp_path / "out", sweep)
+    page = opened(chromium, write_page(folder))
+    with Results(folder) as results:
+        (table,) = page_data(results).facts["tables"]
+    shown = page.execute_script(
+        "const one = document.querySelector('#tables details'); one.open = true; "
+        "return [one.querySelector('summary').innerText, Array.from("
+        "one.querySelectorAll('tr'), (r) => Array.from(r.cells, (c) => c.innerText))]"
+    )
+    assert shown == [table["title"], [table["head"], *table["rows"]]]
 
 
 def test_a_narrow_page_is_one_column_with_the_case_below_the_map(page):

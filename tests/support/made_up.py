@@ -74,7 +74,7 @@ def row(random, scene, samples):
     kinds = {"f8": 0.0, "i8": 0, "S16": "modal"}
     made = {name: kinds.get(v.kind, "none") for name, v in ROW.items()}
     made |= evidence(random)
-    inputs = ("speed", "gap", "friction", "nodal_diameter", "duration")
+    inputs = ("speed", "gap", "friction", "nodal_diameter", "duration", "force")
     made |= {name: getattr(scene, name) for name in inputs}
     made |= {
         "sample_interval": INTERVAL,

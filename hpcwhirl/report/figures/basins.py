@@ -38,7 +38,7 @@ def draw_fractions(
     InputError
         where the points differ in more than one input
     """
-    starts = found.attrs["starts"].replace("_", " ").replace(" ", ", ")
+    starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
     how = "drawn" if found.attrs["drawn"] else "on a grid"
     note = f"starts: {starts}, {how}, {int(found['cases'].max())} a point"
     figure = figure_of_shares(data, found, note)

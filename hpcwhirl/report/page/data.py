@@ -14,6 +14,7 @@ from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.labels import FIXED, axis_of, value_of
 from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
+from hpcwhirl.report.page.tables import tables_of
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.scene import input_names
 from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
@@ -79,6 +80,7 @@ def page_data(results: Results) -> PageData:
         "looks": {n: asdict(look) for n, look in SHOWN.items()},
         "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
         "refined": _refined(results),
+        "tables": tables_of(results),
         "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
         **_commands(results),
     }  # fmt: skip

@@ -374,6 +374,7 @@ function drawHead() {
   ].filter(Boolean).join(" · ");
   element("preset").hidden = !told.facts.preset;
   if (told.facts.preset) tellPreset(told.facts.preset, told.facts.preset_loses);
+  tellTables();
   const others = otherwiseNamed().length;
   element("warning").hidden = !others;
   element("warning").textContent = `${others} cases have other words in the file than this version gives them: hpcwhirl classify DIR names them anew.`;
@@ -382,6 +383,22 @@ function drawHead() {
     heading("h4", "Inputs that all cases share"),
     tableOf(told.inputs.map((s) => [s.name, JSON.stringify(s.value), s.meaning])),
   );
+}
+
+// Which motions live side by side: each table below its title.
+function tellTables() {
+  element("tables").replaceChildren(...told.tables.map((one) => {
+    const table = tableOf(one.rows);
+    const head = table.createTHead().insertRow();
+    for (const name of one.head) {
+      const cell = textElement("th", name);
+      cell.scope = "col";
+      head.append(cell);
+    }
+    const details = document.createElement("details");
+    details.append(textElement("summary", one.title), table, textElement("pre", one.command));
+    return details;
+  }));
 }
 
 // What a preset loses: its first clause, and the rest when asked for.

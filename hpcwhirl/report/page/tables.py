@@ -1,0 +1,170 @@
+"""Tables of a page: folds of branches, shares of starts, and how strong they may be.
+
+They tell what the words of single cases do not: which motions live side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
+from hpcwhirl.report.labels import NAMED, name_of
+from hpcwhirl.scene.quantities import variable_name
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import shown_in
+from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.select import value_text
+
+if TYPE_CHECKING:
+    import xarray
+
+STRENGTHS = ("force", "start_energy")  # of starts: from none to strong ones
+FEWEST = 8  # starts of a point whose shares are told
+MOST = 100  # rows of a table
+DIGITS = 6
+
+
+@dataclass(frozen=True)
+class Told:
+    """A table of a page.
+
+    Attributes
+    ----------
+    title : what it tells
+    head, rows : texts of its columns, and of each row
+    command : what prints all of it
+    """
+
+    title: str
+    head: list[str]
+    rows: list[list[str]]
+    command: str
+
+
+def tables_of(results: Results) -> list[dict[str, Any]]:
+    """Return the tables of a campaign as plain data; [] for a plain map."""
+    swept = [variable_name(name) for name in results.plan.swept]
+    if "branch" in swept:
+        found = [_of_branches(results)]
+    elif set(swept) & {*STRENGTHS, "start_draw"}:
+        found = [*_of_starts(results)]
+    else:
+        found = []
+    return [asdict(one) for one in found]
+
+
+def _of_branches(results: Results) -> Told:
+    over, branches = branches_of(results)
+    name = variable_name(over)
+    others = [variable_name(other) for other in branches[0].others]
+    rows = [
+        [
+            *_shown(others, fold.branch.others.values()),
+            fold.branch.name,
+            *_shown([name, name], [fold.last, fold.first]),
+            fold.word,
+            fold.following,
+            *_shown(["orbit_radius"], [fold.radius]),
+        ]
+        for branch in branches
+        for fold in folds_of(branch)
+    ]
+    apart, several = words_apart(branches)
+    title = f"Where branches change their word; they differ at {apart} of {several} "
+    head = [*map(_head, others), "branch", _head(name), "to", "word", "following"]
+    return _told(title + "points", [*head, _head("orbit_radius")], rows, "branches DIR")
+
+
+def _of_starts(results: Results) -> Iterator[Told]:
+    """Yield the table of the first change over a strength, and that of shares."""
+    from hpcwhirl.analysis.basins import starts_of
+    from hpcwhirl.errors import InputError
+    from hpcwhirl.store.reading.reader import open_results
+
+    with open_results(results.path) as data:
+        for name in STRENGTHS:
+            if variable_name(name) in map(variable_name, results.plan.swept):
+                yield from _of_strength(data, name)
+        try:
+            starts = starts_of(data)
+        except InputError:  # of a refined map, or of drawn engines
+            return
+        if np.bincount(starts.point).min() >= FEWEST:
+            yield _of_shares(data)
+
+
+def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
+    from hpcwhirl.analysis.first_changes import first_changes
+    from hpcwhirl.store.results.sampled import is_sampled
+
+    if is_sampled(data) or len(set(data[name].to_numpy().tolist())) <= 2:
+        return
+    found = first_changes(data, name)
+    others = [*found[0].fixed]
+    rows = [
+        [
+            *_shown(others, one.fixed.values()),
+            *_shown([name, name], [one.safe, one.unsafe]),
+            one.word or "none met",
+        ]
+        for one in found
+    ]
+    head = [*map(_head, others), f"damped up to {_head(name)}", "changed at", "word"]
+    command = f"margin DIR --over {name} --first"
+    yield _told(
+        f"Limit of {name.replace('_', ' ')} up to which all are damped",
+        head,
+        rows,
+        command,
+    )
+
+
+def _of_shares(data: xarray.Dataset) -> Told:
+    from hpcwhirl.analysis.basins import basins
+
+    found = basins(data)
+    kinds = [
+        str(k) for k in found["regime"].to_numpy() if found["count"].sel(regime=k).any()
+    ]
+    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    swept = [name for name in swept if name != "point"]
+    columns = [found[name].to_numpy().tolist() for name in swept]
+    shares = [found["share"].sel(regime=kind).to_numpy().tolist() for kind in kinds]
+    rows = [
+        [
+            *_shown(swept, own[: len(swept)]),
+            *(f"{share:.3g}" for share in own[len(swept) :]),
+        ]
+        for own in zip(*columns, *shares, strict=True)
+    ]
+    starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
+    title = f"Shares of {int(found['cases'].max())} starts that end on each motion"
+    return _told(
+        f"{title} ({starts})", [*map(_head, swept), *kinds], rows, "basins DIR"
+    )
+
+
+def _told(title: str, head: Sequence[str], rows: list[list[str]], command: str) -> Told:
+    if len(rows) > MOST:
+        title = f"{title}; {MOST} of {len(rows)} rows"
+    return Told(title, [*head], rows[:MOST], f"hpcwhirl {command}")
+
+
+def _head(name: str) -> str:
+    unit, _ = shown_in(NAMED[name].unit) if name in NAMED else ("", 1.0)
+    return with_unit(name_of(name), unit)
+
+
+def _shown(names: Sequence[str], values: Any) -> list[str]:
+    """Return values as texts, in the units that are shown; "" for none."""
+    found = []
+    for name, value in zip(names, values, strict=True):
+        _, factor = shown_in(NAMED[name].unit) if name in NAMED else ("", 1.0)
+        real = isinstance(value, int | float)
+        text = f"{factor * value:.{DIGITS}g}" if real else value_text(value)
+        found.append("" if text == "nan" else text)
+    return found
