@@ -17,11 +17,12 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   than three, it integrates waves of the whole rotor beside the same ring, without
   rotation one for each mode (`mode_waves`): a bound of how far a tip moves in a step
   tells which tips have to be read, and a blade in contact costs its own rows only.
-  `general` serves all other models. A step reads and writes each amplitude once: the contribution of contact,
-  which is known only after all blades are predicted, is stored as a spectrum until the
-  next pass. Vector operations are explicit, so that sums and products are rounded in
-  the same way on every machine. The active blades stay the same in 98 of 100 steps: the
-  inverse of their part of the Delassus matrix is kept until they change.
+  `general` serves all other models. A step reads and writes each amplitude once: the
+  contribution of contact, which is known only after all blades are predicted, is stored
+  as a spectrum until the next pass. Vector operations are explicit, so that sums and
+  products are rounded in the same way on every machine. The active blades stay the same
+  in 98 of 100 steps: the inverse of their part of the Delassus matrix is kept until
+  they change.
 - `general` integrates the rotor's real modes one by one, and the ring as `modal` does:
   in the rotating frame the ring is the same at every angle for any rotor, so that W is
   constant, though not circulant, and its inverse can be kept. Tips take a product of N

@@ -86,6 +86,12 @@ from hpcwhirl.dynamics.kernels.samples import (
     sample_rotor,
     sample_space,
 )
+from hpcwhirl.dynamics.kernels.skipped import (
+    STEPS,
+    begin_unseen,
+    catch_up,
+    gaps_if_near,
+)
 from hpcwhirl.dynamics.kernels.transform import BEHIND
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -183,14 +189,15 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     blades = len(state.impulse)
     k, wide = widths(blades)
     spectra = [np.zeros(2 * k)] * 5
-    one, two, three, four, five, rates, slip_b, slip_c = all_aligned(
-        [*spectra, np.zeros(2 * wide), np.zeros(4 * k), np.zeros(2 * k)]
-    )
+    one, two, three, four, five, rates, slip_b, slip_c, seen = all_aligned([
+        *spectra, np.zeros(2 * wide), np.zeros(4 * k), np.zeros(2 * k),
+        np.zeros((STEPS + 1) * 2 * k + 2 * FOUR),
+    ])  # fmt: skip
     return CyclicSpace(
         one, two, three, rates, (slip_b, slip_c), (four, five), np.zeros(blades),
         sample_space(state, blades, 2 * k),
         circulant_space(blades, wide, arrays.contact.column, state.known),
-        aside_space(state),
+        aside_space(state), seen, np.zeros(STEPS, np.int64),
     )  # fmt: skip
 
 
@@ -209,15 +216,12 @@ def angle_of(wall, speed, time):
 
 
 @inlined
-def predict(out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps, row,
-            sizes):  # fmt: skip
-    """Set a row of the gaps, at `time`, from the passes' spectra; return the lowest."""
+def predict(out_b, out_c, wall, time, speed, slot, sign, spectrum, sizes):
+    """Set the spectrum of the gaps, at `time`, from those of the passes."""
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if sizes.ring_rows == 0 and wall.amplitude != 0.0:
         write_wall(wall, time, speed, slot, sign, spectrum)
-    gap = gap_at(wall, time)
-    return to_gaps(spectrum, wave, gap, sizes.k, sizes.wide, gaps, row)
 
 
 @rare
@@ -350,7 +354,20 @@ def marching(passes):
         force, pulse, lobe = loading
         (c_c, slot, sign), (_, turns, wave, flight) = casing, contact
         s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-        out_b, out_c, spectrum, rates, slips, _, before, sample, solver, _ = space
+        (
+            out_b,
+            out_c,
+            spectrum,
+            rates,
+            slips,
+            _,
+            before,
+            sample,
+            solver,
+            _,
+            seen,
+            skipped,
+        ) = space
         outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
         between = strides.traces % strides.evidence != 0  # traces end no jump
         push, known, where = solver.push, solver.known, solver.where
@@ -358,6 +375,7 @@ def marching(passes):
         blades, rows, ring_rows, k, wide = sizes
         ring_size = ring_rows * k
         recall(blades, wide, solver)
+        begin_unseen(k, seen, skipped)
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
             jumped = False
@@ -385,18 +403,26 @@ def marching(passes):
                         s_c, c_c, ring_size, thrust, lobe, sign,
                         angle_of(wall, speed, time), counter, out_c, k,
                     )  # fmt: skip
-                lowest = predict(
-                    out_b, out_c, wave, wall, time, speed, slot, sign, spectrum, gaps,
-                    row, sizes,
-                )  # fmt: skip
+                predict(out_b, out_c, wall, time, speed, slot, sign, spectrum, sizes)
+                gap = gap_at(wall, time)
+                if exact:
+                    lowest = to_gaps(spectrum, wave, gap, k, wide, gaps, row)
+                else:
+                    lowest = gaps_if_near(
+                        spectrum, wave, gap, k, wide, gaps, counter[STEP] % 3, seen,
+                        skipped,
+                    )  # fmt: skip
                 if lowest < 0.0:
                     active = solved(gaps, row, lowest, blades, wide, solver)
                     if active < 0:
                         counter[STOP] = COMPLEMENTARITY
-                        return
+                        break
                     if not exact:
-                        older = (counter[STEP] + 1) % 3 * 2 * wide
-                        read_before(gaps, older, where, active, blades, wide, before)
+                        older = (counter[STEP] + 1) % 3
+                        catch_up(wave, k, wide, gaps, older, seen, skipped)
+                        read_before(
+                            gaps, older * 2 * wide, where, active, blades, wide, before
+                        )
                     elif ring_size == 0 and wall.amplitude != 0.0:
                         carried = carried_by_wall(
                             push, where, active, blades, wall, speed, time, step
@@ -432,6 +458,9 @@ def marching(passes):
                         step, speed, mu, wall, rotor, casing, turns, wave, state,
                         sample, keep, judge, tracks,
                     )  # fmt: skip
+        if not exact:
+            for older in range(3):
+                catch_up(wave, k, wide, gaps, older, seen, skipped)
 
     return march
 

@@ -599,6 +599,7 @@ class CyclicSpace(NamedTuple):
     before : (N,), m, gaps before contact
     sample, contact : work space of `samples` and `circulant`
     aside : for the exact flow, a state with copies of what a jump changes
+    seen, skipped : (8 k + 8,), (3,), see `skipped`
     """
 
     out_b: Floats
@@ -611,6 +612,8 @@ class CyclicSpace(NamedTuple):
     sample: SampleSpace
     contact: ConstantSpace
     aside: CyclicState
+    seen: Floats
+    skipped: Integers
 
 
 class Flight(NamedTuple):

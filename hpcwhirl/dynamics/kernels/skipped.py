@@ -1,0 +1,86 @@
+"""Steps of central differences whose gaps are not transformed, as none can be closed.
+
+A gap is the clearance and the real part of a sum of its spectrum's slots, each turned:
+since a step it has changed by no more than the clearance and the sum of the magnitudes
+by which the slots' parts have.
+While that is below the lowest gap of the last step that was transformed, no blade
+touches. Gaps that are wanted afterwards, of two steps before a contact or of the state,
+are transformed then, from the spectra of the last three steps: the same bits.
+"""
+
+from __future__ import annotations
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.passes import one_norm, to_gaps, total_of
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    get,
+    higher_of,
+    load,
+    put,
+    store,
+)
+
+STEPS = 3  # whose gaps the state has
+ROUNDING = 1e-12  # of gap and amplitudes: more than that of a transform
+
+
+@inlined
+def moved(spectrum, seen, width, row):
+    """Keep the spectrum of a step; return its distance from the last one transformed.
+
+    seen : (4 width + 2 FOUR,), spectra of three steps, then that last one, how far slots
+        may move from it, its clearance, and those of the three steps, m
+    """
+    total, last = broadcast(0.0), STEPS * width
+    for c in range(0, width, FOUR):
+        value = load(spectrum, c)
+        store(seen, row * width + c, value)
+        change = value - load(seen, last + c)
+        total = total + higher_of(change, broadcast(0.0) - change)
+    return total_of(total)
+
+
+@inlined
+def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
+    """Set a row of gaps as `to_gaps` where one may be closed; return the lowest, or 1.
+
+    row : 0, 1 or 2; skipped : (3,), whether gaps of a row are yet to be transformed
+    """
+    width, last = 2 * k, STEPS * 2 * k
+    free = last + width
+    put(seen, free + 2 + row, gap)
+    closed = get(seen, free + 1) - gap
+    if moved(spectrum, seen, width, row) + closed < get(seen, free):
+        put(skipped, row, 1)
+        return 1.0
+    put(skipped, row, 0)
+    lowest = to_gaps(spectrum, wave, gap, k, wide, gaps, row * 2 * wide)
+    left = lowest
+    if lowest > 0.0:
+        left = lowest - ROUNDING * (gap + one_norm(spectrum, width))
+    if left > 0.0:
+        for c in range(0, width, FOUR):
+            store(seen, last + c, load(spectrum, c))
+    put(seen, free, left)
+    put(seen, free + 1, gap)
+    return lowest
+
+
+@part
+def catch_up(wave, k, wide, gaps, row, seen, skipped):
+    """Transform the gaps of a step that was skipped, if it was."""
+    if skipped[row] == 1:
+        skipped[row] = 0
+        spectrum = seen[row * 2 * k : (row + 1) * 2 * k]
+        gap = seen[(STEPS + 1) * 2 * k + 2 + row]
+        to_gaps(spectrum, wave, gap, k, wide, gaps, row * 2 * wide)
+
+
+@inlined
+def begin_unseen(k, seen, skipped):
+    """Let the next step be transformed."""
+    put(seen, (STEPS + 1) * 2 * k, -1.0)
+    for row in range(STEPS):
+        put(skipped, row, 0)
