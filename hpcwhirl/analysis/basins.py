@@ -92,7 +92,7 @@ def starts_of(data: xarray.Dataset) -> Starts:
         raise InputError(msg + "[sweep] or [sample] for basins")
     if "branch" in swept:
         msg = "cases of [branch] begin where others have ended, not with their own "
-        raise InputError(msg + "pulse: hpcwhirl manual branches says what lists them")
+        raise InputError(msg + "pulse; see hpcwhirl branches")
     if is_sampled(data):
         drawn = drawn_of(data)
         other = sorted({*drawn.inputs} - {*STARTS})
@@ -141,12 +141,14 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     box : number of starts along each side of a box; always 1 along `nodal_diameter` and
         `direction`
 
-    Returns ------- xarray.Dataset over `point`, with the other swept inputs as
-    coordinates, and over `regime` or `attractor`: `share`, `share_low`, `share_high`
-    (Wilson's 95 % interval, for a grid as if its starts had been drawn), `count`; by
-    attractor also the medians `orbit_radius` and `line_frequency`; over `point` only
-    `cases`, `lost`, `entropy` and, if starts form a grid, `basin_entropy`,
-    `boundary_entropy`, `boxes`. `motion` has the motion of each case, over `case`
+    Returns
+    -------
+    xarray.Dataset over `point`, with the other swept inputs as coordinates, and over
+    `regime` or `attractor`: `share`, `share_low`, `share_high` (Wilson's 95 % interval,
+    for a grid as if its starts had been drawn), `count`; by attractor also the medians
+    `orbit_radius` and `line_frequency`; over `point` only `cases`, `lost`, `entropy`
+    and, if starts form a grid, `basin_entropy`, `boundary_entropy`, `boxes`. `motion`
+    has the motion of each case, over `case`
 
     Raises
     ------

@@ -92,10 +92,12 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
     speed : rad/s, > 0
     first : row of evidence with which the section begins
 
-    Returns ------- (points, m), distance of the centre from the axis, its x and y, and
-    the square roots of the energies of rotor and casing, each over its standard
-    deviation in time; constant ones are left out. At whole revolutions the rotating and
-    the static frame agree
+    Returns
+    -------
+    (points, m), distance of the centre from the axis, its x and y, and the square roots
+    of the energies of rotor and casing, each over its standard deviation in time;
+    constant ones are left out. At whole revolutions the rotating and the static frame
+    agree
     """
     from scipy.interpolate import CubicSpline  # a slow import, needed only here
 

@@ -151,9 +151,11 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     k : nodal diameter
     speeds : (n,), rad/s
 
-    Returns ------- {family: ((n,), (n,))}, rad/s, frequencies in the static frame of
-    the two waves that turn with and against the rotation in the rotating frame, of
-    families with omega > 0; > 0: turns with the rotation
+    Returns
+    -------
+    {family: ((n,), (n,))}, rad/s, frequencies in the static frame of the two waves that
+    turn with and against the rotation in the rotating frame, of families with omega >
+    0; > 0: turns with the rotation
 
     Raises
     ------

@@ -351,7 +351,7 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
 
 
 def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
-    """Return the numbers of an orbit, static frame."""
+    """Return {name: value} of numbers that describe an orbit in the static frame."""
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
     halves = [np.sqrt(np.mean(np.abs(part) ** 2)) for part in np.array_split(z, 2)]

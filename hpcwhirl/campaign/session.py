@@ -94,8 +94,10 @@ class Session:
         measure : the user's function on this rank
         begun : called on rank 0 when the directory is claimed and prepared
 
-        Returns ------- on every rank, the value of `conclude`, or the WhirlError that
-        rank 0 raised before or after the run
+        Returns
+        -------
+        on every rank, the value of `conclude`, or the WhirlError that rank 0 raised
+        before or after the run
         """
         with ExitStack() as stack:
 

@@ -30,8 +30,8 @@ ROUNDING = 1e-12  # of gap and amplitudes: more than that of a transform
 def moved(spectrum, seen, width, row):
     """Keep the spectrum of a step; return its distance from the last one transformed.
 
-    seen : (4 width + 2 FOUR,), spectra of three steps, then that last one, how far slots
-        may move from it, its clearance, and those of the three steps, m
+    seen : (4 width + 2 FOUR,), spectra of three steps, then that last one, how far
+        slots may move from it, its clearance, and those of the three steps, m
     """
     total, last = broadcast(0.0), STEPS * width
     for c in range(0, width, FOUR):
