@@ -20,17 +20,19 @@ begin, gaps_if_near, catch_up, to_gaps = (  # parts, for Python
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("blades", [22, 88])
-def test_a_step_is_skipped_only_where_no_gap_is_closed(blades):
+@pytest.mark.parametrize(("blades", "closure"), [(22, 0.0), (88, 0.0), (22, 4e-4)])
+def test_a_step_is_skipped_only_where_no_gap_is_closed(blades, closure):
+    """closure : m, by which the clearance shrinks in a step."""
     (k, wide), wave = widths(blades), transforms(blades)[1]
     drawn, half, gap, left_out = np.random.default_rng(blades), blades // 2 + 1, 1.0, 0
-    seen, late = np.zeros(4 * 2 * k + 4), np.zeros(3, np.int64)
+    seen, late = np.zeros(4 * 2 * k + 8), np.zeros(3, np.int64)
     gaps, own, spectrum = np.zeros((3, 2 * wide)), np.zeros(2 * wide), np.zeros(2 * k)
     begin(k, seen, late)
     wanted, closed = [own] * 3, 0
     rates = 0.1 * drawn.normal(size=(2, half)) * np.exp(-np.arange(half) / 2)
-    rates[0, 1] = 1.2
+    rates[0, 1] = 1.2 if closure == 0.0 else 0.1
     for step in range(3000):
+        gap -= closure
         turn = rates * np.sin((0.002 + 0.001 * np.arange(half)) * step)
         spectrum.reshape(2, k)[:, :half] = turn
         low = to_gaps(spectrum, wave, gap, k, wide, own, 0)
@@ -43,7 +45,7 @@ def test_a_step_is_skipped_only_where_no_gap_is_closed(blades):
         assert (found == 1.0 and low > 0.0) if late[step % 3] else found == low
         if step % 7 == 6:
             for row in range(3):
-                catch_up(wave, gap, k, wide, gaps.ravel(), row, seen, late)
+                catch_up(wave, k, wide, gaps.ravel(), row, seen, late)
             assert gaps.tobytes() == np.array(wanted).tobytes()
     assert left_out > 100
     assert closed > 100

@@ -111,8 +111,7 @@ def test_marched_the_centre_moves_in_these_lines(scheme):
     )  # fmt: skip
     march = March(resolve(apply_settings(scene, {"gap": 1e-5})))
     first = march.scheme.balance(march.state)
-    kept = march.lean.scene
-    march.lean = march.lean._replace(scene=apply_settings(kept, {"gap": 1.0}))
+    march.wall = march.wall._replace(gap=1.0)
     history = march.run()
     time, z = history.time, history.centre @ [1, 1j]
     waves = np.exp(1j * np.outer(time, lines_of(scene) - np.array(300.0)))
