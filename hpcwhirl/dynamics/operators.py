@@ -135,7 +135,7 @@ def points_of(model: Model, scene: Scene) -> Points:
     weight = np.ones((model.contacts, 1))
     if isinstance(model.ring, FourierOperator):
         weight = np.ascontiguousarray(model.ring.axial.at(model.stations))
-    return Points(model.angles, turn, model.clearances(scene.gap), weight)
+    return Points(model.angles, turn, model.clearances(0.0), weight)
 
 
 def wall_of(scene: Scene) -> Wall:

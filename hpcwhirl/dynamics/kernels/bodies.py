@@ -78,14 +78,14 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
 
     lost : blade that is lost, whose gap is `NOWHERE`; -1: none
     """
-    closed = gap_at(wall, time) - wall.gap
+    gap = gap_at(wall, time)
     lowest = 1.0
     for j in range(len(gaps)):
         if ring.kind == RIGID:
             w = rigid_radial(wall, time, turned + points.angle[j])
         else:
             w = read_ring(radial, index, shape, j)
-        gaps[j] = points.gap[j] + closed + w - u[j] if j != lost else NOWHERE
+        gaps[j] = gap + points.gap[j] + w - u[j] if j != lost else NOWHERE
         lowest = min(lowest, gaps[j])
     return lowest
 

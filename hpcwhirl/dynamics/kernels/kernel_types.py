@@ -162,7 +162,7 @@ class Points(NamedTuple):
     Attributes
     ----------
     angle, turn : (N,), beyond blade 0's angle: rad; of a turn
-    gap : (N,), m, clearance
+    gap : (N,), m, clearance beyond that of the scene
     weight : (N, L), by which they read the casing's axial functions
     """
 
