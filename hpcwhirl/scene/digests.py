@@ -29,7 +29,7 @@ from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
-FIRST = min(name for name, _ in LEAVES)  # first name in the text that is hashed
+FIRST = min(name for name, _ in LEAVES if name not in LATER)  # always in the text
 AT_ONCE = 1 << 16  # largest number of cases whose texts are in memory together
 KEY = 8  # leading bytes of a digest by which the index is sorted
 
@@ -274,7 +274,7 @@ def fragment(name: str, value: Any) -> str:
 
 def _named(name: str, text: str) -> str:
     """Return the JSON text of an input's name and value, with its separator."""
-    return f'"{name}": {text}, ' if name == FIRST else f', "{name}": {text}'
+    return f'"{name}": {text}, ' if name < FIRST else f', "{name}": {text}'
 
 
 def takes_real(name: str) -> bool:

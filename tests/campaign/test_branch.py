@@ -215,6 +215,7 @@ def test_a_fold_is_bisected_and_its_cases_go_on_from_the_last_before_it(folded):
         _, before = parsed(settings["history"])
         assert before[-1] < settings["speed"]
         assert digest(case_before(scene)) in rows
+    assert stored_states(folded) == {f"{name}-end" for name in rows}  # others follow
 
 
 def test_a_branch_is_refined_further_without_computing_a_case_again(folded, tmp_path):

@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import Scene, digest
+from hpcwhirl.scene import Scene, digest, flatten
 from hpcwhirl.scene import swept as values
+from hpcwhirl.scene.digests import CaseDigests
+from hpcwhirl.scene.files import LATER, PHYSICS_VERSION, digest_of, read_as
+from hpcwhirl.scene.table import Table
 
 
 def design(text, **settings):
@@ -261,3 +264,23 @@ def test_a_design_is_sent_as_a_few_bytes_a_case():
     speeds = [[300.0 + i for i in range(n)] for n in (500, 1000)]
     sizes = [len(pickle.dumps(design_of({"sweep": {"speed": v}}))) for v in speeds]
     assert sizes[1] - sizes[0] < 500 * 100
+
+
+def other_than(value):
+    if isinstance(value, str):
+        return f"{value} other"
+    if isinstance(value, list):
+        return [0.5]
+    return value + 1 if isinstance(value, int) else value + 0.5
+
+
+def test_a_newer_input_that_is_swept_is_hashed_as_in_a_case_alone():
+    shared = flatten(Scene())
+    others = {name: other_than(shared[name]) for name in LATER}
+    pairs = itertools.pairwise(sorted(LATER))
+    for names in [*((name,) for name in LATER), *pairs]:
+        both = itertools.product(*((shared[name], others[name]) for name in names))
+        rows = [dict(zip(names, own, strict=True)) | {"speed": 300.0} for own in both]
+        found = CaseDigests(shared, Table.of(rows), {"": read_as("")}, PHYSICS_VERSION)
+        assert list(found) == [digest_of(shared | row, "") for row in rows]
+        assert [found[n] for n in range(len(rows))] == list(found)
