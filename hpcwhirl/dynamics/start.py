@@ -17,6 +17,7 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.dynamics.schemes.integrator import unfold
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.families import family_ranks
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
 
 Floats = NDArray[np.float64]
@@ -99,6 +100,7 @@ def _normal(draw: float, part: str, name: str) -> float:
     return float(ndtri((whole + 0.5) / 2**BITS))
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def names_of(model: Model) -> list[Name]:
     """Return body, family and nodal diameter of each mode of the rotor."""
     own = model.rotor
@@ -107,6 +109,7 @@ def names_of(model: Model) -> list[Name]:
     return [("rotor", families[k][rank], str(k)) for k, rank in pairs]
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def casing_names(model: Model) -> list[Name]:
     """Return the same of the casing, counted as in the modal table."""
     own = model.casing
