@@ -21,8 +21,9 @@ are set to zero, since denormals are slow. `kernels` contains all compiled code.
   contribution of contact, which is known only after all blades are predicted, is stored
   as a spectrum until the next pass. Vector operations are explicit, so that sums and
   products are rounded in the same way on every machine. The active blades stay the same
-  in 98 of 100 steps: the inverse of their part of the Delassus matrix is kept until
-  they change.
+  in 98 of 100 steps: the inverse of their part of the Delassus matrix is kept, and for
+  more than 24 blades corrected as blades come and go. Steps in which no gap can close,
+  since no slot has moved far enough, are not transformed.
 - `general` integrates the rotor's real modes one by one, and the ring as `modal` does:
   in the rotating frame the ring is the same at every angle for any rotor, so that W is
   constant, though not circulant, and its inverse can be kept. Tips take a product of N

@@ -10,6 +10,7 @@ from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.scene import Scene, apply_settings
 
@@ -72,10 +73,14 @@ def test_complementarity_of_many_blades_that_come_and_go(blades, least):
     drawn, ways = np.random.default_rng(blades), [0, 0, 0]
     if least is None:
         w = drawn_matrix(blades, drawn)
+        space, most = space_of(w), 0
     else:
         apart = np.subtract.outer(np.arange(blades), np.arange(blades)) % blades
-        w = drawn_column(blades, drawn, least)[apart]
-    space, most = space_of(w), 0
+        column = drawn_column(blades, drawn, least)
+        w, known = column[apart], np.zeros(keep.length_of_known(blades), np.int64)
+        wide, wave = widths(blades)[1], transforms(blades)[1]
+        space = circulant.circulant_space(blades, wide, column, known, wave)
+        most = 0
     for gaps in slowly(drawn.normal(size=blades) - 0.5, drawn, 160):
         lam, opened, way = solve(gaps, space)
         after, size = gaps + w @ lam, np.abs(lam).max() * np.abs(w).sum(axis=1).max()

@@ -15,6 +15,7 @@ from hpcwhirl.dynamics.kernels import circulant, contact, cyclic
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError, ModelError
 from hpcwhirl.scene import apply_settings, engine_inputs, named_scene
@@ -511,7 +512,7 @@ def test_the_guess_is_the_solution_or_says_no():
     for w, column, gaps in random_contacts(0.3):
         if gaps.min() >= 0:
             continue
-        space = circulant.circulant_space(22, wide, column, known)
+        space = circulant.circulant_space(22, wide, column, known, transforms(22)[1])
         assert np.array_equal(space.rows.reshape(22, -1), w[fold].T)
         recall(22, wide, space)
         row = gaps[fold].copy()

@@ -9,7 +9,9 @@ from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.slots import transforms
 
-to_gaps = kernel(passes.to_gaps.py_func)  # a part, for Python
+to_gaps, to_slots = (  # parts, for Python
+    kernel(part.py_func) for part in (passes.to_gaps, transform.to_slots)
+)
 
 
 @pytest.mark.parametrize("split", [False, True])
@@ -45,3 +47,25 @@ def test_a_split_is_made_of_factors_and_where_it_is_worth_it():
     assert transform.span_of(22) == 0  # one product is as short
     assert transform.span_of(176) == 8
     assert transform.span_of(181) == 0  # prime
+
+
+def test_the_spectrum_of_multipliers_is_their_transform():
+    # by numpy, wherever the first stage has whole vectors
+    seen = 0
+    for blades in [*range(60, 130), 144, 176, 180, 200, 240]:
+        (k, wide), wave = widths(blades), transforms(blades)[1]
+        span, drawn = transform.span_of(blades), np.random.default_rng(blades)
+        if not span or span % 4:
+            continue
+        seen += 1
+        which = drawn.permutation(blades)[: blades // 2]
+        push, values, out = drawn.random(len(which)), np.zeros(blades), np.ones(2 * k)
+        values[which] = push
+        spread = drawn.random(transform.room_of(blades))
+        to_slots(push, which, len(which), wave, k, wide, spread, out)
+        found = out[:k] + 1j * out[k:]
+        want = np.fft.rfft(values)
+        assert found[: len(want)] == pytest.approx(want, abs=1e-12)
+        assert not found[len(want) :].any()
+        assert found[0].imag == 0.0 == (found[len(want) - 1].imag * (blades % 2 == 0))
+    assert seen > 10

@@ -25,13 +25,21 @@ from hpcwhirl.dynamics.kernels.keep_inverse import (
 )
 from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.lemke import solve_singular
+from hpcwhirl.dynamics.kernels.passes import lowest_of
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
+from hpcwhirl.dynamics.kernels.transform import (
+    BEHIND,
+    SPAN,
+    room_of,
+    to_gaps_split,
+    to_slots,
+)
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
     broadcast,
-    element,
+    fma,
     fnma,
     get,
     load,
@@ -42,6 +50,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MOST_KEPT = 8  # numbers of blades
+MANY = 48  # blades: beyond, a circulant W is applied slot by slot
 SMALL = 24  # blades of a wheel whose sets are all soon inverted
 TRIES = 8  # sets from the last one on, before all is pivoted
 CLOSED = 1e-13  # of the lowest gap: how far blades may penetrate
@@ -73,15 +82,31 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
     near, lam, opened = (np.zeros(blades) for _ in range(3))
     return ConstantSpace(
         push, known, inverse, rows, fallback.where, fallback, near, lam, opened, work,
-        again,
+        again, *(np.zeros(0) for _ in range(4)),
     )  # fmt: skip
 
 
 def circulant_space(
-    blades: int, wide: int, column: Floats, known: Integers
+    blades: int, wide: int, column: Floats, known: Integers, wave: Floats
 ) -> ConstantSpace:
-    """Return the work space for a circulant W; column : (N,), m/N, column 0 of W."""
-    return constant_space(blades, wide, column[_apart(blades)], known)
+    """Return the work space of a circulant W.
+
+    column : (N,), m/N, its column 0; wave : see `passes.to_gaps`
+    """
+    space = constant_space(blades, wide, column[_apart(blades)], known)
+    span = wave[-BEHIND + SPAN]
+    if span == 0.0 or span % FOUR:
+        return space
+    k, symbol = len(wave) // (2 * wide), np.fft.rfft(column) * (2.0 / blades)
+    symbol[0] /= 2.0
+    if blades % 2 == 0:
+        symbol[-1] /= 2.0
+    parts = np.zeros((2, k))
+    parts[:, : len(symbol)] = symbol.real, symbol.imag
+    own, spectrum, spread = all_aligned(
+        [parts.ravel(), np.zeros(4 * k), np.zeros(room_of(blades))]
+    )
+    return space._replace(symbol=own, wave=wave, spectrum=spectrum, spread=spread)
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -134,8 +159,35 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 
 @inlined
+def by_slots(size, space):
+    """Return whether so many multipliers are turned into a spectrum, space.spectrum."""
+    return size > MANY and len(space.symbol) > 0
+
+
+@part
+def openings_by_slots(gaps, row, size, wide, space):
+    """Do `openings` by the spectrum of a circulant W; return the lowest of four."""
+    symbol, spectrum, again = space.symbol, space.spectrum, space.again
+    k, least = len(symbol) // 2, broadcast(0.0)
+    to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
+    for c in range(0, k, FOUR):
+        a, b = load(symbol, c), load(symbol, k + c)
+        re, im = load(spectrum, c), load(spectrum, k + c)
+        store(spectrum, 2 * k + c, fnma(b, im, a * re))
+        store(spectrum, 3 * k + c, fma(b, re, a * im))
+    to_gaps_split(spectrum[2 * k :], space.wave, 0.0, k, wide, again, 0)
+    for v in range(0, 2 * wide, FOUR):
+        total = load(gaps, row + v) + load(again, v)
+        store(again, v, total)
+        least = lower_of(least, total)
+    return least
+
+
+@inlined
 def openings(gaps, row, size, wide, space):
     """Set space.again to the gaps that the multipliers leave; return the lowest."""
+    if by_slots(size, space):
+        return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
     push, known, rows, again = space.push, space.known, space.rows, space.again
     least, whole = broadcast(0.0), 2 * wide - 2 * wide % (6 * FOUR)
     for v in range(0, whole, 6 * FOUR):
@@ -152,10 +204,7 @@ def openings(gaps, row, size, wide, space):
         store(again, v, two[0])
         store(again, v + FOUR, two[1])
         least = lower_of(least, lower_of(two[0], two[1]))
-    lowest = 0.0
-    for i in range(FOUR):
-        lowest = min(lowest, element(least, i))
-    return lowest
+    return lowest_of(least, 0.0)
 
 
 @inlined
@@ -231,6 +280,12 @@ def solved(gaps, row, lowest, blades, wide, space):
         size = seek(gaps, row, lowest, blades, wide, space)
     if size < 0:
         size = solve_any(gaps, row, blades, wide, space)
+        if by_slots(size, space):
+            k = len(space.symbol) // 2
+            to_slots(
+                space.push, space.where, size, space.wave, k, wide, space.spread,
+                space.spectrum,
+            )  # fmt: skip
     return size
 
 

@@ -25,6 +25,7 @@ import numpy as np
 from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.circulant import (
+    by_slots,
     circulant_space,
     solved,
 )
@@ -106,6 +107,14 @@ from hpcwhirl.errors import ModelError
 
 
 @inlined
+def turn_quarter(lam, k):
+    """Set the second half of lam (4 k,) to (im, -re) of the first."""
+    for v in range(0, k, FOUR):
+        store(lam, 2 * k + v, load(lam, k + v))
+        store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
+
+
+@inlined
 def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then as (im, -re)."""
     half, whole = width // 2, width - width % (6 * FOUR)
@@ -117,9 +126,7 @@ def to_spectrum(push, where, size, turns, width, lam):
         two = add_two(push, where, size, turns, width, v, (none, none))
         store(lam, v, two[0])
         store(lam, v + FOUR, two[1])
-    for v in range(0, half, FOUR):
-        store(lam, width + v, load(lam, half + v))
-        store(lam, width + half + v, broadcast(0.0) - load(lam, v))
+    turn_quarter(lam, half)
 
 
 @part
@@ -196,7 +203,9 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
     return CyclicSpace(
         one, two, three, rates, (slip_b, slip_c), (four, five), np.zeros(blades),
         sample_space(state, blades, 2 * k),
-        circulant_space(blades, wide, arrays.contact.column, state.known),
+        circulant_space(
+            blades, wide, arrays.contact.column, state.known, arrays.contact.wave
+        ),
         aside_space(state), seen, np.zeros(STEPS, np.int64),
     )  # fmt: skip
 
@@ -429,7 +438,12 @@ def marching(passes):
                         )  # what the columns take for impact
                         ledger[ROTATION] += carried
                         ledger[IMPACT] += carried
-                    to_spectrum(push, where, active, turns, 2 * k, lam)
+                    if by_slots(active, solver):
+                        for c in range(0, 2 * k, FOUR):
+                            store(lam, c, load(solver.spectrum, c))
+                        turn_quarter(lam, k)
+                    else:
+                        to_spectrum(push, where, active, turns, 2 * k, lam)
                     book_contacts(
                         push, where, active, before, last, counter, ledger, impulse,
                         step,

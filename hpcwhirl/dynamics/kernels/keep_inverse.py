@@ -22,7 +22,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 REGULAR = 1e-8  # of the first pivot: an inverse of less would leave gaps open
 FEW = 8  # blades that are inverted anew, in less time than a change would take
-CHANGES = 64  # kept in the state, before blades are inverted anew
+CHANGES = 32  # kept in the state, before blades are inverted anew
 SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known`, behind N blades
 
 
@@ -44,14 +44,16 @@ def invert(a, stride, size):
         sound = sound and own > 0.0 and own >= least
         inverse = 1.0 / own
         a[c * stride + c] = 1.0
-        for s in range(size):
-            a[c * stride + s] *= inverse
+        for s in range(0, size, FOUR):
+            row = load(a, c * stride + s)
+            store(a, c * stride + s, row * broadcast(inverse))
         for r in range(size):
             if r != c:
-                factor = a[r * stride + c]
+                factor = broadcast(a[r * stride + c])
                 a[r * stride + c] = 0.0
-                for s in range(size):
-                    a[r * stride + s] -= factor * a[c * stride + s]
+                for s in range(0, size, FOUR):
+                    product = factor * load(a, c * stride + s)
+                    store(a, r * stride + s, load(a, r * stride + s) - product)
     return sound
 
 

@@ -226,6 +226,10 @@ class ConstantSpace(NamedTuple):
     fallback, near, lam, opened : of `contact.complementarity`, and its arguments
     work : (4 padded,), of `keep_inverse`
     again : (2 wide,), folded gaps that the multipliers leave, m
+    symbol, wave : of a circulant W: its spectrum (2 k,), m/N, twice over N, but once of
+        simple slots; of `passes.to_gaps`. Both empty where W is not, or is not split
+    spectrum, spread : (4 k,), of many multipliers, then of what they open, and work
+        space of `transform.to_slots`, or empty
     """
 
     push: Floats
@@ -239,6 +243,10 @@ class ConstantSpace(NamedTuple):
     opened: Floats
     work: Floats
     again: Floats
+    symbol: Floats
+    wave: Floats
+    spectrum: Floats
+    spread: Floats
 
 
 class ModalBody(NamedTuple):

@@ -21,6 +21,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     broadcast,
     element,
     fma,
+    fnma,
     get,
     load,
     lower_of,
@@ -159,3 +160,85 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
             least = put_both(last, gaps, row, wide, blades, b, s + 2, v, least)
     repeat(gaps, row, wide, blades)
     return least
+
+
+@inlined
+def lay_out(factors, which, size, blades, spread):
+    """Set spread (N,) to factors of the blades which[:size], 0 elsewhere."""
+    for j in range(blades):
+        put(spread, j, 0.0)
+    for s in range(size):
+        put(spread, get(which, s), get(factors, s))
+
+
+@inlined
+def fold_blades(spread, a, b, v, half, work):
+    """Set the even and the odd part in s of blades b s + v ... b s + v + 3."""
+    for s in range(half):
+        even, odd = load(spread, b * s + v), broadcast(0.0)
+        if 0 < s < a - s:
+            back = load(spread, b * (a - s) + v)
+            even, odd = even + back, even - back
+        store(work, 2 * FOUR * s, even)
+        store(work, 2 * FOUR * s + FOUR, odd)
+
+
+@inlined
+def slot_of(stages, wave, k, wide, b, c, r, sign):
+    """Return slot c, of term r of the first stage or its conjugate: re, im."""
+    re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
+    for v in range(0, b, FOUR):
+        cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
+        real = load(stages, 2 * b * r + v)
+        imag = sign * load(stages, 2 * b * r + b + v)
+        re = fma(imag, sine, fma(real, cosine, re))
+        im = fma(imag, cosine, fnma(real, sine, im))
+    return four_added(re), four_added(im)
+
+
+@inlined
+def four_added(four):
+    """Return the sum of four doubles."""
+    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
+
+
+@part
+def to_slots(factors, which, size, wave, k, wide, spread, out):
+    """Set out (2 k,) to the sum of factor e^{-2 pi i kappa j / N} of blades, in stages.
+
+    The transpose of `to_gaps_split`, of factors of the blades which[:size]; b must be a
+    multiple of four.
+
+    spread : (room_of(N),), work space
+    """
+    behind = 2 * k * wide
+    blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
+    a = blades // b
+    half, work, stages = a // 2 + 1, room(ROOM), spread[blades:]
+    lay_out(factors, which, size, blades, spread)
+    for v in range(0, b, FOUR):
+        fold_blades(spread, a, b, v, half, work)
+        for three in range(0, half, 3):
+            r = min(three, half - 3)
+            sums = three_blades(wave, k, wide, half, b, r, 0.0, work)
+            for i in range(3):
+                even, odd = sums[i]
+                store(stages, 2 * b * (r + i) + v, even)
+                store(stages, 2 * b * (r + i) + b + v, broadcast(0.0) - odd)
+    r = a - a
+    for c in range(blades // 2 + 1):
+        back = 2 * r > a
+        re, im = slot_of(
+            stages, wave, k, wide, b, c, a - r if back else r, -1.0 if back else 1.0
+        )
+        put(out, c, re)
+        put(out, k + c, im)
+        r = 0 if r + 1 == a else r + 1
+    for c in range(blades // 2 + 1, k):
+        put(out, c, 0.0)
+        put(out, k + c, 0.0)
+
+
+def room_of(blades: int) -> int:
+    """Return the length of the work space of `to_slots`."""
+    return 6 * blades + 4 * MOST
