@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare_kernel
+from hpcwhirl.dynamics.kernels.compiled import inlined, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import contact_space
 from hpcwhirl.dynamics.kernels.keep_inverse import (
     FEW,
@@ -164,7 +164,7 @@ def by_slots(size, space):
     return size > MANY and len(space.symbol) > 0
 
 
-@part
+@rare
 def openings_by_slots(gaps, row, size, wide, space):
     """Do `openings` by the spectrum of a circulant W; return the lowest of four."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
@@ -208,22 +208,9 @@ def openings(gaps, row, size, wide, space):
 
 
 @inlined
-def guess(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of a folded row for the set of the last solution.
-
-    Sets the corrected gaps, and the multipliers in `push`; returns the number of
-    active blades. Returns -1, and leaves the row as it is, if that set does not give
-    the solution, which is unique.
-    lowest : lowest of the gaps, < 0
-    """
+def settle(gaps, row, size, blades, wide, space):
+    """Set the row to the corrected gaps, and `where`; return the number of blades."""
     known, where, again = space.known, space.where, space.again
-    size = known[blades + SIZE]
-    if size == 0 or known[blades + SOUND] == 0:
-        return -1
-    if not multipliers(gaps, row, size, blades, wide, space) >= 0.0:
-        return -1
-    if not openings(gaps, row, size, wide, space) >= CLOSED * lowest:
-        return -1
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(again, v))
     for s in range(size):
@@ -232,13 +219,26 @@ def guess(gaps, row, lowest, blades, wide, space):
     return size
 
 
-@part
-def guess_again(gaps, row, lowest, blades, wide, space):
-    """Solve as `guess`, for the set that is kept now."""
-    return guess(gaps, row, lowest, blades, wide, space)
+@inlined
+def guess(gaps, row, lowest, blades, wide, space):
+    """Solve the contact problem of a folded row for the set of the last solution.
+
+    Sets the corrected gaps, and the multipliers in `push`; returns the number of
+    active blades. Returns -1, and leaves the row as it is, if that set does not give
+    the solution, which is unique.
+    lowest : lowest of the gaps, < 0
+    """
+    size = space.known[blades + SIZE]
+    if size == 0 or space.known[blades + SOUND] == 0:
+        return -1
+    if not multipliers(gaps, row, size, blades, wide, space) >= 0.0:
+        return -1
+    if not openings(gaps, row, size, wide, space) >= CLOSED * lowest:
+        return -1
+    return settle(gaps, row, size, blades, wide, space)
 
 
-@part
+@rare
 def seek(gaps, row, lowest, blades, wide, space):
     """Solve as `guess`, from sets that are likely once the last one was wrong.
 
@@ -246,26 +246,28 @@ def seek(gaps, row, lowest, blades, wide, space):
     as long as it is wrong: blades that would pull leave, those left penetrating enter.
     """
     known, active, where = space.known, space.fallback.active, space.where
-    push, again, size = space.push, space.again, space.known[blades + SIZE]
-    penetrate = penetrating(gaps, row, blades, wide, where)
-    few = blades <= SMALL or max(size, penetrate) <= FEW
+    push, again = space.push, space.again
+    penetrate, tries = penetrating(gaps, row, blades, wide, where), TRIES + 1
+    few = blades <= SMALL or max(known[blades + SIZE], penetrate) <= FEW
     if few or known[blades + SOUND] == 0:
         remember(
             where, penetrate, blades, wide, known, space.inverse, space.rows, len(push)
         )
-        return guess_again(gaps, row, lowest, blades, wide, space)
-    for _ in range(TRIES):
+        tries = 1
+    for _ in range(tries):
         size = known[blades + SIZE]
-        multipliers(gaps, row, size, blades, wide, space)
-        openings(gaps, row, size, wide, space)
-        for j in range(blades):
-            active[j] = again[place_of(j, blades, wide)] < CLOSED * lowest
-        for s in range(size):
-            active[known[s]] = push[s] >= 0.0
-        turn_to(active, where, blades, wide, space)
-        found = guess_again(gaps, row, lowest, blades, wide, space)
-        if found >= 0 or known[blades + SOUND] == 0 or known[blades + SIZE] == 0:
-            return found
+        if size == 0 or known[blades + SOUND] == 0:
+            return -1
+        pull = multipliers(gaps, row, size, blades, wide, space)
+        below = openings(gaps, row, size, wide, space)
+        if pull >= 0.0 and below >= CLOSED * lowest:
+            return settle(gaps, row, size, blades, wide, space)
+        if tries > 1:
+            for j in range(blades):
+                active[j] = again[place_of(j, blades, wide)] < CLOSED * lowest
+            for s in range(size):
+                active[known[s]] = push[s] >= 0.0
+            turn_to(active, where, blades, wide, space)
     return -1
 
 

@@ -75,6 +75,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     push_pulse,
     slip_of,
     to_gaps,
+    to_gaps_seldom,
     total_of,
     write_wall,
 )
@@ -248,8 +249,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
     bound = math.hypot(one_norm(out_b, 2 * k), one_norm(spectrum, 2 * k))
     if not bound > NEAR * limit:
         return bound
-    to_gaps(out_b, wave, 0.0, k, wide, outward, 0)
-    to_gaps(spectrum, wave, 0.0, k, wide, along, 0)
+    to_gaps_seldom(out_b, wave, 0.0, k, wide, outward, 0)
+    to_gaps_seldom(spectrum, wave, 0.0, k, wide, along, 0)
     most = 0.0
     for i in range(2 * wide):
         most = max(most, math.hypot(outward[i], along[i]))

@@ -38,7 +38,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     SPEED_Q,
     SPIN,
     places,
-    to_gaps,
+    to_gaps_seldom,
     total_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -235,7 +235,7 @@ def look_ahead(step, gap, rotor, c_c, wave, flight, state, rate, rates, rows, ri
     if flight.certifiable and (reach + further) < LESS * gap:
         counter[CERTIFIED] = counter[STEP]
         ledger[CERTIFICATE] = reach + further
-    to_gaps(rate, wave, 0.0, k, wide, rates, 0)
+    to_gaps_seldom(rate, wave, 0.0, k, wide, rates, 0)
     row = counter[STEP] % 3 * 2 * wide
     longest = flight.counts[-2]
     return free_steps(gaps, row, rates, 2 * wide, bend + more, step, longest) - 1
@@ -308,7 +308,7 @@ def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     for c in range(2 * k):
         spectrum[c] = out_b[c] + out_c[c]
     row = counter[STEP] % 3 * 2 * wide
-    lowest = to_gaps(spectrum, wave, wall.gap, k, wide, state.gaps, row)
-    if lowest < -state.ledger[MISS] * wall.gap:  # impossible by the bounds
+    lowest = to_gaps_seldom(spectrum, wave, wall.gap, k, wide, state.gaps, row)
+    if lowest < -state.ledger[MISS] * wall.gap:  # the bounds forbid it
         state.ledger[MISS] = -lowest / wall.gap
     return True

@@ -9,7 +9,7 @@ last inverted. A slice of a run begins by undoing and repeating them.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -31,7 +31,7 @@ def length_of_known(blades: int) -> int:
     return blades + LOG + CHANGES
 
 
-@part
+@rare
 def invert(a, stride, size):
     """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
 
@@ -63,7 +63,7 @@ def place_of(j, blades, wide):
     return j if 2 * j <= blades else wide + blades - j
 
 
-@part
+@rare
 def remember(where, size, blades, wide, known, inverse, rows, stride):
     """Invert and keep the part of W of the blades where[:size]."""
     for r in range(size):
@@ -85,7 +85,7 @@ def note_change(change, sound, blades, known):
         known[blades + SOUND] = 0
 
 
-@part
+@rare
 def leave(p, blades, known, inverse, stride):
     """Let the blade at place p leave; the last one takes its place."""
     last = known[blades + SIZE] - 1
@@ -133,7 +133,7 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
     return both
 
 
-@part
+@rare
 def enter(j, blades, wide, known, inverse, rows, stride, work):
     """Let blade j enter, at the last place; work : (4 stride,)."""
     size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
@@ -171,7 +171,7 @@ def undo(blades, known):
     return size
 
 
-@part
+@rare
 def recall(blades, wide, space):
     """Find the inverse that is kept of the blades in `known`, which the state holds."""
     known, inverse, rows, stride = (
@@ -203,7 +203,7 @@ def missing(active, blades, known):
     return leaving, wanted - staying
 
 
-@part
+@rare
 def turn_to(active, where, blades, wide, space):
     """Keep the inverse of the blades that are `active` (N,), 1 or 0, from now on.
 

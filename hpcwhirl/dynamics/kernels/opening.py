@@ -20,7 +20,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     RING_STATE,
     ROTOR_STATE,
     item,
-    to_gaps,
+    to_gaps_seldom,
 )
 
 
@@ -82,5 +82,5 @@ def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, 
     for m in range(size):
         spectrum[m % width] += item(c_b, RADIAL, m) * t_b[m]
     add_ring(t_c, c_c, k, spectrum)
-    to_gaps(spectrum, wave, gap, k, wide, again, 0)
+    to_gaps_seldom(spectrum, wave, gap, k, wide, again, 0)
     note_miss_folded(again, gaps, row, reach, gap, blades, ledger)

@@ -360,3 +360,9 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
         parts = at_four(spectrum, wave, gap, k, wide, j)
         least = unfold_four(parts, gaps, row, wide, j, least)
     return lowest_of(least, gap)
+
+
+@rare
+def to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row):
+    """Do `to_gaps`, for callers that do not every step: one copy serves them."""
+    return to_gaps(spectrum, wave, gap, k, wide, gaps, row)

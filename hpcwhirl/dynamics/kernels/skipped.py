@@ -10,8 +10,8 @@ are transformed then, from the spectra of the last three steps: the same bits.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part
-from hpcwhirl.dynamics.kernels.passes import one_norm, to_gaps, total_of
+from hpcwhirl.dynamics.kernels.compiled import inlined, rare
+from hpcwhirl.dynamics.kernels.passes import one_norm, to_gaps, to_gaps_seldom, total_of
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -68,14 +68,14 @@ def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
     return lowest
 
 
-@part
+@rare
 def catch_up(wave, k, wide, gaps, row, seen, skipped):
     """Transform the gaps of a step that was skipped, if it was."""
     if skipped[row] == 1:
         skipped[row] = 0
         spectrum = seen[row * 2 * k : (row + 1) * 2 * k]
         gap = seen[(STEPS + 1) * 2 * k + 2 + row]
-        to_gaps(spectrum, wave, gap, k, wide, gaps, row * 2 * wide)
+        to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row * 2 * wide)
 
 
 @inlined

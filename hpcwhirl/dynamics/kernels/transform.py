@@ -15,7 +15,7 @@ No library of transforms can be called from compiled code that holds no Python o
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels.compiled import inlined, part
+from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -140,7 +140,7 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
     return least
 
 
-@part
+@rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
     """Do `passes.to_gaps` in two stages; return the lowest of four columns each, m."""
     behind = 2 * k * wide
@@ -202,7 +202,7 @@ def four_added(four):
     return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
 
 
-@part
+@rare
 def to_slots(factors, which, size, wave, k, wide, spread, out):
     """Set out (2 k,) to the sum of factor e^{-2 pi i kappa j / N} of blades, in stages.
 
