@@ -128,9 +128,10 @@ class Case:
     @property
     def cost(self) -> float:
         """Predicted time on one core, s, if the run goes to its end."""
-        scheme = SCHEMES[self.given.solver.scheme]
-        engine = self.given.engine
-        step = scheme.step_seconds(
+        engine, name = self.given.engine, self.given.solver.scheme
+        if engine.rotation != "none" and law_of(self.given) is not None:
+            name = "general"
+        step = SCHEMES[name].step_seconds(
             engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven
         )
         return float(self.steps * step)

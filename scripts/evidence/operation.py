@@ -4,10 +4,10 @@
 
 Without a name all four.
 
-words: slow run-ups (10 rad/s^2) in windows of 1 s, each beside a run at the window's
+words: run-ups and run-downs in 12 windows of 1 s, each beside a run at the window's
 mean speed for 2.5 s, of which it would be the window; prints the share of windows with
 the same regime and whirl. Two engines: the unbalanced one of jobs/run_up.toml, and the
-default one with its pulse, from 410 rad/s on, where it is sustained.
+default one with its pulse, which is sustained at 380 to 410 rad/s, damped below.
 intervals: the motion of the centre of an unbalanced run-up without contact, at the
 usual interval, half and a quarter of it, against a sixteenth: largest difference over
 the largest radius, beside what is told; and the same of the default engine in contact.
@@ -42,7 +42,7 @@ UNBALANCED = {
     "accuracy": 1e-2, "friction": 0.1,
 }  # fmt: skip
 PULSED = {"accuracy": 1e-3}
-SLOW, LONG = 10.0, 2.5  # rad/s^2, s of a run whose window lasts a second
+COUNT, LONG = 12, 2.5  # windows; s of a run whose window lasts a second
 REPEATS = 5
 
 
@@ -53,29 +53,31 @@ def _run(**settings: Any) -> tuple[March, History]:
 
 def words() -> None:
     """Print the words of windows beside those at constant speed."""
-    for name, engine, start, seconds in (
-        ("unbalanced, full", UNBALANCED, 400.0, 12),
-        ("default, pulse", PULSED, 410.0, 8),
+    for name, engine, start, rate in (
+        ("default, pulse", PULSED, 400.0, -2.0),
+        ("default, pulse", PULSED, 400.0, -5.0),
+        ("unbalanced, full", UNBALANCED, 430.0, 2.0),
+        ("unbalanced, full", UNBALANCED, 400.0, 10.0),
     ):
-        settings = engine | {"speed": start, "acceleration": SLOW, "traces": "summary"}
-        told = simulate(
-            apply_settings(
-                Scene(),
-                settings | {"duration": float(seconds), "output.windows": seconds},
-            )
-        ).row["words_over_speed"]
+        own = engine | {"speed": start, "traces": "summary"}
+        moving = {"acceleration": rate, "duration": float(COUNT)}
+        told = _row(own | moving | {"output.windows": COUNT})["words_over_speed"]
         spells, same = spells_of(str(told)), 0
-        for window in range(seconds):
+        for window in range(COUNT):
             middle = window + 0.5
             one = next(s for s in spells if s.begin <= middle < s.end)
-            at = start + SLOW * middle
-            held = {"speed": at, "acceleration": 0.0, "duration": LONG}
-            row = simulate(apply_settings(Scene(), settings | held)).row
+            at = start + rate * middle
+            row = _row(own | {"speed": at, "duration": LONG})
             words = row["regime"], row["whirl"]
             same += words == (one.regime, one.whirl)
             print(f"  {at:.1f} rad/s: {one.regime} {one.whirl}; at constant speed "
                   f"{words[0]} {words[1]}")  # fmt: skip
-        print(f"words, {name}: {same} of {seconds} windows as at constant speed")
+        print(f"words, {name}, {rate:g} rad/s^2: {same} of {COUNT} windows as at "
+              "constant speed")  # fmt: skip
+
+
+def _row(settings: dict[str, Any]) -> dict[str, Any]:
+    return simulate(apply_settings(Scene(), settings)).row
 
 
 @contextmanager

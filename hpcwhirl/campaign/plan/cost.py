@@ -238,6 +238,10 @@ def _nominal(get: Columns) -> Any:
         )
     )  # fmt: skip
     uneven = (changes > 0) | (lost != NO_BLADE)
+    moving = np.not_equal(get("acceleration"), 0.0)
+    moving = moving | np.not_equal(get("speed_table"), "")
+    moving = moving & (rotations != "none")  # `modal` hands over, see `case.resolve`
+    schemes = np.where(moving, "general", schemes)
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))
