@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
-    "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "
-    "amplitudes"
+    "frame, blade j at 2 pi j / N), of several contact points of each in turn, then "
+    "centre x_o, y_o if free, then fixed-interface amplitudes"
 )
 
 
@@ -42,13 +42,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def arrays_of(rotor: Imported) -> dict[str, Any]:
     """Return {path in the engine file: array} of a reduced rotor."""
-    tips = 2 * np.arange(rotor.blades)
-    hub = 2 * rotor.blades + np.arange(2 if rotor.centre else 0)
+    each = [len(rotor.points["tip_station"])] if rotor.points else []
+    tips = 2 * np.arange(rotor.blades * (each or [1])[0]).reshape(rotor.blades, *each)
+    hub = 2 * tips.size + np.arange(2 if rotor.centre else 0)
     turning: dict[str, Any] = {}
     if rotor.spin is not None:
         matrices = rotor.mass, rotor.stiffness
         turning = turning_arrays(*matrices, rotor.spin, rotor.omega)
-    return {f"rotor/{name}": array for name, array in turning.items()} | {
+    beside = turning | rotor.points
+    return {f"rotor/{name}": array for name, array in beside.items()} | {
         "rotor/mass": rotor.mass,
         "rotor/stiffness": rotor.stiffness,
         "rotor/tip_radial": tips,

@@ -117,7 +117,7 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
-    points = points_of(model, scene)
+    points = points_of(model)
     if model.casing is None or model.ring is None:
         return Contact(w_rotor, EMPTY, ring_kind(model), lost, points)
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)

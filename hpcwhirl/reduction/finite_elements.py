@@ -10,7 +10,7 @@ that the wheel is cyclic to round-off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -52,6 +52,8 @@ ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over (largest omega^2) n
 class Imported:
     """A reduced rotor, in coordinates tips (r, t of blade 0, 1, ...), x_o, y_o, q.
 
+    Of several contact points a tip, those of all of them, blade by blade.
+
     Attributes
     ----------
     mass, stiffness : (n, n), kg and N/m
@@ -65,6 +67,7 @@ class Imported:
     condition : worst condition number of the factored matrices, see `Condensed`
     strained : relative strain by a translation, see `_strained`; None without a centre
     carried : the wheel's mass in a translation, kg; None without a centre
+    points : {name as in an engine's file: (n_c,)} of several contact points a tip
     """
 
     mass: Floats
@@ -79,6 +82,7 @@ class Imported:
     condition: float
     strained: float | None
     carried: float | None
+    points: dict[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -183,7 +187,7 @@ def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
 def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     """Return the reduction of a whole wheel."""
     lift, size = _Map(), wheel.mass.shape[0]
-    tips = lift.fresh(2 * wheel.blades).reshape(-1, 2)
+    tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)
     if wheel.centre is not None:
         hub = lift.fresh(2)[None, :]
@@ -221,7 +225,8 @@ def _sector_map(
 ) -> tuple[sparse.csr_array, int]:
     """Return T of nodal diameter k, and the number of its boundary columns."""
     lift, size = _Map(), wheel.mass.shape[0]
-    lift.add_turned(wheel.tips, lift.fresh(2)[None, :], wheel.angle)
+    tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
+    lift.add_turned(wheel.tips, tips, wheel.angle)
     if wheel.centre is not None and k == 1:
         axes = turn(wheel.centre.angle).T @ np.array([1.0, 1.0j])
         lift.add(
@@ -290,9 +295,9 @@ def _spread(
     counts: dict[int, int],
 ) -> tuple[Floats, Floats, Spin | None]:
     """Return (M, K, terms) in tips, centre and real amplitudes, from all diameters."""
-    blades, none = wheel.blades, np.zeros((0, 0))
-    hub = () if wheel.centre is None else (2 * blades, 2 * blades + 1)
-    structure = CyclicStructure(none, none, blades, 2, (0, 1), hub)
+    blades, none, own = wheel.blades, np.zeros((0, 0)), 2 * wheel.each
+    hub = () if wheel.centre is None else (own * blades, own * blades + 1)
+    structure = CyclicStructure(none, none, blades, own, tuple(range(own)), hub)
     blocks, nothing = [], np.zeros((0, 0), dtype=np.complex128)
     for k, piece in pieces.items():
         kept = piece.kept(counts[k])
@@ -317,30 +322,30 @@ def _spread(
             )
         blocks.append(block)
     whole = sum(len(block.mass) * block.multiplicity for block in blocks)
-    pairs, start = [], 2 * blades + len(hub)
+    pairs, start = [], own * blades + len(hub)
     for block in blocks:
-        pairs.append((block, physical_columns(block, structure, 2, whole, start)))
-        inner = len(block.mass) - 2 - centre_width(structure, block.k)
+        pairs.append((block, physical_columns(block, structure, own, whole, start)))
+        inner = len(block.mass) - own - centre_width(structure, block.k)
         start += inner * block.multiplicity
     return *assembled(pairs), assembled_spin(pairs)
 
 
 def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
     """Return the checked rotor, with the shaft's mass and springs at its centre."""
-    blades, centre = wheel.blades, wheel.centre
+    places, centre = wheel.places, wheel.centre
     parts = reduced.mass, reduced.stiffness
     mass, stiffness = (np.array((a + a.T) / 2) for a in parts)
     strained, carried, spin = None, None, reduced.spin
     if centre is not None:
-        hub = 2 * blades + np.arange(2)
+        hub = 2 * len(places) + np.arange(2)
         mass[hub, hub] += centre.mass
         spin = spin and _with_shaft(spin, centre.mass, hub)
-        carried = _carried(mass, blades)
-        strained = _strained(stiffness, blades)
+        carried = _carried(mass, places)
+        strained = _strained(stiffness, places)
         if not centre.held and not strained <= STRAINED:
             raise wheel.refusal(_FRAMES.format(strained, STRAINED))
         if spin and not centre.held:
-            moved, speeds = _translation(len(mass), blades), wheel.turning.get("speeds")
+            moved, speeds = _translation(len(mass), places), wheel.turning.get("speeds")
             check_turned(spin, mass, moved, speeds, wheel.wrong)
         stiffness[hub, hub] += centre.stiffness
     squared = _eigenvalues(wheel, mass, stiffness)
@@ -349,15 +354,16 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
         mass=mass,
         stiffness=stiffness,
         spin=spin,
-        blades=blades,
+        blades=wheel.blades,
         centre=centre is not None,
-        kept=len(mass) - 2 * blades - (2 if centre else 0),
+        kept=len(mass) - 2 * len(places) - (2 if centre else 0),
         highest=float(np.sqrt(reduced.last)),
         omega=np.sqrt(np.maximum(squared, 0.0)),
         rigid=int(np.count_nonzero(rigid)),
         condition=reduced.condition,
         strained=strained,
         carried=carried,
+        points=wheel.points,
     )
 
 
@@ -390,27 +396,29 @@ def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floa
     return np.asarray(squared)
 
 
-def _translation(size: int, blades: int) -> Floats:
-    """Return unit translations along x and y, (size, 2), of tips and centre; q is 0."""
-    angle = 2 * np.pi * np.arange(blades) / blades
-    out = np.zeros((size, 2))
-    out[0 : 2 * blades : 2] = np.column_stack([np.cos(angle), np.sin(angle)])
-    out[1 : 2 * blades : 2] = np.column_stack([-np.sin(angle), np.cos(angle)])
-    out[2 * blades : 2 * blades + 2] = np.eye(2)
+def _translation(size: int, angle: Floats) -> Floats:
+    """Return unit translations along x and y, (size, 2): tips and centre, q = 0.
+
+    angle : (t,), rad, of the tips
+    """
+    out, count = np.zeros((size, 2)), 2 * len(angle)
+    out[0:count:2] = np.column_stack([np.cos(angle), np.sin(angle)])
+    out[1:count:2] = np.column_stack([-np.sin(angle), np.cos(angle)])
+    out[count : count + 2] = np.eye(2)
     return out
 
 
-def _strained(stiffness: Floats, blades: int) -> float:
+def _strained(stiffness: Floats, angle: Floats) -> float:
     """Return the relative strain by a translation, largest of all tip DoF.
 
     It is the force on the DoF over the sum of |stiffness| in its row.
     """
-    tips = stiffness[: 2 * blades]
-    force = np.abs(tips @ _translation(len(stiffness), blades)).max(axis=1)
+    tips = stiffness[: 2 * len(angle)]
+    force = np.abs(tips @ _translation(len(stiffness), angle)).max(axis=1)
     return float((force / np.abs(tips).sum(axis=1)).max())
 
 
-def _carried(mass: Floats, blades: int) -> float:
+def _carried(mass: Floats, angle: Floats) -> float:
     """Return the mass that moves in a translation along x, kg."""
-    moved = _translation(len(mass), blades)[:, 0]
+    moved = _translation(len(mass), angle)[:, 0]
     return float(moved @ mass @ moved)

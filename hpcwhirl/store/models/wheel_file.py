@@ -10,7 +10,7 @@ tangential is a single DoF.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,7 @@ EVEN = 1e-6  # rad, largest deviation from 2 pi / N between blades
 TURNING = ("coriolis", "centrifugal_load", *BY_PARTS, *AT_SPEEDS)
 KEYS = {
     "wheel": ("mass", "stiffness", "blades", "modes", "held", *TURNING),
-    "tips": ("x", "y", "radial", "tangential", "angle"),
+    "tips": ("x", "y", "radial", "tangential", "angle", "station", "turn", "gap"),
     "centre": ("x", "y", "angle", "stiffness", "mass", "held"),
 }
 CUTS = ("left", "right", "left_x", "right_x", "left_y", "right_y")
@@ -91,6 +91,7 @@ class FiniteElements:
     file : the TOML file
     sources : files of M and K
     mass, stiffness : (n, n), symmetric
+<<<<<<< HEAD
     blades : number of blades N
     tips : (N, 2), or (1, 2) for a sector: the two DoF of each tip
     angle : (N,) or (1,), rad, from the axes of each tip's DoF to the radial, tangential
@@ -101,6 +102,19 @@ class FiniteElements:
     cut : the two cuts of a sector; None for a wheel
     turning : terms of rotation, {name as in an engine's file: matrix, vector, or two
         speeds}, all or none
+=======
+    blades : N
+    tips : (N, 2), or (1, 2) of a sector: DoF of each tip; of several contact points a
+        tip of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
+    angle : (N,) or (1,), rad: radial, tangential axes from those of the DoF; alike
+    centre : None where it is clamped
+    held : DoF that do not move
+    modes : fixed-interface modes to keep
+    cut : of a sector
+    turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
+        of rotation, all or none
+    points : {name as in an engine's file: (n_c,)} of several contact points a tip
+>>>>>>> 1bf7166 (Import several contact points a tip, tell of them)
     """
 
     file: str
@@ -115,6 +129,19 @@ class FiniteElements:
     modes: int
     cut: Cut | None
     turning: dict[str, Any]
+    points: dict[str, Floats] = field(default_factory=dict)
+
+    @property
+    def each(self) -> int:
+        """Number of contact points a tip, n_c."""
+        return len(self.points["tip_station"]) if self.points else 1
+
+    @property
+    def places(self) -> Floats:
+        """Angles of all contact points, blade by blade, (N n_c,), blade 0 at 0, rad."""
+        blade = 2 * np.pi * np.arange(self.blades) / self.blades
+        turn = self.points["tip_angle"] if self.points else np.zeros(1)
+        return np.add.outer(blade, turn).ravel()
 
     def refusal(self, told: str) -> InputError:
         """Return an error: the file, followed by the text `told`."""
@@ -200,31 +227,28 @@ def read_wheel(path: Path) -> FiniteElements:
         naming the key, its value and what is allowed
     """
     document, file = load_document(path), str(path)
-    kinds = [name for name in ("wheel", "sector") if name in document]
-    if len(kinds) != 1:
-        msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
-        raise InputError(f"{msg}: hpcwhirl import-model --example")
-    for name in document:
-        if name not in TABLES:
-            raise unknown(f"table in {file}", name, TABLES)
-    body, tips = (_Table(file, n, document.get(n, {})) for n in (kinds[0], "tips"))
-    is_sector = kinds[0] == "sector"
+    kind = _kind_of(document, file)
+    body, tips = (_Table(file, n, document.get(n, {})) for n in (kind, "tips"))
+    is_sector = kind == "sector"
     blades = body.whole("blades", 3 if is_sector else 1, MOST_BLADES)
-    kind = ("mass", "stiffness")
+    names = ("mass", "stiffness")
     turning, more = _turning(body, path.parent)
-    sources = tuple(path.parent / body.text(name) for name in kind)
-    mass, stiffness = map(read_matrix, sources, kind)
+    sources = tuple(path.parent / body.text(name) for name in names)
+    mass, stiffness = map(read_matrix, sources, names)
     size = mass.shape[0]
     if stiffness.shape != mass.shape:
         told = f"{size} degrees of freedom, stiffness {stiffness.shape[0]}"
         raise body.wrong("mass and stiffness", "be of one size", f"mass {told}")
     _read_turning(body, turning, more, size)
-    pairs, angle = _tips(tips, size, blades, 1 if is_sector else blades)
-    centre = None
+    points = _points(tips)
+    each = len(points["tip_station"]) if points else 1
+    pairs, of_blade = _tips(tips, size, blades, (1 if is_sector else blades, each))
+    plane, centre = "x" in tips.data, None
     if "centre" in document:
         table = _Table(file, "centre", document["centre"])
-        centre = _centre(table, size, float(angle[0]) if "x" in tips.data else 0.0)
-    most = LARGEST - 2 * blades - (2 if centre else 0)
+        centre = _centre(table, size, float(of_blade[0]) if plane else 0.0)
+    turn = points["tip_angle"] if points and plane else np.zeros(each)
+    most = LARGEST - 2 * blades * each - (2 if centre else 0)
     wheel = FiniteElements(
         file=file,
         sources=(*sources, *more.values()),
@@ -232,15 +256,28 @@ def read_wheel(path: Path) -> FiniteElements:
         stiffness=stiffness,
         blades=blades,
         tips=pairs,
-        angle=angle,
+        angle=np.add.outer(of_blade, turn).ravel(),
         centre=centre,
         held=body.indices("held", size),
         modes=body.whole("modes", 0, most, min(FAMILIES * blades, most)),
         cut=_cut(body, size) if is_sector else None,
         turning=turning,
+        points=points,
     )
     _check_once(wheel)
     return wheel
+
+
+def _kind_of(document: dict[str, Any], file: str) -> str:
+    """Return which of the tables [wheel] and [sector] a document has; refuse others."""
+    kinds = [name for name in ("wheel", "sector") if name in document]
+    if len(kinds) != 1:
+        msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
+        raise InputError(f"{msg}: hpcwhirl import-model --example")
+    for name in document:
+        if name not in TABLES:
+            raise unknown(f"table in {file}", name, TABLES)
+    return kinds[0]
 
 
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
@@ -296,13 +333,48 @@ def _read_turning(
             raise table.wrong(name, f"have the {size} of mass", told)
 
 
+<<<<<<< HEAD
 def _tips(table: _Table, size: int, blades: int, count: int) -> tuple[Integers, Floats]:
     """Return the DoF of the tips, (count, 2), and their axes' angles, (count,), rad."""
+=======
+def _points(table: _Table) -> dict[str, Floats]:
+    """Return {name as in an engine's file: (n_c,)} of several contact points a tip."""
+    names = {"station": "tip_station", "turn": "tip_angle", "gap": "tip_gap"}
+    beside = [name for name in ("turn", "gap") if name in table.data]
+    if "station" not in table.data:
+        if beside:
+            allowed = "have station beside it: the axial place of each contact point"
+            raise table.wrong(beside[0], allowed, "none")
+        return {}
+    found: dict[str, Floats] = {}
+    given = table.asked("station")
+    count = len(given) if isinstance(given, list) else 0
+    for key, name in names.items():
+        value = table.asked(key, [0.0] * count)
+        if not isinstance(value, list) or not all(map(_is_number, value)):
+            raise table.wrong(key, "be a list of numbers", shown(value))
+        if len(value) != count or not count:
+            raise table.wrong(key, f"have {max(count, 1)} numbers", len(value))
+        found[name] = np.array(value, dtype=np.float64)
+    if (np.diff(found["tip_station"]) < 0.0).any():
+        raise table.wrong("station", "ascend", shown(table.data["station"]))
+    return found if count > 1 else {}
+
+
+def _tips(
+    table: _Table, size: int, blades: int, counts: tuple[int, int]
+) -> tuple[Integers, Floats]:
+    """Return the DoF of the tips and angles of the axes of blades.
+
+    counts : blades, c; contact points a tip, n_c. The results are (c n_c, 2) and (c,)
+    """
+    count, each = counts
+>>>>>>> 1bf7166 (Import several contact points a tip, tell of them)
     plane = "x" in table.data or "y" in table.data
     if plane and ("radial" in table.data or "tangential" in table.data):
         raise table.wrong("tips", "be x, y or radial, tangential", "both")
     names = ("x", "y") if plane else ("radial", "tangential")
-    pairs = np.column_stack([table.indices(n, size, count) for n in names])
+    pairs = np.column_stack([table.indices(n, size, count * each) for n in names])
     given = table.asked("angle", 0.0)
     if not isinstance(given, list):
         step = 2 * np.pi / blades if plane else 0.0
