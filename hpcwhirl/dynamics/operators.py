@@ -127,7 +127,7 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     return Contact(w_rotor, compliance, ring_kind(model), lost, points)
 
 
-def points_of(model: Model, scene: Scene) -> Points:
+def points_of(model: Model) -> Points:
     """Return where the contact points stand, as the kernels take them."""
     turn, points = np.arange(model.blades) / model.blades, model.rotor.points
     if points is not None:

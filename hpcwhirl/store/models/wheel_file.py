@@ -91,18 +91,6 @@ class FiniteElements:
     file : the TOML file
     sources : files of M and K
     mass, stiffness : (n, n), symmetric
-<<<<<<< HEAD
-    blades : number of blades N
-    tips : (N, 2), or (1, 2) for a sector: the two DoF of each tip
-    angle : (N,) or (1,), rad, from the axes of each tip's DoF to the radial, tangential
-        axes
-    centre : the shaft's centre; None if the wheel is clamped
-    held : DoF that are fixed
-    modes : number of fixed-interface modes to keep
-    cut : the two cuts of a sector; None for a wheel
-    turning : terms of rotation, {name as in an engine's file: matrix, vector, or two
-        speeds}, all or none
-=======
     blades : N
     tips : (N, 2), or (1, 2) of a sector: DoF of each tip; of several contact points a
         tip of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
@@ -114,7 +102,6 @@ class FiniteElements:
     turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
         of rotation, all or none
     points : {name as in an engine's file: (n_c,)} of several contact points a tip
->>>>>>> 1bf7166 (Import several contact points a tip, tell of them)
     """
 
     file: str
@@ -333,10 +320,6 @@ def _read_turning(
             raise table.wrong(name, f"have the {size} of mass", told)
 
 
-<<<<<<< HEAD
-def _tips(table: _Table, size: int, blades: int, count: int) -> tuple[Integers, Floats]:
-    """Return the DoF of the tips, (count, 2), and their axes' angles, (count,), rad."""
-=======
 def _points(table: _Table) -> dict[str, Floats]:
     """Return {name as in an engine's file: (n_c,)} of several contact points a tip."""
     names = {"station": "tip_station", "turn": "tip_angle", "gap": "tip_gap"}
@@ -369,7 +352,6 @@ def _tips(
     counts : blades, c; contact points a tip, n_c. The results are (c n_c, 2) and (c,)
     """
     count, each = counts
->>>>>>> 1bf7166 (Import several contact points a tip, tell of them)
     plane = "x" in table.data or "y" in table.data
     if plane and ("radial" in table.data or "tangential" in table.data):
         raise table.wrong("tips", "be x, y or radial, tangential", "both")
