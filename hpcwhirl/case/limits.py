@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.profile import departure, is_round, shape_of
 from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
@@ -203,7 +204,7 @@ def check_loading(scene: Scene) -> None:
 
 
 def check_wall(scene: Scene) -> None:
-    """Raise InputError if a rigid casing would jump into the blades.
+    """Raise InputError if a casing's shape would jump into the blades.
 
     Contact removes any penetration within one step: if a casing is inside the blades at
     once, or after few steps, the impulse grows as the step shrinks. If it takes many
@@ -218,6 +219,14 @@ def check_wall(scene: Scene) -> None:
             f"casing's distortion in a time step), got {casing.growth:.6g}"
         )
         raise InputError(msg)
+    if not step <= limits.get("profile_rise", math.inf):
+        msg = (
+            f"profile_rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} "
+            "time steps) where profile and offset come into the blades (inward by "
+            f"{_shape_reach(scene, casing.profile_rise):.6g} m at one, gap "
+            f"{scene.gap:.6g} m), got {casing.profile_rise:.6g}"
+        )
+        raise InputError(msg)
     if not step <= limits.get("rise", math.inf):
         msg = (
             f"rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} time "
@@ -228,14 +237,33 @@ def check_wall(scene: Scene) -> None:
 
 
 def wall_limits(scene: Scene) -> dict[str, float]:
-    """Return {limit: longest time step, s} by growth and rise of a rigid casing."""
-    casing = scene.engine.casing
+    """Return {limit: longest time step, s} by growth and rise of a casing's shape."""
+    casing, out = scene.engine.casing, {}
+    if _shape_reach(scene, casing.profile_rise) > scene.gap:
+        out["profile_rise"] = casing.profile_rise / FEWEST_IN_RISE
     if casing.kind == "ring" or casing.amplitude == 0.0:
-        return {}
-    out = {"growth": MOST_GROWTH / abs(casing.growth)} if casing.growth else {}
+        return out
+    if casing.growth:
+        out["growth"] = MOST_GROWTH / abs(casing.growth)
     if _wall_reach(scene) > scene.gap:
         out["rise"] = casing.rise / FEWEST_IN_RISE
     return out
+
+
+def _places(scene: Scene, time: float) -> Floats:
+    """Return the angles of blades at a time, (N,), rad, static frame."""
+    blades = scene.engine.rotor.blades
+    return np.asarray(scene.speed * time + 2 * np.pi * np.arange(blades) / blades)
+
+
+def _shape_reach(scene: Scene, time: float) -> float:
+    """Return a profile's largest departure inward at a blade, faded in, m; 0: none.
+
+    Blades are taken as not deflected, as in `_wall_reach`.
+    """
+    if is_round(scene):
+        return 0.0
+    return -float(departure(shape_of(scene), _places(scene, time)).min())
 
 
 def _wall_reach(scene: Scene) -> float:
@@ -243,20 +271,23 @@ def _wall_reach(scene: Scene) -> float:
 
     Blades count as undeflected, since they hardly move during a rise that is too short.
     """
-    casing, blades = scene.engine.casing, scene.engine.rotor.blades
-    place = scene.speed * casing.rise + 2 * np.pi * np.arange(blades) / blades
+    casing = scene.engine.casing
+    place = _places(scene, casing.rise)
     with np.errstate(over="ignore"):
         size = casing.amplitude * np.exp(casing.growth * casing.rise)
-    return float((size * np.cos(scene.nodal_diameter * place)).max())
+    inward = size * np.cos(scene.nodal_diameter * place)
+    if not is_round(scene):
+        inward = inward - departure(shape_of(scene), place)
+    return float(inward.max())
 
 
 def longest_turn(model: Model, scene: Scene) -> float:
     """Return the time in which a blade passes half of the casing's shortest wave, s."""
-    waves = float(scene.nodal_diameter)
+    waves = float(max(scene.nodal_diameter, *shape_of(scene).orders, 0))
     if isinstance(model.ring, RingOperator):
-        waves = 0.5 * model.ring.elements
+        waves = max(waves, 0.5 * model.ring.elements)
     elif model.ring is not None:
-        waves = float(model.ring.harmonics)
+        waves = max(waves, float(model.ring.harmonics))
     turn = max(waves, 1.0) * abs(extremes(scene)[1])
     return math.pi / turn if turn > 0.0 else math.inf
 

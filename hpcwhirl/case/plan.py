@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcwhirl.case.profile import room_of, shape_of
 from hpcwhirl.case.sectors import folded_model, folded_scene
 from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.scene import Scene
@@ -24,6 +25,9 @@ FOLDING = (
     "engine.rotor.lost_blade",
     "engine.casing.kind",
     "engine.casing.discretization",
+    "engine.casing.profile",
+    "engine.casing.profile_scale",
+    "engine.casing.offset",
     "engine.file",
     "unbalance",
     "engine.rotation",
@@ -59,22 +63,28 @@ class Plan:
 def folds_of(scene: Scene) -> int:
     """Return g, the number of sectors that move alike: gcd(k, N).
 
-    1 if sectors differ, or if plan or scheme do not allow one sector to stand for all.
+    Of a casing that is not round, also of the harmonics of its shape; 1 if sectors
+    differ, or if plan or scheme do not allow one sector to stand for all.
     """
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
     if scene.unbalance != 0.0 or not has_families(scene):
         return 1
-    return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades)
+    orders = shape_of(scene).orders.tolist()
+    return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades, *orders)
 
 
 def settling_time(scene: Scene, model: Model) -> float:
     """Return the time, s, after which the untouched ring moves less than the gap.
 
     It follows from bounds of the modes' amplitudes after the pulse, which decay with
-    xi omega; infinite for undamped modes and for a driven casing.
+    xi omega; infinite for undamped modes, for a driven casing, and for one that is not
+    round and leaves no gap.
     """
+    room = room_of(scene)
+    if room < 0.0:
+        return math.inf
     if model.casing is None:
         return 0.0 if scene.engine.casing.amplitude == 0.0 else math.inf
     if not isinstance(model.ring, FourierOperator) or model.rotor.points is not None:
@@ -82,7 +92,7 @@ def settling_time(scene: Scene, model: Model) -> float:
     if scene.force == 0.0:
         return 0.0
     load = scene.nodal_diameter, scene.force, scene.pulse
-    return _settling(model, *load, scene.gap)
+    return _settling(model, *load, room)
 
 
 @lru_cache(maxsize=MOST_KEPT)

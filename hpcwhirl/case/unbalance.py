@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.profile import room_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
@@ -174,7 +175,9 @@ def share_at_start(model: Model, scene: Scene) -> float:
     """
     if scene.engine.rotor.lost_blade != NO_BLADE:
         return 0.0
-    reach, room = reach_of(model, scene), (1.0 - CLEAR) * scene.gap
+    fades = scene.engine.casing.profile_rise > 0.0
+    clear = scene.gap if fades else max(room_of(scene), 0.0)
+    reach, room = reach_of(model, scene), (1.0 - CLEAR) * clear
     return 1.0 if reach <= room else room / reach
 
 
@@ -216,7 +219,7 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     backward : m, radius of the backward part, if supports differ by direction
     lag : rad, angle by which the centre lags the unbalance, in the sense of rotation
     reach : m, outward displacement of the tip that is farthest out
-    over_gap : reach over gap; None if the gap is 0
+    over_gap : reach over the least gap; None if that is 0
     touches : whether the circle, without contact, would pass through the casing
 
     None without an unbalance.
@@ -228,6 +231,7 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     force = force_of(scene) + scene.speed**2 * released_moment(model)
     lag = cmath.phase(force * centre.conjugate()) * math.copysign(1.0, scene.speed)
     reach, swung = reach_of(model, scene), swing(model, scene)
+    room = room_of(scene)
     back = 0j if swung is None else centre_of(model, swung.conj()) / 2
     return {
         "unbalance": scene.unbalance,
@@ -236,6 +240,6 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
         "backward": abs(back),
         "lag": lag,
         "reach": reach,
-        "over_gap": reach / scene.gap if scene.gap > 0.0 else None,
-        "touches": reach > scene.gap,
+        "over_gap": reach / room if room > 0.0 else None,
+        "touches": reach > room,
     }

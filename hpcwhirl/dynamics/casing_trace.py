@@ -11,8 +11,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.contact import rigid_amplitude
-from hpcwhirl.dynamics.operators import wall_of
+from hpcwhirl.case.profile import shape_of
+from hpcwhirl.dynamics.kernels.shape import faded
+from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -57,16 +58,17 @@ def _read(rows: Floats, values: Floats) -> Floats:
     return out
 
 
-def waves_of_rigid(scene: Scene, count: int, stride: int) -> Floats:
-    """Return harmonics (count, H + 1, 2), m, of a rigid casing's distortion.
+def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
+    """Return harmonics (count, H + 1, 2), m, of a rigid casing's shape.
 
-    H is that of a ring with this discretization, but at least the distortion's lobes k.
+    H is that of a ring with this discretization, but at least the shape's highest.
     """
-    wall = wall_of(scene)
+    wall = wall_of(model, scene)
     out = np.zeros((count, _highest(scene) + 1, 2))
     for n in range(count):
         time = (n + 1) * stride * scene.solver.time_step
-        out[n, wall.lobes, 0] = -rigid_amplitude(wall, time)
+        for r, order in enumerate(wall.orders):
+            out[n, order] += faded(wall, r, time)
     return out
 
 
@@ -90,4 +92,5 @@ def _highest(scene: Scene) -> int:
     ring = casing.harmonics
     if casing.discretization == "elements":
         ring = casing.elements // 2
-    return max(ring, scene.nodal_diameter)
+    highest: int = shape_of(scene).orders.max(initial=0)
+    return int(max(ring, scene.nodal_diameter, highest))

@@ -23,11 +23,12 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import GeneralRotor, Strides, Tracks
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
-from hpcwhirl.dynamics.operators import friction_with_sign, wall_of
+from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.waves import folds_well
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.varying import DrivenRotor
+from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 
@@ -107,7 +108,7 @@ class March:
     def _refresh(self, state: Any) -> None:
         """Set arrays, and a state unless it is None, to the interval of this step."""
         scene = self.lean.scene
-        self.wall, self.speed = wall_of(scene), scene.speed
+        self.wall, self.speed = wall_of(self.lean.model, scene), scene.speed
         if self.schedule is None:
             return
         now = self.schedule.interval(self.steps // self.schedule.every)
@@ -193,9 +194,9 @@ class March:
         if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
             return
         sizes, decays = self.coast.bound(self.state)
-        reach, room = float(sizes.sum(axis=1).max()), self.scene.gap
+        reach, room = float(sizes.sum(axis=1).max()), self.wall.room
         if self.schedule is not None:
-            room = self.schedule.least_gap(self.steps)
+            room += self.schedule.least_gap(self.steps) - self.scene.gap
         far = self.coast.farthest(self.state)
         if not (reach < LESS * room and far < LESS * self._limit):
             pause = LOOKS * self.beat

@@ -25,6 +25,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.profile import is_round
 from hpcwhirl.dynamics.timestep import exact_flow, recursion
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -281,6 +282,12 @@ def check_continuable(model: Model, scene: Scene) -> None:
         msg = (
             "a motion can be continued only on supports that are alike in x and y: "
             "those of this engine stand at fixed angles"
+        )
+        raise InputError(msg)
+    if not is_round(scene):
+        msg = (
+            "a motion can be continued only in a round casing: profile must be empty, "
+            f"and offset 0 m, got {casing.offset:g}"
         )
         raise InputError(msg)
     if model.casing is None and casing.amplitude != 0.0:

@@ -18,7 +18,6 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     ModalBody,
     Points,
     Ring,
-    Wall,
 )
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning import ALIKE, coupled_body, standing, turning
@@ -136,13 +135,6 @@ def points_of(model: Model) -> Points:
     if isinstance(model.ring, FourierOperator):
         weight = np.ascontiguousarray(model.ring.axial.at(model.stations))
     return Points(model.angles, turn, model.clearances(0.0), weight)
-
-
-def wall_of(scene: Scene) -> Wall:
-    """Return the gap and a rigid casing's distortion in the form that kernels take."""
-    casing = scene.engine.casing
-    lobes, growth = scene.nodal_diameter, casing.growth
-    return Wall(scene.gap, lobes, casing.amplitude, growth, casing.rise)
 
 
 def lobe_load(model: Model, lobes: int, direction: str) -> Floats:

@@ -425,13 +425,13 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
     step, flies = scene.solver.time_step, _flies(scene)
     rotor, hub, column, rows = _rubbed(model, step, mu, flies=flies)
     ring, lobe, casing_rows = ring_arrays(model, scene)
-    slot, sign = fold(scene.nodal_diameter, blades)
+    _, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
     flyer = flying_modes(passes.unpacked(rotor), step)
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
         CyclicRotor(rotor, hub),
-        CyclicCasing(passes.packed(ring), slot, sign),
+        CyclicCasing(passes.packed(ring), sign),
         CyclicContact(
             column.copy(), turns, wave, flight_arrays(scene, beat, flyer, ring)
         ),

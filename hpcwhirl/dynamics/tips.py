@@ -81,6 +81,6 @@ def general_arrays(model: Model, scene: Scene) -> Arrays:
     return Arrays(
         Load(scene.force, scene.pulse, lobe),
         _rotor(model, scene),
-        CyclicCasing(passes.packed(ring), *fold(scene.nodal_diameter, blades)),
+        CyclicCasing(passes.packed(ring), fold(scene.nodal_diameter, blades)[1]),
         GeneralContact(delassus(model, scene), *transforms(blades)),
     )

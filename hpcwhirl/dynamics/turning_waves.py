@@ -333,7 +333,7 @@ def wave_arrays(
     """
     blades, mu = model.blades, friction_with_sign(scene)
     ring, lobe, ring_rows = ring_arrays(model, scene)
-    slot, sign = fold(scene.nodal_diameter, blades)
+    _, sign = fold(scene.nodal_diameter, blades)
     turns, wave = transforms(blades)
     steady = circle_of(model, scene, diameters)
     rotor = _rotor(diameters, widths(blades)[0], mu, steady)
@@ -346,7 +346,7 @@ def wave_arrays(
     arrays = Arrays(
         Load(scene.force, scene.pulse, lobe),
         rotor,
-        CyclicCasing(packed_modes(ring), slot, sign),
+        CyclicCasing(packed_modes(ring), sign),
         CyclicContact(column, turns, wave, flight_arrays(scene, beat, flyer, ring)),
     )
     return arrays, ring_rows

@@ -213,7 +213,7 @@ def whole_arrays(
     return Arrays(
         Load(scene.force, scene.pulse, lobe),
         rotor,
-        CyclicCasing(passes.packed(ring), *fold(scene.nodal_diameter, model.blades)),
+        CyclicCasing(passes.packed(ring), fold(scene.nodal_diameter, model.blades)[1]),
         GeneralContact(w, *transforms(model.blades)),
     )
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, as_table, shown, unknown
-from hpcwhirl.scene.bearing import is_table
 from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.engines import check_label
 from hpcwhirl.scene.files import (
@@ -106,15 +105,16 @@ def _set(
 
 
 def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
-    """Return [engine] with the paths of its file and its rotor's bearing absolute."""
-    placed, rotor = dict(engine), engine.get("rotor")
+    """Return [engine] with the paths of its file and of its tables absolute."""
+    placed = dict(engine)
     if isinstance(engine.get("file"), str):
         placed["file"] = _anchored(engine["file"], folder)
-    bearing = rotor.get("bearing") if isinstance(rotor, Mapping) else None
-    if isinstance(rotor, Mapping) and isinstance(bearing, str):
-        if not is_table(bearing):
-            bearing = _anchored(bearing, folder)
-        placed["rotor"] = {**rotor, "bearing": bearing}
+    for part, name in (("rotor", "bearing"), ("casing", "profile")):
+        inner = engine.get(part)
+        table = inner.get(name) if isinstance(inner, Mapping) else None
+        if isinstance(inner, Mapping) and isinstance(table, str):
+            kept = table if ";" in table else _anchored(table, folder)
+            placed[part] = {**inner, name: kept}
     return placed
 
 

@@ -26,12 +26,16 @@ from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.history import history_of, parsed
 from hpcwhirl.scene.inputs import WRONG_UNIT, Scene
 from hpcwhirl.scene.otherwise import OTHERWISE
+from hpcwhirl.scene.profile import profile_table
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.units import each_in_si, told_of
 
 Value = bool | int | float | str | list[float]
 FILE = "engine.file"  # the one input that names a file
-BEARING = "engine.rotor.bearing"  # the one input whose file is stored as text
+TABLES_KEPT: dict[str, Callable[[str], str]] = {  # inputs whose file is kept as text
+    "engine.rotor.bearing": bearing_table,
+    "engine.casing.profile": profile_table,
+}
 MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
 READING = 2  # increase when the same engine file would give other numbers
 PHYSICS_VERSION = 13  # increase when the same inputs would give other numbers
@@ -72,18 +76,18 @@ def value_in_si(name: str, value: Any) -> Any:
         naming the input, if the unit is unknown or of another quantity
     """
     told = INPUTS.get(name)
-    if name == BEARING:
-        return told_of(name, lambda: _tables_in(value))
+    if name in TABLES_KEPT:
+        return told_of(name, lambda: _tables_in(value, TABLES_KEPT[name]))
     if told is None or name not in IN_UNITS:
         return value
     return told_of(name, lambda: each_in_si(value, told.unit))
 
 
-def _tables_in(value: Any) -> Any:
-    """Return the bearing's table that a text names; of a list of texts, all tables."""
+def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
+    """Return the table that a text names; of a list of texts, all tables."""
     if isinstance(value, list):
-        return [_tables_in(one) for one in value]
-    return bearing_table(value) if isinstance(value, str) else value
+        return [_tables_in(one, table) for one in value]
+    return table(value) if isinstance(value, str) else value
 
 
 @cache

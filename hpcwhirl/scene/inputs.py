@@ -18,6 +18,7 @@ from pydantic_core import PydanticCustomError
 from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.history import checked
 from hpcwhirl.scene.over_time import table_over_time
+from hpcwhirl.scene.profile import profile_table
 from hpcwhirl.scene.quantity import given, quantity_of
 from hpcwhirl.scene.resolve_path import anchored, printable
 from hpcwhirl.scene.rules import (
@@ -403,6 +404,34 @@ class Casing(Inputs):
         "time over which A0 of a rigid casing rises smoothly; at least 50 steps if it "
         "reaches the blades",
         "s",
+    )
+    profile: Annotated[str, AfterValidator(profile_table)] = given(
+        "",
+        "table of the shape of a casing that is not round, elastic or rigid; a CSV "
+        "file, or its rows in one line, of columns harmonic, amplitude, m, and phase, "
+        "rad, or of columns angle, rad, and departure, m, outward; kept as text",
+        later=True,
+    )
+    profile_scale: Finite = given(
+        1.0, "factor on the departures of the profile", later=True
+    )
+    offset: NonNegative = given(
+        0.0,
+        "distance of the rotor's axis from that of the casing, both at rest; the gap "
+        "is narrower by it at offset_angle, and wider opposite",
+        "m",
+        symbol="e",
+        later=True,
+    )
+    offset_angle: Finite = given(
+        0.0, "angle to which the rotor's axis lies off", "rad", later=True
+    )
+    profile_rise: NonNegative = given(
+        0.0,
+        "time in which profile and offset fade in, smoothly; 0: held from the start; "
+        "50 steps at least where they come into the blades",
+        "s",
+        later=True,
     )
 
 

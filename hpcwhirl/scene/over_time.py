@@ -34,7 +34,7 @@ def table_over_time(text: str, name: str) -> str:
     """
     if not text:
         return ""
-    lines = text.split(";") if ";" in text else _lines(Path(text))
+    lines = lines_of(text)
     head = [word.strip().lower() for word in lines[0].split(",")]
     if head != [TIME, name]:
         msg = f"it must have the columns {TIME},{name}, got {shown(lines[0])}"
@@ -66,7 +66,17 @@ def _row(line: str) -> tuple[float, float]:
     return time, value
 
 
-def _lines(path: Path) -> list[str]:
+def lines_of(text: str) -> list[str]:
+    """Return the rows of a table in one line, or of the CSV file that a text names.
+
+    Raises
+    ------
+    ValueError
+        where the file cannot be read
+    """
+    if ";" in text:
+        return text.split(";")
+    path = Path(text)
     try:
         if not path.is_file() or path.stat().st_size > MOST_BYTES:
             msg = f"must name a file of at most {MOST_BYTES} bytes, got {shown(path)}"

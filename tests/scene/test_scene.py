@@ -53,6 +53,7 @@ WORDS = {
     "branch": "up",
     "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",
+    "engine.casing.profile": "harmonic,amplitude,phase;2.0,1e-05,0.5",
     "engine.rotor.bearing": (
         "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy;0.0,1.0,0.0,0.0,1.0,1.0,0.0,0.0,1.0"
     ),

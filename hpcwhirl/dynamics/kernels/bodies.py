@@ -26,12 +26,12 @@ from hpcwhirl.dynamics.kernels.contact import (
     place_on_waves,
     pulse_of,
     read_ring,
-    rigid_radial,
     slips_now,
     watch,
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.opening import note_miss
+from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
 from hpcwhirl.dynamics.kernels.verbs import (
     Motion,
     accept,
@@ -78,13 +78,12 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
 
     lost : blade that is lost, whose gap is `NOWHERE`; -1: none
     """
-    gap = gap_at(wall, time)
+    gap, shaped = gap_at(wall, time), is_shaped(wall)
     lowest = 1.0
     for j in range(len(gaps)):
-        if ring.kind == RIGID:
-            w = rigid_radial(wall, time, turned + points.angle[j])
-        else:
-            w = read_ring(radial, index, shape, j)
+        w = read_ring(radial, index, shape, j) if ring.kind != RIGID else 0.0
+        if shaped:
+            w += shape_at(wall, time, turned + points.angle[j])
         gaps[j] = gap + points.gap[j] + w - u[j] if j != lost else NOWHERE
         lowest = min(lowest, gaps[j])
     return lowest

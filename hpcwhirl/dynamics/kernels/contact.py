@@ -123,44 +123,6 @@ def angle_at(wall, speed, time):
 
 
 @kernel
-def rigid_radial(wall, time, angle):
-    """Return the radial displacement of a rigid casing distorted on k lobes, m."""
-    return -rigid_amplitude(wall, time) * math.cos(wall.lobes * angle)
-
-
-@kernel
-def rigid_amplitude(wall, time):
-    """Return A0 e^{sigma t} with its smooth rise, m.
-
-    Without a rise the same function of time holds before t = 0, too.
-    """
-    if wall.amplitude == 0.0:  # e^{sigma t} may be infinite
-        return 0.0
-    ramp = 1.0
-    if wall.rise > 0.0 and time < wall.rise:
-        ramp = 0.5 * (1.0 - math.cos(math.pi * time / wall.rise))
-    return wall.amplitude * math.exp(wall.growth * time) * ramp
-
-
-@rare
-def carried_by_wall(push, where, active, blades, wall, speed, time, step):
-    """Return the work -lambda dw/dt dt of a rigid casing on blades where[:active], J.
-
-    The multipliers are those of the step that ends at `time`; they act at its start,
-    where dw/dt, which includes the blade's motion past the lobes, is the mean of the
-    steps on both sides, as in central differences.
-    """
-    total = 0.0
-    for s in range(active):
-        place = 2.0 * math.pi * where[s] / blades
-        ahead = rigid_radial(wall, time, speed * time + place)
-        since = time - 2.0 * step
-        back = rigid_radial(wall, since, speed * since + place)
-        total -= 0.5 * push[s] * (ahead - back)
-    return total
-
-
-@kernel
 def pulse_of(time, force, pulse):
     """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
     if 0.0 < time < pulse:

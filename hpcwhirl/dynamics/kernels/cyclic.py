@@ -44,7 +44,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     STOP,
     angle_at,
     book_contacts,
-    carried_by_wall,
     gap_at,
     note_slip,
     pulse_of,
@@ -77,7 +76,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     to_gaps,
     to_gaps_seldom,
     total_of,
-    write_wall,
 )
 from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
 from hpcwhirl.dynamics.kernels.samples import (
@@ -88,6 +86,7 @@ from hpcwhirl.dynamics.kernels.samples import (
     sample_rotor,
     sample_space,
 )
+from hpcwhirl.dynamics.kernels.shape import carried_by_shape, is_shaped, write_shape
 from hpcwhirl.dynamics.kernels.skipped import (
     STEPS,
     begin_unseen,
@@ -226,12 +225,12 @@ def angle_of(wall, speed, time):
 
 
 @inlined
-def predict(out_b, out_c, wall, time, speed, slot, sign, spectrum, sizes):
+def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
     """Set the spectrum of the gaps, at `time`, from those of the passes."""
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
-    if sizes.ring_rows == 0 and wall.amplitude != 0.0:
-        write_wall(wall, time, speed, slot, sign, spectrum)
+    if is_shaped(wall):
+        write_shape(wall, time, speed, spectrum)
 
 
 @rare
@@ -281,15 +280,14 @@ def read_before(gaps, row, where, active, blades, wide, before):
 
 
 @inlined
-def prepare(step, speed, wall, slot, sign, state, sample):
-    """Copy the sums, and set the spectrum of a rigid casing."""
+def prepare(step, speed, wall, state, sample):
+    """Copy the sums, and set the spectrum of a casing's shape."""
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):
         sample.wall[c] = 0.0
-    if len(state.ring) == 0 and wall.amplitude != 0.0:
-        time = state.counter[STEP] * step
-        write_wall(wall, time, speed, slot, sign, sample.wall)
+    if is_shaped(wall):
+        write_shape(wall, state.counter[STEP] * step, speed, sample.wall)
 
 
 def sampling(passes):
@@ -300,12 +298,12 @@ def sampling(passes):
         tracks,
     ):  # fmt: skip
         """Complete the pending step in copies and write a sample of them."""
-        c_c, slot, sign = casing
+        c_c, _ = casing
         counter, wide = state.counter, len(state.gaps) // 6
         t_b, t_c, sums_b, sums_c = (
             sample.rotor, sample.ring, sample.sums_b, sample.sums_c,
         )  # fmt: skip
-        prepare(step, speed, wall, slot, sign, state, sample)
+        prepare(step, speed, wall, state, sample)
         passes.end_step(
             rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
             sums_c,
@@ -325,8 +323,8 @@ sample_flow = rare(sampling(flow))
 
 
 @inlined
-def flew(between, strides, step, mu, wall, loading, rotor, c_c, turns, wave, flight,
-         state, outs, space, tracks, sizes):  # fmt: skip
+def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wave,
+         flight, state, outs, space, tracks, sizes):  # fmt: skip
     """Jump if due and if no blade can touch for a while; return whether it jumped.
 
     between : whether to write the samples of the traces within the jump
@@ -338,8 +336,8 @@ def flew(between, strides, step, mu, wall, loading, rotor, c_c, turns, wave, fli
     if between:
         put_aside(state, space.aside)
     jumped = fly(
-        strides.evidence, step, wall, loading, rotor, c_c, wave, flight, state, outs,
-        sizes,
+        strides.evidence, step, speed, wall, loading, rotor, c_c, wave, flight, state,
+        outs, sizes,
     )  # fmt: skip
     if jumped and between:
         keep_between(
@@ -362,7 +360,7 @@ def marching(passes):
         The exact flow jumps while no blade can touch, see `flight`.
         """
         force, pulse, lobe = loading
-        (c_c, slot, sign), (_, turns, wave, flight) = casing, contact
+        (c_c, sign), (_, turns, wave, flight) = casing, contact
         s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
         (
             out_b,
@@ -391,8 +389,8 @@ def marching(passes):
             jumped = False
             if exact:
                 jumped = flew(
-                    between, strides, step, mu, wall, loading, rotor, c_c, turns, wave,
-                    flight, state, outs, space, tracks, sizes,
+                    between, strides, step, speed, mu, wall, loading, rotor, c_c, turns,
+                    wave, flight, state, outs, space, tracks, sizes,
                 )  # fmt: skip
             if not jumped:
                 passes.pass_rotor(
@@ -413,7 +411,7 @@ def marching(passes):
                         s_c, c_c, ring_size, thrust, lobe, sign,
                         angle_of(wall, speed, time), counter, out_c, k,
                     )  # fmt: skip
-                predict(out_b, out_c, wall, time, speed, slot, sign, spectrum, sizes)
+                predict(out_b, out_c, wall, time, speed, spectrum, sizes)
                 gap = gap_at(wall, time)
                 if exact:
                     lowest = to_gaps(spectrum, wave, gap, k, wide, gaps, row)
@@ -433,8 +431,8 @@ def marching(passes):
                         read_before(
                             gaps, older * 2 * wide, where, active, blades, wide, before
                         )
-                    elif ring_size == 0 and wall.amplitude != 0.0:
-                        carried = carried_by_wall(
+                    elif is_shaped(wall):
+                        carried = carried_by_shape(
                             push, where, active, blades, wall, speed, time, step
                         )  # what the columns take for impact
                         ledger[ROTATION] += carried

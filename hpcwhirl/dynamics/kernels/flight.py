@@ -8,9 +8,11 @@ of every gap, and
 
 g_j(t) >= g_j + g_j' t - A t^2 / 2
 
-is positive up to a time that is found for each blade. Likewise the sum of all
-amplitudes bounds every gap for all time: if it is below the clearance, contact cannot
-recur, which is the certificate.
+is positive up to a time that is found for each blade. A casing that is not round adds
+its harmonics c_h, which move past the blades in the same way, |y''| = (h Omega)^2
+|c_h|. Likewise the sum of all
+amplitudes bounds every gap for all time: if it is below the least clearance of all
+angles, contact cannot recur, which is the certificate.
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     to_gaps_seldom,
     total_of,
 )
+from hpcwhirl.dynamics.kernels.shape import is_shaped, write_rates, write_shape
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -224,15 +227,17 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 
 
 @kernel
-def look_ahead(step, gap, rotor, c_c, wave, flight, state, rate, rates, rows, ring_rows,
-               k, wide):  # fmt: skip
+def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
+               ring_rows, k, wide):  # fmt: skip
     """Complete the step; return the steps free of contact; certify if possible."""
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]
     bend, reach = bound_rotor(rotor, s_b, flight.bounds_b, rows, k, counter, rate)
     more, further = bound_ring(s_c, c_c, flight.bounds_c, ring_rows, k, counter, rate)
-    if flight.certifiable and (reach + further) < LESS * gap:
+    if is_shaped(wall):
+        bend += write_rates(wall, counter[STEP] * step, speed, rate)
+    if flight.certifiable and (reach + further) < LESS * wall.room:
         counter[CERTIFIED] = counter[STEP]
         ledger[CERTIFICATE] = reach + further
     to_gaps_seldom(rate, wave, 0.0, k, wide, rates, 0)
@@ -268,7 +273,7 @@ def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
 
 
 @part
-def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
+def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     """Jump if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
@@ -290,7 +295,7 @@ def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     free = left
     if counter[CERTIFIED] < 0:
         free = look_ahead(
-            step, wall.gap, rotor, c_c, wave, flight, state, spectrum, rates,
+            step, speed, wall, rotor, c_c, wave, flight, state, spectrum, rates,
             rows, ring_rows, k, wide,
         )  # fmt: skip
     if counter[CERTIFIED] >= 0:
@@ -307,6 +312,8 @@ def fly(beat, step, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
     counter[NEXT_TRY] = counter[STEP] + (done == free)
     for c in range(2 * k):
         spectrum[c] = out_b[c] + out_c[c]
+    if is_shaped(wall):
+        write_shape(wall, counter[STEP] * step, speed, spectrum)
     row = counter[STEP] % 3 * 2 * wide
     lowest = to_gaps_seldom(spectrum, wave, wall.gap, k, wide, state.gaps, row)
     if lowest < -state.ledger[MISS] * wall.gap:  # the bounds forbid it

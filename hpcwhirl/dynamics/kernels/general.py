@@ -82,8 +82,8 @@ from hpcwhirl.dynamics.kernels.passes import (
     push_pulse,
     to_gaps,
     total_of,
-    write_wall,
 )
+from hpcwhirl.dynamics.kernels.shape import is_shaped, write_shape
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
@@ -375,7 +375,7 @@ def marching(waves):
         """
         force, pulse, lobe = loading
         gamma = rotor.read
-        c_c, slot, sign = casing
+        c_c, sign = casing
         _, turns, wave = contact
         s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
         spare, spectrum, slip_b, slip_c, before, solver = space[:6]
@@ -388,7 +388,7 @@ def marching(waves):
         )
         blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
         ring_size = len(s_c) // RING_STATE
-        ring_rows, driven = ring_size // k, ring_size == 0 and wall.amplitude != 0.0
+        ring_rows, driven = ring_size // k, is_shaped(wall)
         lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
         recall(blades, wide, solver)
         drift, ready, fresh, active = 0.0, False, True, blades - blades
@@ -422,7 +422,7 @@ def marching(waves):
                     s_c, c_c, ring_size, thrust, lobe, sign, angle, counter, spectrum, k
                 )
             if driven:
-                write_wall(wall, time, speed, slot, sign, spectrum)
+                write_shape(wall, time, speed, spectrum)
             row = counter[STEP] % 3 * 2 * wide
             place = row - row if waves else row
             gap = gap_at(wall, time)
@@ -484,7 +484,7 @@ def marching(waves):
                 for c in range(2 * k):
                     spectrum_of_wall[c] = 0.0
                 if driven:
-                    write_wall(wall, time, speed, slot, sign, spectrum_of_wall)
+                    write_shape(wall, time, speed, spectrum_of_wall)
                 copies, now, less = space[6:10], counter[STEP] & 1, 0.0
                 touched = counter[LAST] == counter[STEP]
                 if waves:

@@ -17,13 +17,22 @@ Integers = NDArray[np.int64]
 
 
 class Wall(NamedTuple):
-    """Gap of the casing at rest, and distortion of a rigid casing.
+    """Where a casing stands at rest: the gap, and how its shape departs from round.
+
+    The shape is the sum of harmonics in the static frame, of a rigid casing's lobes and
+    of the profile, each w = (a cos h theta + b sin h theta) e^{sigma t}, outward, with
+    its rise; see `contact.faded`.
 
     Attributes
     ----------
     gap : m, at the time `since`
     lobes : k, also of the loading
-    amplitude, growth, rise : A0, m; sigma, 1/s; s, see `contact.rigid_amplitude`
+    orders : (n,), h; none of a round casing
+    slots, signs : (n,), where they lie beside the rotor's nodal diameters, see
+        `slots.fold`
+    cosine, sine : (n,), a and b, m
+    growth, rise : (n,), sigma, 1/s; s
+    room : m, least gap over all angles, once the shape has faded in
     since : s, time from which on the next three hold, see `dynamics.varying`
     opening : m/s, at which the gap grows
     ahead, bend : rad, rad/s^2, of the angle of the rotor, see `contact.angle_at`
@@ -31,9 +40,14 @@ class Wall(NamedTuple):
 
     gap: float
     lobes: int
-    amplitude: float
-    growth: float
-    rise: float
+    orders: Integers
+    slots: Integers
+    signs: Floats
+    cosine: Floats
+    sine: Floats
+    growth: Floats
+    rise: Floats
+    room: float
     since: float = 0.0
     opening: float = 0.0
     ahead: float = 0.0
@@ -404,14 +418,13 @@ class WaveRotor(NamedTuple):
 
 
 class CyclicCasing(NamedTuple):
-    """Coefficients of a casing in slots, and the slot of the load.
+    """Coefficients of a casing in slots.
 
     items : (ITEMS ring_size,), see `differences`
-    slot, sign : of the load's harmonic, as in `dynamics.slots`
+    sign : of the load's harmonic in its slot, as in `dynamics.slots`
     """
 
     items: Floats
-    slot: int
     sign: float
 
 

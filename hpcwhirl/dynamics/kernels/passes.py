@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
-from hpcwhirl.dynamics.kernels.contact import LAST, STEP, angle_at, rigid_amplitude
+from hpcwhirl.dynamics.kernels.contact import LAST, STEP
 from hpcwhirl.dynamics.kernels.transform import SPAN, to_gaps_split
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -222,15 +222,6 @@ def sums_of(sums_b, sums_c):
     drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
     loss = sum_of(sums_b, 2 * m, 3 * m) + sum_of(sums_c, 2 * n, 3 * n)
     return normal, drag, loss
-
-
-@part
-def write_wall(wall, time, speed, slot, sign, spectrum):
-    """Add a rigid casing's part to the spectrum (2 k,) of the gaps, at `time`."""
-    angle = wall.lobes * (angle_at(wall, speed, time) % (2.0 * math.pi))
-    out = rigid_amplitude(wall, time)
-    spectrum[slot] -= out * math.cos(angle)
-    spectrum[len(spectrum) // 2 + slot] -= sign * out * math.sin(angle)
 
 
 @rare

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.motion import modal_steps
@@ -23,6 +22,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
 )
 from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, RotorPlaces, Slots
 from hpcwhirl.dynamics.slots import cyclic_arrays, turn_ring
+from hpcwhirl.dynamics.walls import ready_at
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -62,8 +62,7 @@ def cyclic_march(
     k, _ = cyclic.widths(model.blades)
     ring = passes.RING_STATE * ring_rows * k
     state_at_rest = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, sums))
-    if not can_fly(scene):
-        state_at_rest.counter[contact.NEXT_TRY] = np.iinfo(np.int64).max
+    state_at_rest.counter[contact.NEXT_TRY] = ready_at(scene)
     exact = SCHEMES[scene.solver.scheme].flies
     own = flow if exact else differences
     march: Any = cyclic.march_flow if exact else cyclic.march_differences

@@ -247,7 +247,7 @@ def reader(
     """
     if model.casing is not None:
         return of_ring
-    return lambda copies, stride: waves_of_rigid(scene, len(copies), stride)
+    return lambda copies, stride: waves_of_rigid(model, scene, len(copies), stride)
 
 
 def ring_reader(model: Model, scene: Scene) -> Callable[[Floats, int], Floats]:

@@ -1,0 +1,135 @@
+"""The harmonics of a casing that is not round, and the least gap that it leaves.
+
+At rest the casing lies at w(theta) = sum over h of a_h cos h theta + b_h sin h theta
+from its circle, outward, static frame: by its table, and by the offset e of the rotor's
+axis towards alpha, which is -e cos(theta - alpha) as long as e is small against the
+radius. An elastic casing moves about that shape as it would about the circle: its
+stiffness is that of a round one.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.scene import Scene
+from hpcwhirl.scene.profile import HARMONICS, rows_of
+
+Floats = NDArray[np.float64]
+HIGHEST = 64  # harmonic that is kept of a table over angle
+LEAST = 1e-9  # share of the largest harmonic below which one is left out
+AROUND = 1 << 14  # angles at which the least gap is looked for
+MOST_KEPT = 64  # cached shapes
+
+
+class Shape(NamedTuple):
+    """A casing's departure from round, a cos h theta + b sin h theta, outward.
+
+    Attributes
+    ----------
+    orders : (n,), h, ascending
+    cosine, sine : (n,), a and b, m
+    depth : m, largest departure inward at any angle; 0 where there is none
+    missed : m, largest difference at the table's own angles, of a table over angle
+    """
+
+    orders: NDArray[np.int64]
+    cosine: Floats
+    sine: Floats
+    depth: float
+    missed: float
+
+
+def is_round(scene: Scene) -> bool:
+    """Return whether a scene's casing is round, and the rotor's axis in its centre."""
+    casing = scene.engine.casing
+    shaped = casing.profile != "" and casing.profile_scale != 0.0
+    return not shaped and casing.offset == 0.0
+
+
+def shape_of(scene: Scene) -> Shape:
+    """Return the shape of a scene's casing when it has faded in; arrays are shared."""
+    casing = scene.engine.casing
+    shift = casing.offset, casing.offset_angle
+    return _shape(casing.profile, casing.profile_scale, *shift)
+
+
+def room_of(scene: Scene) -> float:
+    """Return the least gap over all angles, m; of a gap that changes, at the start."""
+    return scene.gap - shape_of(scene).depth
+
+
+def departure(shape: Shape, angles: Floats) -> Floats:
+    """Return the departure from round at angles, (n,), m, outward."""
+    waves = np.multiply.outer(angles, shape.orders)
+    return np.asarray(np.cos(waves) @ shape.cosine + np.sin(waves) @ shape.sine)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
+    parts = {1: complex(offset * math.cos(angle), offset * math.sin(angle)) * -1.0}
+    parts = parts if offset > 0.0 else {}
+    for h, value in _series(table).items() if scale != 0.0 else ():
+        parts[h] = parts.get(h, 0j) + scale * value
+    orders = np.array(sorted(parts), dtype=np.int64)
+    values = np.array([parts[h] for h in orders.tolist()], dtype=complex)
+    shape = Shape(orders, values.real.copy(), values.imag.copy(), 0.0, 0.0)
+    for part in shape[:3]:
+        part.flags.writeable = False
+    return shape._replace(depth=_depth(shape), missed=_missed(table, scale))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _series(table: str) -> dict[int, complex]:
+    """Return {h: a + i b} of a table, m."""
+    rows = rows_of(table)
+    if table.startswith(HARMONICS):
+        return {
+            int(h): complex(size * math.cos(phase), size * math.sin(phase))
+            for h, size, phase in rows
+        }
+    return _of_lines(np.array(rows)) if rows else {}
+
+
+def _of_lines(rows: Floats) -> dict[int, complex]:
+    """Return {h: a + i b} of straight lines between (rad, m), by their kinks.
+
+    f'' is a kink s_i, the change of slope, at each angle: h > 0 has the coefficient
+    -sum s_i e^{-ih theta_i} / (2 pi h^2) of e^{ih theta}, half of a - i b.
+    """
+    angles, values = rows.T
+    widths = np.diff(angles, append=angles[0] + 2 * math.pi)
+    after = np.roll(values, -1)
+    slopes = (after - values) / widths
+    kinks = slopes - np.roll(slopes, 1)
+    orders = np.arange(1, HIGHEST + 1)
+    turns = np.exp(1j * np.multiply.outer(orders, angles))
+    own = -(turns @ kinks) / (math.pi * orders**2)
+    mean = float((widths * (values + after)).sum() / (4 * math.pi))
+    found = {0: complex(mean), **dict(zip(orders.tolist(), own.tolist(), strict=True))}
+    most = max(map(abs, found.values()))
+    return {h: value for h, value in found.items() if abs(value) > LEAST * most}
+
+
+def _depth(shape: Shape) -> float:
+    """Return a bound of the largest departure inward; between angles w'' bounds it."""
+    spacing = 2 * math.pi / AROUND
+    lowest = float(departure(shape, spacing * np.arange(float(AROUND))).min())
+    sizes = np.hypot(shape.cosine, shape.sine)
+    bent = float((shape.orders.astype(float) ** 2 * sizes).sum())
+    return max(0.0, bent * spacing**2 / 8 - lowest)
+
+
+def _missed(table: str, scale: float) -> float:
+    """Return by how much the harmonics miss a table over angle at its angles, m."""
+    if not table or table.startswith(HARMONICS):
+        return 0.0
+    angles, values = np.array(rows_of(table)).T
+    series = _series(table)
+    orders, parts = np.array(list(series)), np.array(list(series.values()))
+    waves = np.exp(-1j * np.multiply.outer(angles, orders))
+    return abs(scale) * float(np.abs((waves * parts).real.sum(axis=1) - values).max())

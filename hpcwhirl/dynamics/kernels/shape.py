@@ -1,0 +1,91 @@
+"""A casing that is not round: its departure from the circle at each blade.
+
+Harmonics stand in the static frame, so that each turns by e^{i h theta}, theta the
+angle of the rotor, in the frame of the blades; there they lie in the slots of
+`cyclic`, beside those of the ring.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
+from hpcwhirl.dynamics.kernels.contact import angle_at
+
+
+@inlined
+def is_shaped(wall):
+    """Return whether a casing is not round."""
+    return len(wall.orders) > 0
+
+
+@kernel
+def faded(wall, r, time):
+    """Return (a, b) of harmonic r of a casing's shape, m: e^{sigma t} with its rise.
+
+    Without a rise the shape is the same function of time before t = 0, too.
+    """
+    grown, ramp = 1.0, 1.0
+    if wall.growth[r] != 0.0:
+        grown = math.exp(wall.growth[r] * time)
+    if wall.rise[r] > 0.0 and time < wall.rise[r]:
+        ramp = 0.5 * (1.0 - math.cos(math.pi * time / wall.rise[r]))
+    return wall.cosine[r] * grown * ramp, wall.sine[r] * grown * ramp
+
+
+@kernel
+def shape_at(wall, time, angle):
+    """Return a casing's departure from round at an angle, static frame, outward, m."""
+    total = 0.0
+    for r in range(len(wall.orders)):
+        a, b = faded(wall, r, time)
+        turned = wall.orders[r] * angle
+        total += a * math.cos(turned) + b * math.sin(turned)
+    return total
+
+
+@rare
+def carried_by_shape(push, where, active, blades, wall, speed, time, step):
+    """Return the work -lambda dw/dt dt of a casing's shape on blades where[:active], J.
+
+    The multipliers are those of the step that ends at `time`; they act at its start,
+    where dw/dt, which includes the blade's motion past the shape, is the mean of the
+    steps on both sides, as in central differences.
+    """
+    total = 0.0
+    for s in range(active):
+        place = 2.0 * math.pi * where[s] / blades
+        ahead = shape_at(wall, time, angle_at(wall, speed, time) + place)
+        since = time - 2.0 * step
+        back = shape_at(wall, since, angle_at(wall, speed, since) + place)
+        total -= 0.5 * push[s] * (ahead - back)
+    return total
+
+
+@part
+def write_shape(wall, time, speed, spectrum):
+    """Add the shape at `time` to the spectrum (2 k,) of the gaps."""
+    turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
+    for r in range(len(wall.orders)):
+        angle = wall.orders[r] * turned
+        a, b = faded(wall, r, time)
+        cos, sin = math.cos(angle), math.sin(angle)
+        spectrum[wall.slots[r]] += a * cos + b * sin
+        spectrum[half + wall.slots[r]] += wall.signs[r] * (a * sin - b * cos)
+
+
+@rare
+def write_rates(wall, time, speed, spectrum):
+    """Add the rate of a shape that has faded in to the spectrum (2 k,), m/s.
+
+    Return a bound of the second derivative at every blade, m/s^2.
+    """
+    turned, half, bend = (speed * time) % (2.0 * math.pi), len(spectrum) // 2, 0.0
+    for r in range(len(wall.orders)):
+        angle, rate = wall.orders[r] * turned, wall.orders[r] * speed
+        a, b = faded(wall, r, time)
+        cos, sin = math.cos(angle), math.sin(angle)
+        spectrum[wall.slots[r]] += rate * (b * cos - a * sin)
+        spectrum[half + wall.slots[r]] += wall.signs[r] * rate * (a * cos + b * sin)
+        bend += rate * rate * math.hypot(a, b)
+    return bend

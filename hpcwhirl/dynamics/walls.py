@@ -1,0 +1,54 @@
+"""Where a casing stands at rest, as the kernels take it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hpcwhirl.case.profile import is_round, room_of, shape_of
+from hpcwhirl.dynamics.flights import can_fly
+from hpcwhirl.dynamics.kernels.kernel_types import Wall
+from hpcwhirl.dynamics.slots import fold
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+
+
+def wall_of(model: Model, scene: Scene) -> Wall:
+    """Return the gap and the shape of a casing that is not round, or distorted.
+
+    Of a rigid casing, its lobes -A0 e^{sigma t} cos k theta come first.
+
+    model, scene : of all sectors, or of one, where the harmonics are multiples of g
+    """
+    casing, shape = scene.engine.casing, shape_of(scene)
+    rows = [
+        (h // model.folds, a, b, 0.0, casing.profile_rise)
+        for h, a, b in zip(*(part.tolist() for part in shape[:3]), strict=True)
+    ]
+    if casing.kind == "rigid" and casing.amplitude != 0.0:
+        own = -casing.amplitude, 0.0, casing.growth, casing.rise
+        rows.insert(0, (scene.nodal_diameter, *own))
+    folded = [fold(row[0], model.blades) for row in rows]
+    orders, slots = (
+        np.array(part, dtype=np.int64)
+        for part in ([row[0] for row in rows], [slot for slot, _ in folded])
+    )
+    numbers = np.array([row[1:] for row in rows], dtype=float).reshape(-1, 4)
+    signs = np.array([sign for _, sign in folded], dtype=float)
+    cosine, sine, growth, rise = (part.copy() for part in numbers.T)
+    shaped = orders, slots, signs, cosine, sine, growth, rise
+    return Wall(scene.gap, scene.nodal_diameter, *shaped, room_of(scene))
+
+
+def ready_at(scene: Scene) -> int:
+    """Return the step from which on the shape has faded in, and known for two steps.
+
+    Never, where a rigid casing's lobes grow or rise.
+    """
+    if not can_fly(scene):
+        return int(np.iinfo(np.int64).max)
+    if is_round(scene):
+        return 0
+    rise = scene.engine.casing.profile_rise
+    return math.ceil(rise / scene.solver.time_step) + 3

@@ -1,0 +1,84 @@
+"""The shape of a casing that is not round, from a table that an input names.
+
+Two layouts: harmonics, w = sum of a cos(h theta - phi), in the columns harmonic,
+amplitude (m) and phase (rad); or values over angle, in the columns angle (rad) and
+departure (m), joined by straight lines around the casing. w is the departure from
+round, outward: the gap is wider by it. A scene keeps the table in one line of text, so
+that it does not depend on the file any more.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from hpcwhirl.errors import shown
+from hpcwhirl.scene.over_time import lines_of
+
+HARMONICS = "harmonic,amplitude,phase"
+ANGLES = "angle,departure"
+MOST_ROWS = 4096
+HIGHEST = 200  # harmonic of a table
+FEWEST_ANGLES = 3
+Rows = list[tuple[float, ...]]
+
+
+def profile_table(text: str) -> str:
+    """Return a profile's table as one line of text, the form that a scene keeps.
+
+    text : name of a CSV file, or a table in one line, as "harmonic,amplitude,phase;
+        2,1e-5,0"; "" is returned as it is
+
+    Raises
+    ------
+    ValueError
+        where the file cannot be read, or is no such table
+    """
+    if not text:
+        return ""
+    lines = lines_of(text)
+    head = ",".join(word.strip().lower() for word in lines[0].split(","))
+    if head not in {HARMONICS, ANGLES}:
+        msg = f"it must have the columns {HARMONICS}, or {ANGLES}, got {shown(head)}"
+        raise ValueError(msg)
+    try:
+        rows = [tuple(map(float, line.split(","))) for line in lines[1:]]
+    except ValueError:
+        msg = "its values must be numbers"
+        raise ValueError(msg) from None
+    if any(len(row) != head.count(",") + 1 for row in rows):
+        msg = f"every row must have {head.count(',') + 1} numbers, {head}"
+        raise ValueError(msg)
+    if not 0 < len(rows) <= MOST_ROWS or not all(
+        map(math.isfinite, itertools.chain(*rows))
+    ):
+        msg = f"it must have 1 to {MOST_ROWS} rows, of finite numbers"
+        raise ValueError(msg)
+    (_check_harmonics if head == HARMONICS else _check_angles)(rows)
+    return ";".join([head, *(",".join(map(repr, row)) for row in rows)])
+
+
+def rows_of(text: str) -> Rows:
+    """Return the rows of a table that a scene keeps: of three numbers, or of two."""
+    return [tuple(map(float, row.split(","))) for row in text.split(";")[1:]]
+
+
+def _check_harmonics(rows: Rows) -> None:
+    orders = [row[0] for row in rows]
+    if any(h != int(h) or not 0 <= h <= HIGHEST for h in orders):
+        msg = f"its harmonics must be whole numbers from 0 to {HIGHEST}"
+        raise ValueError(msg)
+    if len(set(orders)) < len(orders):
+        msg = "it must name each harmonic once"
+        raise ValueError(msg)
+
+
+def _check_angles(rows: Rows) -> None:
+    angles = [row[0] for row in rows]
+    pairs = itertools.pairwise(angles)
+    if len(rows) < FEWEST_ANGLES or any(after <= before for before, after in pairs):
+        msg = f"its angles, {FEWEST_ANGLES} at least, must ascend"
+        raise ValueError(msg)
+    if not angles[-1] < angles[0] + 2 * math.pi:
+        msg = "its angles must lie within one turn, the first not repeated as the last"
+        raise ValueError(msg)

@@ -1,0 +1,105 @@
+"""The table of a casing that is not round: its layouts, its text, its harmonics."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hpcwhirl.case.profile import departure, is_round, shape_of
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings, digest, load_scene, to_toml
+from hpcwhirl.scene.profile import ANGLES, HARMONICS, profile_table
+
+CSV = "harmonic, amplitude, phase\n2, 1e-5, 0.5\n3, 2e-6, -1\n"
+TEXT = "harmonic,amplitude,phase;2.0,1e-05,0.5;3.0,2e-06,-1.0"
+
+
+def shaped(table, **settings):
+    return apply_settings(Scene(), {"profile": table, **settings})
+
+
+def seen(table, angles, **settings):
+    return departure(shape_of(shaped(table, **settings)), angles)
+
+
+def test_a_file_is_kept_as_its_text(tmp_path):
+    (tmp_path / "oval.csv").write_text(CSV, encoding="utf-8")
+    (tmp_path / "case.toml").write_text(
+        '[engine.casing]\nprofile = "oval.csv"\n', encoding="utf-8"
+    )
+    scene = load_scene(tmp_path / "case.toml")
+    assert scene.engine.casing.profile == TEXT == profile_table(TEXT)
+    assert profile_table(str(tmp_path / "oval.csv")) == TEXT
+    (tmp_path / "again.toml").write_text(to_toml(scene), encoding="utf-8")
+    (tmp_path / "oval.csv").unlink()
+    assert load_scene(tmp_path / "again.toml") == scene
+    assert digest(scene) != digest(Scene())
+
+
+def test_a_round_casing_keeps_the_digest_of_cases_from_before():
+    assert digest(shaped("", profile_scale=1.0)) == digest(Scene())
+    assert is_round(Scene())
+    assert is_round(shaped(TEXT, profile_scale=0.0))
+
+
+def test_harmonics_and_offset_are_the_shape_they_name():
+    angles = np.linspace(0.0, 7.0, 50)
+    wanted = 3 * (1e-5 * np.cos(2 * angles - 0.5) + 2e-6 * np.cos(3 * angles + 1.0))
+    wanted -= 4e-6 * np.cos(angles - 2.0)  # narrowest where the axis lies
+    found = seen(TEXT, angles, profile_scale=3.0, offset=4e-6, offset_angle=2.0)
+    assert found == pytest.approx(wanted, abs=1e-18)
+
+
+def test_lines_around_the_casing_have_the_integrals_of_their_harmonics():
+    """A worn arc, unevenly spaced and across 0, against quadrature."""
+    angles, values = [-0.3, 0.1, 0.5, 2.0, 4.0], [1e-5, 4e-5, 1e-5, 0.0, 2e-6]
+    rows = zip(angles, values, strict=True)
+    shape = shape_of(shaped(";".join([ANGLES, *(f"{a},{v}" for a, v in rows)])))
+    theta = (np.arange(400000) + 0.5) * 2 * math.pi / 400000
+    lines = np.interp(theta, angles, values, period=2 * math.pi)
+    for h, a, b in zip(*shape[:3], strict=True):
+        half = 1.0 if h else 0.5
+        assert a == pytest.approx(
+            2 * half * (lines * np.cos(h * theta)).mean(), abs=1e-15
+        )
+        assert b == pytest.approx(
+            2 * half * (lines * np.sin(h * theta)).mean(), abs=1e-15
+        )
+    assert max(shape.orders) == 64
+    assert 0.0 < shape.missed < 0.05 * 4e-5
+
+
+def test_two_bumps_are_those_of_their_formula():
+    """g0 (1 - 2 exp(-((theta mod pi)/pi - 1/2)^2 / 0.15^2)), as a laboratory has it."""
+    g0, angles = 3.56e-4, np.arange(1440) * math.pi / 720
+
+    def bumps(theta):
+        return -2 * g0 * np.exp(-(((theta % math.pi) / math.pi - 0.5) ** 2) / 0.15**2)
+
+    rows = zip(angles.tolist(), bumps(angles).tolist(), strict=True)
+    table = ";".join([ANGLES, *(f"{a!r},{v!r}" for a, v in rows)])
+    between = angles + 0.3 * math.pi / 720
+    assert np.abs(seen(table, between) - bumps(between)).max() < 2e-4 * g0
+    assert all(h % 2 == 0 for h in shape_of(shaped(table)).orders)
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        ("none.csv", "none.csv"),
+        ("lobes,size;1,2", "it must have the columns"),
+        (f"{HARMONICS};1,2", "every row must have 3 numbers"),
+        (f"{HARMONICS};1,a,2", "its values must be numbers"),
+        (f"{HARMONICS};1.5,1e-5,0", "whole numbers from 0 to 200"),
+        (f"{HARMONICS};2,1e-5,0;2,1e-6,0", "each harmonic once"),
+        (f"{HARMONICS};2,inf,0", "of finite numbers"),
+        (f"{ANGLES};0,1;1,1", "3 at least"),
+        (f"{ANGLES};0,1;2,1;1,1", "must ascend"),
+        (f"{ANGLES};0,0;3,1e-6;6.283186,0", "within one turn"),
+    ],
+)
+def test_a_wrong_table_is_told_in_one_line(table, told):
+    with pytest.raises(InputError, match=told) as failed:
+        shaped(table)
+    assert "\n" not in str(failed.value)
+    assert "profile" in str(failed.value)
