@@ -11,18 +11,9 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP, TOUCHED
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    CyclicState,
-    GeneralRotor,
-    UncoupledRotor,
-    WaveRotor,
-    WholeRotor,
-)
-from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add
+from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add, total_again
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
@@ -33,6 +24,7 @@ FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
 STEPS = 5_000  # steps timed in a repeat, the same each time, so with the same contacts
 ROUNDS = 200_000  # iterations of the peak measurement; they take some 10 ms
+READ = 2e8  # bytes, of the measurement of bandwidth
 
 
 @dataclass(frozen=True)
@@ -91,12 +83,23 @@ class Asked:
 
 
 def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
+    """Return the time of a step for each request, see `time_marches`."""
+    return time_marches(asked, settled_all(asked), repeats)
+
+
+def settled_all(asked: Sequence[Asked]) -> list[March]:
+    """Return the marches of requests, see `settled`."""
+    return [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
+
+
+def time_marches(
+    asked: Sequence[Asked], marches: Sequence[March], repeats: int
+) -> list[Timing]:
     """Return the time of a step for each request; every repeat makes the same steps.
 
-    Requests take turns, and processor time is measured, so that other load of the
+    Requests take turns and processor time is measured, so that other load of the
     machine affects all of them alike.
     """
-    marches = [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
     saved = [m.state._make(array.copy() for array in m.state) for m in marches]
     spent: list[list[float]] = [[] for _ in marches]
     for _ in range(repeats):
@@ -179,7 +182,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
             (of[DEFAULT, engine, False], of[DEFAULT, engine, True])
             for engine in (name, plain)
         ]
-        (flight, contact), (own_flight, own_contact) = [_apart(*p) for p in pairs]
+        (flight, contact), (own_flight, own_contact) = [apart(*p) for p in pairs]
         found[name] = {
             "in_flight": flight / own_flight,
             "in_contact": contact / own_contact,
@@ -189,7 +192,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
+def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
     """Return the time of a step in flight and of one in contact, us.
 
     flight, mixed : a timing without contact, and one with contact in some steps
@@ -210,35 +213,17 @@ def fma_peak(repeats: int) -> float:
     return 2e-9 * CHAINS * ROUNDS / min(spent)
 
 
-def flight_operations(scene: Scene, scheme: str) -> int:
-    """Return the number of floating-point operations of a step without contact.
-
-    They are counted in `dynamics.kernels.passes`, padding included: 11 per real
-    amplitude of the rotor, 36 per complex amplitude of the ring, 2 per entry of the
-    transform, 4 per gap; in `general` also 2 per entry of the matrix of tips by modes.
-    With rotation a wave of the rotor takes 12, if all sectors are computed 8.
-
-    Raises
-    ------
-    InputError
-        if this scheme uses neither the cyclic nor the general kernel
-    """
-    march = March(resolve(apply_settings(scene, {"scheme": scheme})))
-    k, wide = cyclic.widths(march.lean.model.blades)
-    if not isinstance(march.state, CyclicState):
-        msg = "the operations are counted for rings of harmonics and rigid casings only"
-        raise InputError(msg)
-    rotor, ring = march.state.rotor, march.state.ring
-    tips = march.scheme.arrays.rotor
-    if isinstance(tips, WaveRotor):
-        step = 6 * int(tips.hub.shape[1])
-    elif isinstance(tips, WholeRotor | UncoupledRotor):
-        step = 4 * len(tips.ahead)
-    else:
-        step = 11 * len(rotor) // passes.ROTOR_STATE
-    step += 36 * len(ring) // passes.RING_STATE + 2 * (2 * k * wide) + 4 * wide
-    reads = isinstance(tips, GeneralRotor | WholeRotor | UncoupledRotor)
-    return step + (2 * len(tips.read) if reads else 2 * k)
+def read_bandwidth(size: float) -> float:
+    """Return the measured bandwidth of reading, GB/s, again and again so many bytes."""
+    values = np.ones(max(int(size) // 32, 16) * 4)
+    rounds = max(int(READ / values.nbytes), 1)
+    total_again(1, values)
+    spent = []
+    for _ in range(3):
+        start = time.perf_counter()
+        total_again(rounds, values)
+        spent.append(time.perf_counter() - start)
+    return 1e-9 * values.nbytes * rounds / min(spent)
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import resource
 import subprocess
@@ -28,7 +27,6 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
 COUNTED = (DEFAULT, "general")  # schemes whose floating-point operations are counted
-UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, mistuned engine
 START = (
     "import sys\n"
     "from hpcwhirl.case.resolve import resolve\n"
@@ -59,6 +57,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="also time whole cases, one for each regime",
     )  # fmt: skip
     parser.add_argument(
+        "--sizes", type=int, nargs="*", metavar="N",
+        help="instead, time the default scheme by number of blades (default 22 44 88 "
+        "176), equal and unequal, and what of the machine's limits it reaches",
+    )  # fmt: skip
+    parser.add_argument(
         "--compile",
         action="store_true",
         help="also time the starts of processes: the first ever, which compiles, one "
@@ -73,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
     scene = apply_settings(scene, {"plan": "everything"})  # leave out no step
+    if args.sizes is not None:
+        return _sizes(scene, args)
     facts = facts_of(scene, args.repeats)
     if args.cases:
         facts["cases"] = whole_cases(scene)
@@ -86,6 +91,25 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _sizes(scene: Scene, args: argparse.Namespace) -> int:
+    from hpcwhirl.benchmark import bench, sizes
+
+    chosen = args.sizes or sizes.SIZES
+    if min(chosen) < 1:
+        msg = f"--sizes takes numbers of blades >= 1, got {min(chosen)}"
+        raise InputError(msg)
+    peak = bench.fma_peak(args.repeats)
+    rows = sizes.rows_of(scene, chosen, args.repeats, peak)
+    if args.json:
+        print_json({"fma_peak_gflops": peak, "rows": [asdict(row) for row in rows]})
+        return 0
+    head, *lines = sizes.table(rows)
+    for words in (head, ["---"] * len(head), *lines):
+        print(f"| {' | '.join(words)} |")
+    print(f"\nMeasured peak of multiply-adds: {peak:.1f} GFLOP/s.")
+    return 0
+
+
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     """Return time per step of each scheme, and FLOP rates, without contact and peak.
 
@@ -95,6 +119,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     repeats : number of timed repetitions
     """
     from hpcwhirl.benchmark import bench
+    from hpcwhirl.benchmark.sizes import counts_of
 
     peak = bench.fma_peak(repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
@@ -106,7 +131,8 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
     facts["modal_tail_ratio"] = bench.tail_ratio(scene, repeats)
     for scheme in COUNTED:
         flight = next(r for r in rows if r["scheme"] == scheme)["microseconds_per_step"]
-        operations = bench.flight_operations(scene, scheme)
+        march = bench.settled(scene, scheme, contact=False)
+        operations = counts_of(march).operations
         facts[f"{scheme}_bytes"] = bench.bytes_of(scene, scheme)
         facts[f"{scheme}_operations_in_flight"] = operations
         facts[f"{scheme}_gflops_in_flight"] = 1e-3 * operations / flight
@@ -124,15 +150,14 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     folder : directory for the engine files
     """
     from hpcwhirl.benchmark.bench import FULL
+    from hpcwhirl.benchmark.sizes import pattern
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
     from hpcwhirl.store.results.single import write_arrays
 
     if scene.engine.file or scene.engine.rotor.is_uneven:
         return {}
-    blades = scene.engine.rotor.blades
-    pattern = [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
-    mistuned = apply_settings(scene, {"mistuning": pattern})
+    mistuned = apply_settings(scene, {"mistuning": pattern(scene.engine.rotor.blades)})
     engines = {"mistuned": mistuned}
     for name, source in (("file, cyclic", scene), ("file, mistuned", mistuned)):
         path = folder / f"{name}.h5"

@@ -307,6 +307,22 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     assert min(found["modal_gflops_in_flight"], found["fma_peak_gflops"]) > 0
 
 
+def test_bench_by_sizes_counts_more_where_more_blades_touch(facts):
+    found = facts("bench", "--sizes", "7", "--json", "--repeats", "1")
+    rows = {
+        (r["sectors"], r["timing"]["scheme"], r["motion"]): r for r in found["rows"]
+    }
+    assert len(rows) == len(found["rows"]) == 8
+    for row in rows.values():
+        assert row["timing"]["microseconds_per_step"] > 0.0
+    for sectors in ("equal", "unequal"):
+        flight, rubs = (rows[sectors, "modal", m] for m in ("in flight", "rubs"))
+        assert flight["timing"]["contact"] == 0.0 < rubs["timing"]["contact"]
+        for name in ("operations", "bytes"):
+            assert 0.0 < flight["counts"][name] < rubs["counts"][name]
+    assert rows["unequal", "modal", "all press"]["timing"]["touching"] == 7.0
+
+
 @pytest.mark.parametrize("traces", ["orbit", "summary"])
 def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, traces):
     one, folder, empty = tmp_path / "one.h5", tmp_path / "out", tmp_path / "none.toml"

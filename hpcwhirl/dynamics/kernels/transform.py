@@ -38,18 +38,23 @@ BLADES, SPAN = 0, 1  # what stands behind the table: N, and b or 0
 BEHIND = FOUR
 
 
-def span_of(blades: int) -> int:
-    """Return b, the blades of the first stage, or 0 where no split makes it cheaper.
+def products(blades: int, span: int) -> float:
+    """Return the products of four numbers of a transform, split by b or dense at 0."""
+    most = blades // 2 + 1
+    if span == 0:
+        return 0.5 * most**2
+    half = blades // span // 2 + 1
+    return -(-span // FOUR) * (4.0 * most + 2.0 * half**2)
 
-    Counted are products of four numbers.
-    """
-    dense, best = 0.5 * (blades // 2 + 1) ** 2, 0
-    least = WORTH * dense
+
+def span_of(blades: int) -> int:
+    """Return b, the blades of the first stage, or 0 where no split makes it cheaper."""
+    best, least = 0, WORTH * products(blades, 0)
     for b in range(2, blades // 2):
         half = blades // b // 2 + 1
         if blades % b or not 3 <= half <= MOST:
             continue
-        cost = -(-b // FOUR) * (4.0 * (blades // 2 + 1) + 2.0 * half**2)
+        cost = products(blades, b)
         if cost < least:
             least, best = cost, b
     return best

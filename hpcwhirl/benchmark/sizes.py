@@ -1,0 +1,245 @@
+"""Steps by number of blades, held against what the machine can do.
+
+Timed are steps far from any casing, those of a given motion and of one that rubs in
+every step, and, of unequal sectors, steps in which all blades press on the casing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hpcwhirl.benchmark.bench import (
+    Asked,
+    Timing,
+    apart,
+    read_bandwidth,
+    settled_all,
+    time_marches,
+)
+from hpcwhirl.dynamics.kernels import cyclic, passes
+from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    CyclicRotor,
+    CyclicState,
+    GeneralRotor,
+    UncoupledRotor,
+    WaveRotor,
+    WholeRotor,
+)
+from hpcwhirl.dynamics.kernels.transform import products, span_of
+from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import Scene, apply_settings, named_scene
+from hpcwhirl.scene.schemes import DEFAULT
+
+ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # read of a mode in a step without contact
+SIZES = 22, 44, 88, 176
+CYCLIC, UNEQUAL = "equal", "unequal"
+FLIGHT, GIVEN, RUBS, PRESSED = "in flight", "as given", "rubs", "all press"
+RUBBING = "mostly_damped"  # a scene whose blades touch in every step once they have
+UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, mistuned engine
+# a rigid casing that shrinks around all blades, and presses on them from 5 ms on
+AROUND: dict[str, Any] = {
+    "casing.kind": "rigid", "nodal_diameter": 0, "casing.amplitude": 2e-4,
+    "casing.rise": 5e-3, "gap": 1e-4, "friction": 0.02,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Floating-point operations and bytes of arrays of a step, padding included."""
+
+    operations: float
+    bytes: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """One timing, and what limits it.
+
+    Attributes
+    ----------
+    blades : N
+    sectors : `CYCLIC` or `UNEQUAL`
+    motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
+    timing : of its steps
+    step_in_contact : time of a step with contact, us; 0: none had any
+    counts : of a mean step; with contact at least so many
+    peak, bandwidth : share of the machine's multiply-adds, and of its bytes a second of
+        an array as large as what a step reads; 0 for flights of `exact`, which jump
+    """
+
+    blades: int
+    sectors: str
+    motion: str
+    timing: Timing
+    step_in_contact: float
+    counts: Counts
+    peak: float
+    bandwidth: float
+
+
+def pattern(blades: int) -> list[float]:
+    """Return relative changes of the blades' Young's moduli, mistuned engine."""
+    return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
+
+
+def sized(scene: Scene, blades: int) -> Scene:
+    """Return a scene with so many blades and, for each, as many modes as before."""
+    own = scene.engine.rotor.blades
+    modes = round(scene.solver.modes * blades / own)
+    return apply_settings(scene, {"blades": blades, "modes": modes})
+
+
+def rows_of(scene: Scene, sizes: Sequence[int], repeats: int, peak: float) -> list[Row]:
+    """Return the rows of a scene by number of blades; peak : GFLOP/s.
+
+    Raises
+    ------
+    InputError
+        for an engine from file or one that is mistuned already
+    """
+    if scene.engine.file or scene.engine.rotor.is_uneven:
+        msg = "sizes are those of a built-in engine with equal blades"
+        raise InputError(msg)
+    return [row for n in sizes for row in _of_size(scene, n, repeats, peak)]
+
+
+def _of_size(scene: Scene, blades: int, repeats: int, peak: float) -> list[Row]:
+    motions, asked = [FLIGHT], [_asked(scene, blades, CYCLIC, FLIGHT, "exact")]
+    for sectors in (CYCLIC, UNEQUAL):
+        # of equal sectors all that press are one
+        more = [FLIGHT, GIVEN, RUBS] + [PRESSED] * (sectors == UNEQUAL)
+        motions += more
+        asked += [_asked(scene, blades, sectors, motion) for motion in more]
+    marches = settled_all(asked)
+    timings = time_marches(asked, marches, repeats)
+    flights = {
+        t.engine: t
+        for t, motion in zip(timings, motions, strict=True)
+        if motion == FLIGHT and t.scheme == DEFAULT
+    }
+    rows = []
+    for march, motion, timing in zip(marches, motions, timings, strict=True):
+        flight = flights[timing.engine]
+        spent = apart(flight, timing)[1] if timing.contact else 0.0
+        counts = Counts(0.0, 0.0)
+        if timing.scheme == DEFAULT:
+            counts = counts_of(march, timing.contact * timing.touching)
+        rows.append(_row(blades, motion, timing, spent, counts, peak))
+    return rows
+
+
+def _asked(
+    scene: Scene, blades: int, sectors: str, motion: str, scheme: str = DEFAULT
+) -> Asked:
+    if motion == RUBS:
+        rubbing = {"plan": scene.solver.plan}
+        scene = apply_settings(named_scene(RUBBING), rubbing)
+    scene = sized(scene, blades)
+    if sectors == UNEQUAL:
+        scene = apply_settings(scene, {"mistuning": pattern(blades)})
+    if motion == PRESSED:
+        scene = apply_settings(scene, AROUND)
+    return Asked(scene, scheme, motion != FLIGHT, sectors)
+
+
+def _row(
+    blades: int, motion: str, timing: Timing, spent: float, counts: Counts, peak: float
+) -> Row:
+    peak_share = bandwidth = 0.0
+    if counts.bytes:
+        rate = 1e-3 / timing.microseconds_per_step  # GHz
+        peak_share = rate * counts.operations / peak
+        bandwidth = rate * counts.bytes / read_bandwidth(counts.bytes)
+    return Row(
+        blades, timing.engine, motion, timing, spent, counts, peak_share, bandwidth
+    )
+
+
+def counts_of(march: March, touching: float = 0.0) -> Counts:
+    """Return what a mean step counts, with so many blades in contact.
+
+    A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
+    a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
+    `general` also 2 for an entry of the matrix of tips by modes. A wave takes 12 with
+    rotation, one of a whole rotor 8, whose tips are read every `LOOK_EVERY` steps.
+    Equal sectors without rotation have no transform far from the casing. A blade in
+    contact adds its rows of tips, forces and works; what finds the multipliers is not
+    counted, nor what else a pass over modes reads then.
+
+    Raises
+    ------
+    InputError
+        where the scheme uses neither the cyclic nor the general kernel
+    """
+    if not isinstance(march.state, CyclicState):
+        msg = "the operations are counted for rings of harmonics and rigid casings only"
+        raise InputError(msg)
+    arrays, state = march.scheme.arrays, march.state
+    blades, rotor = len(state.last), arrays.rotor
+    k, wide = cyclic.widths(blades)
+    read, rows = _rotor_rows(rotor)
+    step = _turned(rotor, state) + 36 * len(state.ring) / passes.RING_STATE
+    skips = isinstance(rotor, CyclicRotor) and touching == 0.0
+    split = 0.0 if skips else products(blades, span_of(blades))
+    step += 2 * FOUR * split + 4 * wide + 2 * read
+    row = rows / blades + 2 * k + 2 * wide
+    waves = isinstance(rotor, WholeRotor | UncoupledRotor)
+    passed = [state.rotor, state.ring, *([rotor.ahead] if waves else [])]
+    size = sum(array.nbytes for array in passed) + 8 * (FOUR * split + read)
+    size += ITEMS_OF_RING / passes.ITEMS * arrays.casing.items.nbytes
+    if not waves:
+        size += ITEMS_OF_ROTOR / passes.ITEMS * rotor[0].nbytes
+    return Counts(step + 2 * row * touching, size + 8 * row * touching)
+
+
+def _turned(rotor: Any, state: CyclicState) -> float:
+    """Return the operations that take the rotor's amplitudes a step on."""
+    if isinstance(rotor, WaveRotor):
+        return 6 * int(rotor.hub.shape[1])
+    if isinstance(rotor, WholeRotor | UncoupledRotor):
+        return 4 * len(rotor.ahead)
+    return 11 * len(state.rotor) / passes.ROTOR_STATE
+
+
+def _rotor_rows(rotor: Any) -> tuple[float, int]:
+    """Return entries read in each step, and those of the rows of all blades in contact.
+
+    Tips near the casing are read again in each step.
+    """
+    if isinstance(rotor, WholeRotor | UncoupledRotor):
+        rows = rotor.read, rotor.push, rotor.slides, rotor.ring
+        return len(rotor.read) / LOOK_EVERY, sum(map(len, rows))
+    if isinstance(rotor, GeneralRotor):
+        return len(rotor.read), len(rotor.radial) + len(rotor.tangential)
+    return 0.0, 0
+
+
+def table(rows: Sequence[Row]) -> list[list[str]]:
+    """Return the head and the lines of a table."""
+    head = [
+        "blades", "sectors", "scheme", "motion", "in contact", "touching",
+        "µs a step", "in contact, µs", "operations", "kB", "of the peak",
+        "of the bandwidth",
+    ]  # fmt: skip
+    return [head, *map(_line, rows)]
+
+
+def _line(row: Row) -> list[str]:
+    time, counts = row.timing, row.counts
+    touches, jumps = time.contact > 0.0, counts.operations == 0
+    return [
+        str(row.blades), row.sectors, time.scheme, row.motion,
+        f"{time.contact:.0%}" if touches else "",
+        f"{time.touching:.1f}" if touches else "",
+        f"{time.microseconds_per_step:.3f}",
+        f"{row.step_in_contact:.3f}" if touches else "",
+        "" if jumps else f"{counts.operations:.0f}",
+        "" if jumps else f"{counts.bytes / 1e3:.0f}",
+        "" if jumps else f"{row.peak:.0%}", "" if jumps else f"{row.bandwidth:.0%}",
+    ]  # fmt: skip
