@@ -332,7 +332,7 @@ def interval_of(scene: Scene, model: Model) -> int:
     longest = math.sqrt(8.0 * accuracy / max(curved, default=math.inf))
     if scene.gap_table or scene.speed_table:  # whose corners an interval rounds
         longest = min(longest, accuracy**0.5 * _shortest(scene))
-    return max(1, min(int(longest / scene.solver.time_step), MOST_STEPS))
+    return max(1, int(min(longest / scene.solver.time_step, MOST_STEPS)))
 
 
 def _shortest(scene: Scene) -> float:

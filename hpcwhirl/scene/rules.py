@@ -257,7 +257,7 @@ def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
 OF_SCENE = (
     *(
         _at_constant_speed(*one)
-        for one in (("revolutions", 0.0), ("output.chaos", 0.0), ("history", ""))
+        for one in (("revolutions", 0), ("output.chaos", 0), ("history", ""))
     ),
     Rule(
         ("acceleration", "speed_table", "engine.rotation"),

@@ -218,6 +218,7 @@ def test_a_plan_is_read_back_as_it_was_written(tmp_path_factory, document):
 BEARING = (
     "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy;0.0,1.0,0.0,0.0,1.0,1.0,0.0,0.0,1.0"
 )
+SPEEDS, GAPS = "time,speed;0.0,300.0;1.0,310.0", "time,gap;0.0,1e-4;1.0,2e-4"
 BROKEN = [  # of each rule, in their order: what breaks it alone, and how that is told
     ({"disk_radius": 0.6}, "engine.rotor: disk_radius must be < radius"),
     ({"mistuning": [0.1]}, "engine.rotor: mistuning must be [] or 22 numbers"),
@@ -263,11 +264,26 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"rotation": "auto", "rotor.damping": 0.5}, "must be >= damping (0.5)"),
     ({"mistuning": [0.1] * 22, "engine.file": __file__}, "mistuning must be [] with"),
     ({"discretization": "file"}, "file must be named where casing.discretization"),
+    ({"acceleration": 1.0, "revolutions": 9.0}, "revolutions must be 0 where the"),
+    ({"acceleration": 1.0, "chaos": 50.0}, "output.chaos must be 0 where the speed"),
+    ({"acceleration": 1.0, "history": "speed = 300.0"}, "history must be empty where"),
+    ({"acceleration": 1.0, "rotation": "auto"}, "engine.rotation must be none or full"),
+    ({"acceleration": 1.0, "until": "decided"}, "solver.until must be end where"),
+    ({"acceleration": 1.0, "speed": 300.0, "speed_table": SPEEDS},
+     "acceleration must be 0 beside a speed_table"),
+    ({"gap_closure": 1e-5, "gap_table": GAPS}, "gap_closure must be 0 beside a gap"),
+    ({"gap_closure": 1e-5, "scheme": "exact"}, "scheme must be 'modal', 'general' or"),
+    ({"acceleration": 1.0, "scheme": "paper", "rotation": "full"},
+     "scheme must be 'modal' or 'general' where the speed changes"),
+    ({"acceleration": 1.0, "ramp": "smooth", "speed": 300.0, "speed_to": 200.0},
+     "speed_to must lie ahead of speed"),
     ({"nodal_diameter": 30}, "nodal_diameter must be <= 20 on a ring of 20 harmonics"),
     ({"unbalance": 1e-3}, "unbalance must be 0 where engine.rotation is none"),
     ({"gap_at": "rest"}, "gap_at must be speed where engine.rotation is none"),
     ({"rotation": "full", "unbalance": 1e-3, "centre": "clamped"},
      "unbalance must be 0 where engine.rotor.centre is clamped"),
+    ({"rotation": "full", "unbalance": 1e-3, "start_energy": 1.0},
+     "start_energy must be 0 with an unbalance or a lost blade"),
     ({"revolutions": 1.0, "speed": 0.0}, "revolutions must be 0 where speed is 0"),
     ({"time_step": 1e-14}, "time_step must be >= 2.5e-13 s (1e+13 steps)"),
     ({"until": "decided", "longest": 1.0}, "longest must be >= 2.5 s (duration)"),

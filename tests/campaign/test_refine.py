@@ -717,7 +717,7 @@ BAD = [
     ({"levels": 17}, "from 0 to 16, got 17"),
     ({"scale": "cubic"}, "linear, log, got 'cubic'"),
     ({"scale": {"friction": "log"}}, "not among over"),
-    ({"words": "outcome"}, "regime, whirl, both, attractor, got 'outcome'"),
+    ({"words": "outcome"}, "regime, whirl, both, attractor, branch, got 'outcome'"),
     ({"speckle": -1}, "0 for never, got -1"),
     ({"budget": 100}, "{cases = N} or {core_hours = H}"),
     ({"budget": {"cases": 29}}, "cases = 30, got 29"),

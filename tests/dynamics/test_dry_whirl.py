@@ -315,7 +315,9 @@ def test_the_unstable_orbit_of_dry_whip_is_the_motion_on_the_edge(whip):
     assert found.numbers["contact_share"] > 0.99
     assert found.numbers["leaving_rate"] > 50.0
     assert found.low.radius[-1] < 0.3 * GAP
-    assert found.high.radius[-1] > 2.0 * UNSTABLE * GAP
+    left = found.high.radius > 1.01 * UNSTABLE * GAP
+    assert (np.diff(found.high.radius[left]) > 0.0).all()
+    assert found.high.radius[-1] > 1.1 * UNSTABLE * GAP
 
 
 def test_below_the_published_friction_there_is_no_edge(whip):

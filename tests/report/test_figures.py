@@ -99,6 +99,7 @@ def test_every_kind_is_drawn_once_or_once_a_case(full, tmp_path, capsys):
     )
     drawn = {name: kind for name, kind in kinds.KINDS.items() if not kind.asked}
     assert drawn.pop("branches").of == "branches"  # this campaign has no [branch]
+    assert drawn.pop("waterfall").speed == "changing"  # and its speed is constant
     for name, kind in drawn.items():
         found = [li for li in lines if Path(li).stem.startswith(name)]
         assert len(found) == (3 if kind.of == "case" else 1), name

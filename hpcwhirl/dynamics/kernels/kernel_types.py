@@ -21,7 +21,7 @@ class Wall(NamedTuple):
 
     The shape is the sum of harmonics in the static frame, of a rigid casing's lobes and
     of the profile, each w = (a cos h theta + b sin h theta) e^{sigma t}, outward, with
-    its rise; see `contact.faded`.
+    its rise; see `shape.faded`.
 
     Attributes
     ----------
