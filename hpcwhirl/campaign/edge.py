@@ -22,6 +22,7 @@ from hpcwhirl.analysis.edge_tracking import HIGH, LOW, OPEN, Tracked, track
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.speed import changes
 from hpcwhirl.dynamics.blend import copy_of, distance, put_between
 from hpcwhirl.dynamics.history import since
 from hpcwhirl.dynamics.kernels import contact
@@ -239,6 +240,11 @@ def edge(
     analysis.edge_tracking.LostEdgeError
         if the edge is lost
     """
+    if changes(scene):
+        msg = (
+            "an edge is followed at constant speed and gap: acceleration, gap_closure "
+        )
+        raise InputError(f"{msg}must be 0, speed_table, gap_table empty")
     start = how.begin or AFTER * scene.pulse
     longer = how.span + LOOKS * how.look
     march, other = (_begun(scene, force, start, longer) for force in (low, high))

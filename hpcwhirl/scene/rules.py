@@ -250,15 +250,29 @@ def _at_constant_speed(name: str, usual: Any) -> Rule:
     )
 
 
+def _unchanged(name: str, usual: Any) -> Rule:
+    """Return the rule that an input must be `usual` where speed or gap change."""
+    return Rule(
+        (*CHANGING, name),
+        lambda rate, table, closure, gaps, value: (
+            (_constant(rate, table) & (closure == 0.0) & (gaps == ""))
+            | (value == usual)
+        ),
+        lambda *values: (
+            f"{name} must be {_told(usual)} where speed or gap change in time "
+            f"({', '.join(CHANGING)}), got {shown(values[-1])}"
+        ),
+    )
+
+
 def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
     return (rate == 0.0) | (ramp == "linear") | ((end - speed) * rate > 0.0)
 
 
 OF_SCENE = (
-    *(
-        _at_constant_speed(*one)
-        for one in (("revolutions", 0), ("output.chaos", 0), ("history", ""))
-    ),
+    _at_constant_speed("revolutions", 0),
+    _unchanged("output.chaos", 0),
+    _unchanged("history", ""),
     Rule(
         ("acceleration", "speed_table", "engine.rotation"),
         lambda rate, table, rotation: _constant(rate, table) | (rotation != "auto"),

@@ -53,6 +53,12 @@ def test_a_scheme_that_jumps_has_the_edge_of_one_that_does_not(found):
     assert radii[1] == pytest.approx(radii[0], rel=0.1)
 
 
+@pytest.mark.parametrize("change", [{"acceleration": 1.0}, {"gap_closure": 1e-5}])
+def test_no_edge_is_followed_where_speed_or_gap_change(change):
+    with pytest.raises(InputError, match="^an edge is followed at constant speed"):
+        edge(four(**change), 3e4, 1.2e5, QUICK)
+
+
 def test_pulses_of_one_word_have_no_edge():
     with pytest.raises(InputError, match="no edge: pulses of 20000 and 25000 N lead to "
                        "the same word, damped"):  # fmt: skip
