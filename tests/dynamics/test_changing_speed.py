@@ -35,9 +35,11 @@ LAWS = {
     "table": speed.SpeedLaw("table", 50.0, times=(0, 0.4, 0.9), speeds=(50, 90, 70)),
 }
 RUB = {"speed": 300.0, "acceleration": 200.0, "duration": 0.06, "time_step": 5e-6}
+UNEQUAL = {"mistuning": [0.03 * float(np.sin(7.0 * j)) for j in range(22)]}
 KINDS = {
     "cyclic": RUB,
     "general": RUB | {"scheme": "general"},
+    "unequal": RUB | UNEQUAL,
     "elements": RUB | {"casing.discretization": "elements", "time_step": 3e-6},
     "driven": RUB | {"rotation": "full", "unbalance": 2e-3},
 }
@@ -80,8 +82,9 @@ def test_a_speed_that_hardly_changes_is_a_constant_one(kind):
     assert moving.contacts == held.contacts > 0
 
 
-def test_the_ring_in_both_frames_is_the_same():
-    fine = RUB | {"duration": 0.03, "casing.harmonics": 4}
+@pytest.mark.parametrize("blades", [{}, UNEQUAL], ids=["equal", "unequal"])
+def test_the_ring_in_both_frames_is_the_same(blades):
+    fine = RUB | blades | {"duration": 0.03, "casing.harmonics": 4}
     own, other = (march_of(**fine, scheme=s).run() for s in ("modal", "general"))
     assert np.abs(own.centre - other.centre).max() < 1e-12 * np.abs(own.centre).max()
     dense = march_of(**fine, scheme="paper").run()  # by parabolas, not by lines

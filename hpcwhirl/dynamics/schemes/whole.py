@@ -29,6 +29,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     with_space,
 )
 from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, RotorPlaces
+from hpcwhirl.dynamics.slots import turn_ring
 from hpcwhirl.dynamics.whole_waves import (
     WholeWaves,
     coupled_rotor,
@@ -172,4 +173,5 @@ def _march(
         casing_width=2 * len(c_c) // ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
         ended=ended,
+        refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.turn),
     )
