@@ -55,7 +55,7 @@ def test_a_scheme_that_jumps_has_the_edge_of_one_that_does_not(found):
 
 @pytest.mark.parametrize("change", [{"acceleration": 1.0}, {"gap_closure": 1e-5}])
 def test_no_edge_is_followed_where_speed_or_gap_change(change):
-    with pytest.raises(InputError, match="^an edge is followed at constant speed"):
+    with pytest.raises(InputError, match=r"^an edge is followed at constant speed"):
         edge(four(**change), 3e4, 1.2e5, QUICK)
 
 
