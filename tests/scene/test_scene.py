@@ -29,6 +29,7 @@ from hpcwhirl.scene import (
 )
 from hpcwhirl.scene.documents import scene_of_document
 from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.rules import CHANGING
 
 positive = st.floats(1e-12, 1e12)
 WORDS = {
@@ -141,7 +142,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values["engine.casing.families"] = "all"  # of elements
     values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
-    values |= {"acceleration": 0.0, "speed_table": "", "gap_table": ""}  # one of two
+    values |= {**CHANGING}  # not with chaos or a history
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values
