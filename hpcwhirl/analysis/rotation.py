@@ -14,7 +14,7 @@ from hpcwhirl.analysis.critical import (
     critical_of_waves,
 )
 from hpcwhirl.case.resolve import Case, resolve
-from hpcwhirl.case.rotation import choice_of
+from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import (

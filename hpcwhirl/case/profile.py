@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.profile import HARMONICS, rows_of
+from hpcwhirl.scene.kept_table import kept_rows
+from hpcwhirl.scene.profile import HARMONICS
 
 Floats = NDArray[np.float64]
 HIGHEST = 64  # harmonic that is kept of a table over angle
@@ -86,7 +87,7 @@ def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
 @lru_cache(maxsize=MOST_KEPT)
 def _series(table: str) -> dict[int, complex]:
     """Return {h: a + i b} of a table, m."""
-    rows = rows_of(table)
+    rows = kept_rows(table)
     if table.startswith(HARMONICS):
         return {
             int(h): complex(size * math.cos(phase), size * math.sin(phase))
@@ -128,7 +129,7 @@ def _missed(table: str, scale: float) -> float:
     """Return by how much the harmonics miss a table over angle at its angles, m."""
     if not table or table.startswith(HARMONICS):
         return 0.0
-    angles, values = np.array(rows_of(table)).T
+    angles, values = np.array(kept_rows(table)).T
     series = _series(table)
     orders, parts = np.array(list(series)), np.array(list(series.values()))
     waves = np.exp(-1j * np.multiply.outer(angles, orders))

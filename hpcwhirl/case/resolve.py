@@ -7,7 +7,7 @@ from functools import cached_property
 
 from hpcwhirl.case.limits import check_limits, step_asked
 from hpcwhirl.case.plan import Marched, Plan, lean_of, plan_of
-from hpcwhirl.case.rotation import with_rotation
+from hpcwhirl.case.rotation_choice import with_rotation
 from hpcwhirl.case.speed import check_tables, law_of
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.errors import InputError

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.over_time import rows_over_time
+from hpcwhirl.scene.kept_table import kept_rows
 
 Floats = NDArray[np.float64]
 USUAL = 1e-4  # accuracy of the intervals where the solver's is not given
@@ -110,7 +110,7 @@ class SpeedLaw:
 def law_of(scene: Scene) -> SpeedLaw | None:
     """Return the law of a scene's speed; None where it is constant."""
     if scene.speed_table:
-        times, speeds = zip(*rows_over_time(scene.speed_table), strict=True)
+        times, speeds = zip(*kept_rows(scene.speed_table), strict=True)
         return SpeedLaw("table", speeds[0], times=times, speeds=speeds)
     if scene.acceleration == 0.0:
         return None
@@ -151,7 +151,7 @@ def extremes(scene: Scene) -> tuple[float, float]:
 def closure_at(scene: Scene, time: Any) -> Any:
     """Return by how much the gap has closed by times, m, growth of the tips apart."""
     if scene.gap_table:
-        times, gaps = np.array(rows_over_time(scene.gap_table)).T
+        times, gaps = np.array(kept_rows(scene.gap_table)).T
         return gaps[0] - np.interp(time, times, gaps)
     return scene.gap_closure * -np.expm1(-np.asarray(time) / scene.gap_time)
 
@@ -337,7 +337,7 @@ def interval_of(scene: Scene, model: Model) -> int:
 
 def _shortest(scene: Scene) -> float:
     tables = [text for text in (scene.gap_table, scene.speed_table) if text]
-    times = [np.array(rows_over_time(text))[:, 0] for text in tables]
+    times = [np.array(kept_rows(text))[:, 0] for text in tables]
     return float(min(np.diff(each).min() for each in times))
 
 
@@ -365,7 +365,7 @@ def check_tables(scene: Scene) -> None:
     """
     for name in ("speed", "gap"):
         table, value = getattr(scene, f"{name}_table"), getattr(scene, name)
-        first = rows_over_time(table)[0][1] if table else value
+        first = kept_rows(table)[0][1] if table else value
         if value != first:
             msg = f"{name} must be {first!r}, the first of {name}_table, got {value!r}"
             raise InputError(msg)

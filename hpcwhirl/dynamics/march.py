@@ -25,7 +25,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import GeneralRotor, Strides, Tracks
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.schemes.waves import folds_well
+from hpcwhirl.dynamics.schemes.rotating_waves import folds_well
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.varying import DrivenRotor
 from hpcwhirl.dynamics.walls import wall_of

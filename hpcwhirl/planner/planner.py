@@ -146,7 +146,10 @@ class Planner:
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
-        """Record the completion of a job; return the jobs that follow from it."""
+        """Record how a job ended; return the jobs to compute because of it.
+
+        Jobs that have ended already are recorded in turn, and not returned.
+        """
         left, todo = list[Job](), [(job, end)]
         while todo:
             for follower in self._followers(*todo.pop()):

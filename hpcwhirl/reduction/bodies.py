@@ -24,7 +24,7 @@ from hpcwhirl.reduction.spin import standing_damping, with_blocks
 from hpcwhirl.reduction.squeeze_film import small_damping
 from hpcwhirl.reduction.supports import Support, bearing_of
 from hpcwhirl.scene import Casing, Rotor
-from hpcwhirl.scene.bearing import rows_of
+from hpcwhirl.scene.kept_table import kept_rows
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.structure import (
     FourierOperator,
@@ -72,7 +72,7 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
     if model.spin is None:
         return with_ratio(model, suspended, rotor.suspension_damping)
     if rotor.bearing:
-        own = bearing_of(rows_of(rotor.bearing), rotor.centre_stiffness)
+        own = bearing_of(kept_rows(rotor.bearing), rotor.centre_stiffness)
         return replace(model, spin=replace(model.spin, support=own))
     ratios = rotor.damping, rotor.suspension_damping
     return _supported(model, rotor, standing_damping(model, rotor.blades, *ratios))

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.reduction.cyclic import diameters, is_simple
+from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 
-from hpcwhirl.reduction.cyclic import centre_width, diameters, is_simple
+from hpcwhirl.reduction.cyclic_coordinates import centre_width, diameters, is_simple
 from hpcwhirl.reduction.factors import Tell
 from hpcwhirl.reduction.modes import (
     Block,

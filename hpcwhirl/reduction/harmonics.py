@@ -39,6 +39,38 @@ def _stretches(h: int, modes: Floats) -> int:
     return int(np.argmax(np.abs(modes[0] + h * modes[1])))
 
 
+def model_of_modes(
+    casing: Casing,
+    labels: list[tuple[float, int, int, int]],
+    columns: list[Floats],
+    mass: Floats,
+    stiffness: Floats,
+) -> ModalModel:
+    """Return a casing's model from its modes by harmonic, sorted by frequency.
+
+    Parameters
+    ----------
+    labels : (omega, harmonic, rank, phase) of each mode
+    columns : its shape, in the unknowns of the matrices
+    """
+    omega, diameter, rank, phase = map(np.array, zip(*labels, strict=True))
+    order = np.lexsort((phase, rank, diameter, omega))
+    if casing.families != "all":  # matrices would have motions that no mode has
+        mass = stiffness = np.zeros((0, 0))
+    return ModalModel(
+        mass=mass,
+        stiffness=stiffness,
+        shapes=np.ascontiguousarray(np.column_stack(columns)[:, order]),
+        omega=omega[order],
+        diameter=diameter[order],
+        rank=rank[order],
+        phase=phase[order],
+        centre_share=np.zeros(len(omega)),
+        damping=casing.damping,
+        kept=0,
+    )
+
+
 def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
     """Return the modes of a ring of harmonics and its contact operator.
 
@@ -68,22 +100,4 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
                 columns.append(np.zeros(size))
                 columns[-1][rows] = signs * modes[:, n]
                 labels.append((frequencies[n], h, among, half))
-    omega, diameter, rank, phase = (
-        np.array(column) for column in zip(*labels, strict=True)
-    )
-    order = np.lexsort((phase, rank, diameter, omega))
-    if casing.families != "all":  # matrices would have motions that no mode has
-        mass = stiffness = np.zeros((0, 0))
-    model = ModalModel(
-        mass=mass,
-        stiffness=stiffness,
-        shapes=np.ascontiguousarray(np.column_stack(columns)[:, order]),
-        omega=omega[order],
-        diameter=diameter[order],
-        rank=rank[order],
-        phase=phase[order],
-        centre_share=np.zeros(len(omega)),
-        damping=casing.damping,
-        kept=0,
-    )
-    return model, operator
+    return model_of_modes(casing, labels, columns, mass, stiffness), operator

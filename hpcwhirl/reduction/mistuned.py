@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.cyclic import diameters
+from hpcwhirl.reduction.cyclic_coordinates import diameters
 from hpcwhirl.reduction.degenerate import diameter_shares, dominant
 from hpcwhirl.reduction.modes import (
     ModalModel,

@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl.errors import InputError, ModelError
 from hpcwhirl.reduction.craig_bampton import craig_bampton, enriched
-from hpcwhirl.reduction.cyclic import (
+from hpcwhirl.reduction.cyclic_coordinates import (
     Complexes,
     block,
     centre_width,

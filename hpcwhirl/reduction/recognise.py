@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.reduction.cyclic import diameters, is_simple, spread
+from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple, spread
 from hpcwhirl.reduction.degenerate import ROUND_OFF, SAME, runs, unmixed
 from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_centre
 

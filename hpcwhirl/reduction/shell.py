@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.reduction.harmonics import model_of_modes
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
 from hpcwhirl.structure import FourierOperator, Sines, Uniform, shell_matrices
@@ -54,22 +55,7 @@ def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOpera
                 columns.append(np.zeros(operator.size))
                 columns[-1][rows] = signs * mode
                 labels.append((omega, h, rank, phase))
-    omegas, diameter, ranks, phases = map(np.array, zip(*labels, strict=True))
-    order = np.lexsort((phases, ranks, diameter, omegas))
-    whole = casing.families == "all"  # else matrices have motions that no mode has
-    model = ModalModel(
-        mass=mass if whole else NONE,
-        stiffness=stiffness if whole else NONE,
-        shapes=np.ascontiguousarray(np.column_stack(columns)[:, order]),
-        omega=omegas[order],
-        diameter=diameter[order],
-        rank=ranks[order],
-        phase=phases[order],
-        centre_share=np.zeros(len(omegas)),
-        damping=casing.damping,
-        kept=0,
-    )
-    return model, operator
+    return model_of_modes(casing, labels, columns, mass, stiffness), operator
 
 
 def _places(

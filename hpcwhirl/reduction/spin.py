@@ -16,7 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.cyclic import Complexes, diameters, is_simple, spread
+from hpcwhirl.reduction.cyclic_coordinates import (
+    Complexes,
+    diameters,
+    is_simple,
+    spread,
+)
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
     ModalModel,

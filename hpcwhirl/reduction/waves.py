@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from hpcwhirl.reduction.cyclic import Complexes, is_simple
+from hpcwhirl.reduction.cyclic_coordinates import Complexes, is_simple
 from hpcwhirl.reduction.families import family_ranks
 from hpcwhirl.reduction.modes import (
     ModalModel,

@@ -2,9 +2,7 @@
 
 Names of columns, their defaults and units are those of ROSS (R. Timbo et al., ROSS -
 Rotordynamic open source software, JOSS 2020): frequency, or w, rad/s; kxx and cxx; and,
-optionally, kyy and cyy (default kxx and cxx), kxy, kyx, cxy and cyx (default 0). A
-scene stores the table itself as one line of text, so that it does not depend on the
-file any more.
+optionally, kyy and cyy (default kxx and cxx), kxy, kyx, cxy and cyx (default 0).
 """
 
 from __future__ import annotations
@@ -17,14 +15,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import shown
+from hpcwhirl.scene.kept_table import Rows, kept_rows, kept_table, text_of
 
 SPEED = "frequency"
 COEFFICIENTS = "kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"
 HEAD = ",".join((SPEED, *COEFFICIENTS))
 OTHERWISE = {"kyy": "kxx", "cyy": "cxx"}  # default of a missing column
-MOST_BYTES = 1 << 20
-Rows = list[tuple[float, ...]]
 
 
 def is_table(text: str) -> bool:
@@ -45,35 +41,18 @@ def bearing_table(text: str) -> str:
     """
     if not text:
         return ""
-    if is_table(text):
-        rows = [tuple(map(float, row.split(","))) for row in text.split(";")[1:]]
-    else:
-        rows = _read(Path(text))
+    rows = kept_rows(text) if is_table(text) else _read(Path(text))
     if any(len(row) != 1 + len(COEFFICIENTS) for row in rows):
         msg = f"every row must have {1 + len(COEFFICIENTS)} numbers"
         raise ValueError(msg)
     _check(rows)
-    return ";".join([HEAD, *(",".join(map(repr, row)) for row in rows)])
-
-
-def rows_of(text: str) -> Rows:
-    """Return (rad/s, kxx, kxy, ..., cyy) of each row, N/m and N s/m."""
-    return [tuple(map(float, row.split(","))) for row in text.split(";")[1:]]
+    return kept_table(HEAD, rows)
 
 
 def _read(path: Path) -> Rows:
-    try:
-        size = path.stat().st_size
-        if not path.is_file() or size > MOST_BYTES:
-            msg = f"must name a file of at most {MOST_BYTES} bytes, got {shown(path)}"
-            raise ValueError(msg)
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeError) as failed:
-        told = getattr(failed, "strerror", None) or "it is not UTF-8"
-        msg = f"cannot read {shown(path)}: {told}"
-        raise ValueError(msg) from None
-    columns = _of_toml(text) if path.suffix == ".toml" else _of_csv(text)
-    return _rows(columns)
+    """Return (rad/s, kxx, ..., cyy) of each row of a CSV or TOML file, N/m, N s/m."""
+    text = text_of(path)
+    return _rows(_of_toml(text) if path.suffix == ".toml" else _of_csv(text))
 
 
 def _of_csv(text: str) -> dict[str, list[Any]]:

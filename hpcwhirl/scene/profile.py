@@ -3,8 +3,7 @@
 Two layouts: harmonics, w = sum of a cos(h theta - phi), in the columns harmonic,
 amplitude (m) and phase (rad); or values over angle, in the columns angle (rad) and
 departure (m), joined by straight lines around the casing. w is the departure from
-round, outward: the gap is wider by it. A scene keeps the table in one line of text, so
-that it does not depend on the file any more.
+round, outward: the gap is wider by it.
 """
 
 from __future__ import annotations
@@ -13,14 +12,13 @@ import itertools
 import math
 
 from hpcwhirl.errors import shown
-from hpcwhirl.scene.over_time import lines_of
+from hpcwhirl.scene.kept_table import Rows, kept_table, lines_of, rows_of
 
 HARMONICS = "harmonic,amplitude,phase"
 ANGLES = "angle,departure"
 MOST_ROWS = 4096
 HIGHEST = 200  # harmonic of a table
 FEWEST_ANGLES = 3
-Rows = list[tuple[float, ...]]
 
 
 def profile_table(text: str) -> str:
@@ -42,7 +40,7 @@ def profile_table(text: str) -> str:
         msg = f"it must have the columns {HARMONICS}, or {ANGLES}, got {shown(head)}"
         raise ValueError(msg)
     try:
-        rows = [tuple(map(float, line.split(","))) for line in lines[1:]]
+        rows = rows_of(lines[1:])
     except ValueError:
         msg = "its values must be numbers"
         raise ValueError(msg) from None
@@ -55,12 +53,7 @@ def profile_table(text: str) -> str:
         msg = f"it must have 1 to {MOST_ROWS} rows, of finite numbers"
         raise ValueError(msg)
     (_check_harmonics if head == HARMONICS else _check_angles)(rows)
-    return ";".join([head, *(",".join(map(repr, row)) for row in rows)])
-
-
-def rows_of(text: str) -> Rows:
-    """Return the rows of a table that a scene keeps: of three numbers, or of two."""
-    return [tuple(map(float, row.split(","))) for row in text.split(";")[1:]]
+    return kept_table(head, rows)
 
 
 def _check_harmonics(rows: Rows) -> None:

@@ -21,7 +21,7 @@ from hpcwhirl import simulate
 from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.case.limits import SAFE
 from hpcwhirl.case.resolve import Case, resolve
-from hpcwhirl.case.rotation import change_of, choice_of
+from hpcwhirl.case.rotation_choice import change_of, choice_of
 from hpcwhirl.case.truncation import truncation_error
 from hpcwhirl.dynamics.timestep import central_differences
 from hpcwhirl.scene import (

@@ -24,7 +24,7 @@ import numpy as np
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.report.figures import motions, shapes, sweeps, waves
+from hpcwhirl.report.figures import frequencies, motions, shapes, sweeps
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
@@ -226,7 +226,7 @@ def draw_convergence(found: Found) -> Any:
 def draw_kinds(axes: Any, rows: list[dict[str, Any]], level: float) -> None:
     """Draw regime and whirl of each row beside one another, as the map has them."""
     for x, row in enumerate(rows):
-        look = SHOWN[waves.shown_word(row)]
+        look = SHOWN[frequencies.shown_word(row)]
         whirl = {"forward": "↑", "backward": "↓", "mixed": "↕"}.get(row["whirl"], "")
         axes.text(x, level, f"{look.letter} {whirl}", ha="center", va="center",
                   color=look.ink, bbox={"fc": look.colour, "ec": "none"})  # fmt: skip
@@ -255,7 +255,7 @@ def draw_all(found: Found, out: Path, pair: dict[str, float | None]) -> None:
         "convergence": draw_convergence(found),
         "cascade": sweeps.draw_cascade(table2, free),
         "bifurcation": sweeps.draw_bifurcation(table2, free),
-        "interaction": waves.draw_interaction(table2, free),
+        "interaction": frequencies.draw_interaction(table2, free),
         "growth": sweeps.draw_growth(table2, free),
     }
     for name, speed in (("fig10", 520.0), ("fig12", 410.0), ("fig14", 420.0)):

@@ -8,7 +8,7 @@ from synthetic import grid_of, synthetic
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.reduction.families import Line, modal_table, moving_families
-from hpcwhirl.report.figures import waves
+from hpcwhirl.report.figures import frequencies
 from hpcwhirl.report.map import maps
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.report.map.data import Wish
@@ -126,7 +126,7 @@ def test_the_map_marks_the_suspension_by_its_own_name(upright, tmp_path):
 
 def test_the_campbell_diagram_marks_both_where_both_are_in_view():
     scene = apply_settings(Scene(), SOFT)
-    axes = waves.draw_campbell(scene, np.array([100.0, 500.0])).axes[0]
+    axes = frequencies.draw_campbell(scene, np.array([100.0, 500.0])).axes[0]
     told = {t.get_text() for t in axes.texts}
     speeds = eq13(scene)
     assert f"Eq. 13: {speeds['1F']:.0f} rad/s" in told

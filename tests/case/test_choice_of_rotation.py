@@ -7,7 +7,7 @@ import pytest
 
 from hpcwhirl import campaign, open_results, simulate
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.case.rotation import FREE, LEFT_OUT, change_of, choice_of
+from hpcwhirl.case.rotation_choice import FREE, LEFT_OUT, change_of, choice_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings

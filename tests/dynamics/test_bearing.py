@@ -10,7 +10,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.supports import bearing_of, planar
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
 from hpcwhirl.scene import Scene, apply_settings, digest, load_scene, to_toml
-from hpcwhirl.scene.bearing import HEAD, bearing_table, rows_of
+from hpcwhirl.scene.bearing import HEAD, bearing_table
+from hpcwhirl.scene.kept_table import kept_rows
 
 STIFFNESS = MASS * OWN**2
 CSV = """frequency, kxx, kyy, kxy, kyx, cxx
@@ -49,13 +50,13 @@ def test_both_layouts_give_one_table(tmp_path):
         for one in (("a.csv", CSV), ("a.toml", ROSS))
     )
     assert csv == toml == bearing_table(csv)
-    assert rows_of(csv)[1] == (200, 2e7, 2e5, -3e5, 3e7, 2000, 0, 0, 2000)
+    assert kept_rows(csv)[1] == (200, 2e7, 2e5, -3e5, 3e7, 2000, 0, 0, 2000)
 
 
 @pytest.mark.parametrize("speed", [0.0, 200.0, 350.0, 600.0])
 def test_a_support_is_the_matrices_of_the_table(speed):
     """F = -K x - C x' at the table's speeds; between them monotone."""
-    rows = rows_of(table(
+    rows = kept_rows(table(
         (0, 1e7, 1e5, -2e5, 2e7, 900, 5, 7, 800),
         (200, 2e7, 2e5, -3e5, 3e7, 9, 8, 7, 6),
         (600, 4e7, 3e5, 1e5, 3.5e7, 1, 2, 3, 4),

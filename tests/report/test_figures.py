@@ -21,7 +21,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
-from hpcwhirl.report.figures import kinds, motions, shapes, sweeps, waves
+from hpcwhirl.report.figures import frequencies, kinds, motions, shapes, sweeps
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.store.reading.results_file import Results
@@ -202,7 +202,7 @@ def test_amplitudes_and_frames_are_told(cases):
 
 
 def test_regimes_lie_under_the_interaction_diagram(cases):
-    diagram, strip = waves.draw_interaction(cases, cases.like(0)).axes
+    diagram, strip = frequencies.draw_interaction(cases, cases.like(0)).axes
     assert len(strip.patches) == 3
     told = [t.get_text() for t in diagram.texts]
     assert told[0].startswith("Eq. 13: 27")  # the first cell begins below it
@@ -213,7 +213,7 @@ def test_regimes_lie_under_the_interaction_diagram(cases):
 def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
     soft = apply_settings(cases.scene(0), {"centre_stiffness": 1.7e7})
     monkeypatch.setattr(cases, "scene", lambda _: soft)
-    axes = waves.draw_interaction(cases, cases.like(0)).axes[0]
+    axes = frequencies.draw_interaction(cases, cases.like(0)).axes[0]
     told = [t.get_text() for t in axes.texts]
     own = {row["family"]: row["speed"] for row in speeds_of(soft) if row["order"] == 1}
     assert f"Eq. 13, suspension: {own['suspension']:.0f} rad/s" in told
@@ -269,8 +269,8 @@ def test_the_casing_stands_around_the_shapes_of_every_diameter():
 def test_a_legend_stands_beside_what_is_drawn(cases):
     line = cases.slices()[0]
     drawn = [
-        waves.draw_interaction(cases, line), sweeps.draw_growth(cases, line),
-        waves.draw_campbell(cases.scene(0), cases["speed"]),
+        frequencies.draw_interaction(cases, line), sweeps.draw_growth(cases, line),
+        frequencies.draw_campbell(cases.scene(0), cases["speed"]),
     ]  # fmt: skip
     for figure in drawn:
         figure.draw_without_rendering()
@@ -284,7 +284,7 @@ def test_a_rigid_casing_has_no_interaction_diagram(cases, monkeypatch):
     rigid = apply_settings(cases.scene(0), {"kind": "rigid"})
     monkeypatch.setattr(cases, "scene", lambda _: rigid)
     with pytest.raises(InputError, match="elastic casing"):
-        waves.draw_interaction(cases, [0])
+        frequencies.draw_interaction(cases, [0])
 
 
 @pytest.fixture(scope="module")
@@ -310,7 +310,7 @@ def test_ranges_are_those_of_the_engine(stiff):
     assert hertz > 250
     frequency = sweeps.draw_frequency(cases, line).axes[0]
     assert frequency.get_ylim()[1] > hertz
-    diagram = waves.draw_interaction(cases, line).axes[0]
+    diagram = frequencies.draw_interaction(cases, line).axes[0]
     low, high = diagram.get_ylim()
     speeds = [cases.rows[i]["speed"] for i in line]
     assert high > max(speeds) + first[1]
@@ -335,8 +335,8 @@ def test_no_axis_of_frequency_is_beyond_what_the_samples_tell(cases, monkeypatch
     line = cases.like(0)
     rows = [row | {"sample_interval": 5e-3} for row in cases.rows]
     monkeypatch.setattr(cases, "rows", rows)
-    assert waves.rotating_top(cases, line) == 100.0
-    assert waves.centre_top(cases, line) == pytest.approx(2 * np.pi * 100.0)
+    assert frequencies.rotating_top(cases, line) == 100.0
+    assert frequencies.centre_top(cases, line) == pytest.approx(2 * np.pi * 100.0)
 
 
 def test_each_line_of_speeds_has_a_file_of_its_own(stiff, tmp_path, capsys):
@@ -361,7 +361,7 @@ def test_the_engine_has_shapes_and_a_campbell_diagram(finished, tmp_path):
     words = ["figures", str(finished), "--out", str(tmp_path)]
     assert main([*words, "--kind", "shapes", "--kind", "campbell"]) == 0
     assert {p.name for p in tmp_path.iterdir()} == {"shapes.png", "campbell.png"}
-    axes = waves.draw_campbell(Scene(), np.array([200.0, 500.0])).axes[0]
+    axes = frequencies.draw_campbell(Scene(), np.array([200.0, 500.0])).axes[0]
     assert any(t.get_text() == "Eq. 13: 271 rad/s" for t in axes.texts)
     assert axes.get_ylabel() == "frequency, Hz (rotating frame)"
 
@@ -462,7 +462,7 @@ def test_the_campbell_diagram_of_full_rotation_has_its_lines():
     """Waves of k = 1 apart, Eq. 13 with the stiffened blades, the unbalance's speed."""
     scene = apply_settings(Scene(), {"rotation": "full"})
     case, speeds = resolve(scene), np.array([0.0, 270.0, 410.0])
-    figure = waves.draw_campbell(scene, speeds)
+    figure = frequencies.draw_campbell(scene, speeds)
     axes = figure.axes[0]
     (row,) = [r for r in critical_of(case, 1) if r["nodal_diameter"] == 1]
     assert [t.get_text() for t in axes.texts if "Eq" in t.get_text()] == [
@@ -517,7 +517,7 @@ def test_the_stability_diagram_shows_who_grows_by_damping_that_turns():
         **{"rotor.damping": turns, "suspension_damping": turns + stands},
     )
     onset = own * (1 + stands / turns)
-    figure = waves.draw_stability(scene, np.array([0.0, onset]))
+    figure = frequencies.draw_stability(scene, np.array([0.0, onset]))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
     speeds, forward = lines["suspension, k = 1, forward"].get_data()
     _, backward = lines["suspension, k = 1, backward"].get_data()

@@ -188,7 +188,7 @@ def _sge(request: Request) -> Lines:
 
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
-    """Return a function from a request to shell lines that requeue the job.
+    """Return what writes a job script's lines that requeue it, for a given request.
 
     It is for schedulers that requeue a job by its exit code.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
-from hpcwhirl.dynamics.schemes.waves import has_waves, waves_apart
+from hpcwhirl.dynamics.schemes.rotating_waves import has_waves, waves_apart
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene

@@ -28,12 +28,6 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
 )
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
 from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
-from hpcwhirl.dynamics.schemes.bodies import (
-    Coordinates,
-    modal_coordinates,
-    started,
-    two_bodies,
-)
 from hpcwhirl.dynamics.schemes.integrator import (
     Integrator,
     at_rest,
@@ -45,6 +39,12 @@ from hpcwhirl.dynamics.schemes.integrator import (
     with_space,
 )
 from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, Rows
+from hpcwhirl.dynamics.schemes.two_bodies import (
+    Coordinates,
+    modal_coordinates,
+    started,
+    two_bodies,
+)
 from hpcwhirl.dynamics.slots import turn_ring
 from hpcwhirl.dynamics.tips import general_arrays
 from hpcwhirl.dynamics.turning import by_diameter, turning

@@ -12,14 +12,14 @@ import numpy as np
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.figures import (
-    basins,
-    branches,
+    basin_shares,
+    branch_diagram,
     chord,
+    frequencies,
     motions,
     shapes,
     sweeps,
     waterfall,
-    waves,
 )
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.report.ticks import tell_in_units
@@ -61,12 +61,12 @@ def _shapes(results: Results, line: list[int]) -> Any:
 
 def _campbell(results: Results, line: list[int]) -> Any:
     speeds = results["speed"][results.finished()]
-    return waves.draw_campbell(results.scene(line[0]), speeds)
+    return frequencies.draw_campbell(results.scene(line[0]), speeds)
 
 
 def _stability(results: Results, line: list[int]) -> Any:
     speeds = results["speed"][results.finished()]
-    return waves.draw_stability(results.scene(line[0]), speeds)
+    return frequencies.draw_stability(results.scene(line[0]), speeds)
 
 
 KINDS = {
@@ -83,9 +83,9 @@ KINDS = {
         transient=True,
         speed="constant",
     ),
-    "interaction": Kind(waves.draw_interaction, (), "speeds", speed="constant"),
+    "interaction": Kind(frequencies.draw_interaction, (), "speeds", speed="constant"),
     "growth": Kind(sweeps.draw_growth, (), "speeds", speed="constant"),
-    "branches": Kind(branches.draw_branches, (), "branches"),
+    "branches": Kind(branch_diagram.draw_branches, (), "branches"),
     "orbit": Kind(motions.draw_orbits, ("centre",), "case", transient=True),
     "section": Kind(
         motions.draw_section, ("centre",), "case", transient=True, speed="constant"
@@ -104,7 +104,7 @@ KINDS = {
         chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
     ),
     "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
-    "basins": Kind(basins.draw_basins, (), "engine", asked=True),
+    "basins": Kind(basin_shares.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
     "stability": Kind(_stability, (), "engine"),

@@ -18,7 +18,7 @@ from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.poincare import section
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures.waves import legend_below
+from hpcwhirl.report.figures.frequencies import legend_below
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene.quantities import TRACES

@@ -18,14 +18,14 @@ from hpcwhirl.analysis.spectrum import (
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.report.figures.motions import in_window, rotating
-from hpcwhirl.report.figures.waves import (
+from hpcwhirl.report.figures.frequencies import (
     centre_top,
     heading,
     regime_legend,
     rotating_top,
     shown_word,
 )
+from hpcwhirl.report.figures.motions import in_window, rotating
 from hpcwhirl.report.labels import SEQUENTIAL, axis_of
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene.quantities import ROW

@@ -1,0 +1,57 @@
+"""Small tables that an input names: read alike, and refused in one line."""
+
+import pytest
+
+from hpcwhirl.scene.bearing import bearing_table
+from hpcwhirl.scene.kept_table import MOST_BYTES
+from hpcwhirl.scene.over_time import table_over_time
+from hpcwhirl.scene.profile import profile_table
+
+READERS = {
+    "bearing": bearing_table,
+    "speed": lambda text: table_over_time(text, "speed"),
+    "profile": profile_table,
+}
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (None, "cannot read .*: No such file"),
+        (b"", "must name a file that has a table, .* which is empty"),
+        (b"\n \n", "which is empty"),
+        (b"\xff\xfe\x00", "it is not UTF-8"),
+        (b" " * (MOST_BYTES + 1), f"at most {MOST_BYTES} bytes"),
+    ],
+)
+def test_a_file_without_a_table_is_refused_in_one_line(reader, content, told, tmp_path):
+    path = tmp_path / "table.csv"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ValueError, match=told) as raised:
+        reader(str(path))
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+def test_a_directory_is_no_table(reader, tmp_path):
+    with pytest.raises(ValueError, match="must name a file"):
+        reader(str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("reader", "content"),
+    [
+        ("bearing", "frequency,kxx,cxx\n0,1e6,10\n100,2e6,10\n"),
+        ("speed", "time,speed\n0,100\n2,300\n"),
+        ("profile", "harmonic,amplitude,phase\n2,1e-5,0.5\n"),
+    ],
+)
+def test_the_line_that_a_scene_keeps_is_the_table_itself(reader, content, tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(content)
+    kept = READERS[reader](str(path))
+    path.unlink()
+    assert "\n" not in kept
+    assert READERS[reader](kept) == kept
