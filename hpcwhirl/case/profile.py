@@ -70,6 +70,19 @@ def departure(shape: Shape, angles: Floats) -> Floats:
     return np.asarray(np.cos(waves) @ shape.cosine + np.sin(waves) @ shape.sine)
 
 
+def departure_at_start(scene: Scene, angles: Floats) -> Floats:
+    """Return the departure as a run begins, (n,), m, outward: of what does not fade in.
+
+    angles : (n,), rad, static frame; a rigid casing's lobes are included
+    """
+    casing, out = scene.engine.casing, np.zeros(len(angles))
+    if casing.profile_rise == 0.0 and not is_round(scene):
+        out += departure(shape_of(scene), angles)
+    if casing.kind == "rigid" and casing.rise == 0.0:
+        out -= casing.amplitude * np.cos(scene.nodal_diameter * angles)
+    return out
+
+
 @lru_cache(maxsize=MOST_KEPT)
 def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
     parts = {1: complex(offset * math.cos(angle), offset * math.sin(angle)) * -1.0}

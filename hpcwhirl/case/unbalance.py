@@ -175,8 +175,11 @@ def share_at_start(model: Model, scene: Scene) -> float:
     """
     if scene.engine.rotor.lost_blade != NO_BLADE:
         return 0.0
-    fades = scene.engine.casing.profile_rise > 0.0
-    clear = scene.gap if fades else max(room_of(scene), 0.0)
+    casing = scene.engine.casing
+    clear = scene.gap if casing.profile_rise > 0.0 else room_of(scene)
+    if casing.kind == "rigid" and casing.rise == 0.0:  # lobes held from the start
+        clear -= abs(casing.amplitude)
+    clear = max(clear, 0.0)
     reach, room = reach_of(model, scene), (1.0 - CLEAR) * clear
     return 1.0 if reach <= room else room / reach
 

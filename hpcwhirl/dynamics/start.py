@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from hpcwhirl.case.profile import departure_at_start
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
 from hpcwhirl.dynamics.schemes.integrator import unfold
@@ -30,6 +31,7 @@ from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.families import family_ranks
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
+from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Name = tuple[str, str, str]  # body, family, nodal diameter
@@ -56,14 +58,24 @@ def start_of(case: Case) -> Motion | None:
         raise InputError(msg + f"{scene.speed:g} rad/s, by centrifugal softening")
     scale = math.sqrt(scene.start_energy / unit)
     motion = unfold(model, Amplitudes(*(scale * part for part in found)))
-    gaps = gaps_of(model, scene.gap, motion.rotor, motion.casing, 0.0)
-    if gaps.min() < CLOSED * scene.gap:
-        reach = float(scene.gap - gaps.min())
-        most = scene.start_energy * (scene.gap / reach) ** 2 if reach > 0.0 else 0.0
-        msg = "start_energy must leave the gaps open, which this direction does up to "
-        msg += f"{most:.4g} J (start_as = {shown('velocities')} does always), got "
-        raise InputError(msg + f"{scene.start_energy:g} J")
+    _check_open(model, scene, motion)
     return motion
+
+
+def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
+    """Raise InputError where a start that displaces the bodies closes a gap."""
+    if scene.start_as != "both":
+        return
+    rest = model.clearances(scene.gap) + departure_at_start(scene, model.angles)
+    moved = gaps_of(model, 0.0, motion.rotor, motion.casing, 0.0)
+    moved -= model.clearances(0.0)
+    closing = moved < 0.0
+    if not (closing & (rest + moved < CLOSED * scene.gap)).any():
+        return
+    share = max(float((rest[closing] / -moved[closing]).min()), 0.0)
+    msg = "start_energy must leave the gaps open, which this direction does up to "
+    msg += f"{scene.start_energy * share**2:.4g} J (start_as = {shown('velocities')} "
+    raise InputError(msg + f"does always), got {scene.start_energy:g} J")
 
 
 def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:

@@ -24,7 +24,7 @@ from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DrivenBody
 from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.dynamics.turning import by_diameter
-from hpcwhirl.reduction.bodies import centre_rows, tip_rows
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.supports import planar
 from hpcwhirl.scene import Scene
@@ -75,7 +75,7 @@ class DrivenRotor:
         self.moment = scene.unbalance * cmath.exp(1j * scene.unbalance_phase)
         self.shapes = body.shapes[:, self.order]
         self.hub = centre_rows(body, model.blades)[:, self.order]
-        rows = tip_rows(body, model.blades)
+        rows = contact_rows(body, model.blades)
         self.radial, self.tangential = (part[:, self.order] for part in rows)
         swing = np.zeros(len(body.mass)) if spin.swing is None else spin.swing
         self.euler = self.shapes.T @ swing

@@ -166,6 +166,31 @@ def test_a_start_may_close_no_gap():
     assert not still.casing.any()
 
 
+SHAPED = {
+    "offset": {"offset": 9e-5, "offset_angle": 3.1},
+    "lobes": {"casing.kind": "rigid", "amplitude": 9e-5, "rise": 0.0},
+    "fading in": {"offset": 9e-5, "offset_angle": 3.1, "profile_rise": 1e-3},
+}
+
+
+@pytest.mark.parametrize("kind", SHAPED)
+def test_a_start_may_close_no_gap_of_a_casing_that_is_not_round(kind):
+    """The largest start that is allowed just touches it."""
+    given = {"start_as": "both", "gap": 1e-4, "start_modes": "rotor suspension"}
+    given |= SHAPED[kind] | {"nodal_diameter": 2}
+    with pytest.raises(InputError, match="must leave the gaps open") as refused:
+        start_of(case_of(**given, start_energy=5.0))
+    most = float(str(refused.value).split("up to ")[1].split(" J")[0])
+    with pytest.raises(InputError):
+        start_of(case_of(**given, start_energy=1.001 * most))
+    case = case_of(**given, start_energy=0.999 * most)
+    blades = case.scene.engine.rotor.blades
+    angle = 2 * np.pi * np.arange(blades) / blades
+    shape = {"offset": np.cos(angle - 3.1), "lobes": np.cos(2 * angle)}.get(kind, 0.0)
+    gaps = 1e-4 - 9e-5 * shape - start_of(case).rotor[0 : 2 * blades : 2]
+    assert 0.0 < gaps.min() < 1e-7
+
+
 @pytest.mark.parametrize(
     "modes", ["rotor 99F", "", "casing suspension", "rotor 1F, blade 1"]
 )

@@ -425,3 +425,15 @@ def test_a_rub_that_holds_the_rotor_off_its_circle_is_sustained(unbalance, word)
     row = simulate(scene).row
     assert (row["regime"], row["whirl"]) == (word, "forward")
     assert row["late_contacts"] == (word == "sustained")
+
+
+def test_a_run_begins_clear_of_lobes_that_stand_from_the_start():
+    given = {"casing.kind": "rigid", "amplitude": 8e-5, "rise": 0.0, "speed": 500.0}
+    march = March(resolve(stiff(8, **given, nodal_diameter=2)))
+    moved, _ = march.displacements()
+    angle = 2 * np.pi * np.arange(8) / 8
+    gaps = GAP - 8e-5 * np.cos(2 * angle) - moved[0:16:2]
+    assert np.abs(moved).max() > 0.0
+    assert gaps.min() > 0.0
+    far = facts_of_unbalance(march.model, march.scene)["reach"]
+    assert far > GAP - 8e-5  # the circle itself would be inside them
