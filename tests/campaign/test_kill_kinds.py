@@ -55,6 +55,21 @@ sweep = {speed = {start = 420, stop = 520, step = 20}}
 branch = {over = "speed", starts = [420, 520]}
 refine = {over = "speed", levels = 5, words = "branch"}
 """
+RUN_UP = """
+scene = {duration = 0.3, acceleration = 40.0, gap_closure = 2e-5, gap_time = 0.1}
+solver = {time_step = 4e-6}
+output = {traces = "summary", windows = 3}
+sweep = {speed = {start = 390, stop = 430, step = 5}}
+"""
+OVAL = (
+    GRID
+    + """
+[engine.casing]
+profile = "harmonic,amplitude,phase;2,3e-5,0.4;3,1e-5,0.9"
+[sweep]
+speed = {start = 390, stop = 430, step = 5}
+"""
+)
 KINDS = {
     "refined": REFINED,
     "refined, attractors": REFINED.replace("both", "attractor"),
@@ -62,6 +77,8 @@ KINDS = {
     "refined, confirmed": REFINED + 'confirm = "standard"\n',
     "refined, twins": REFINED + TWINS,
     "sampled": GRID + SAMPLED,
+    "run-ups": RUN_UP,
+    "not round": OVAL,
     "branches": GRID + "sweep = {speed = {start = 400, stop = 440, step = 5}}\n"
     'branch = {over = "speed"}\n',
     "extended, twins": GRID + "sweep = {speed = {start = 300, stop = 440, step = 10}}\n"

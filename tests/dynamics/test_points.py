@@ -290,3 +290,23 @@ def test_a_profile_may_not_reach_into_the_casing(tmp_path):
     arrays = rotor(gaps=[-2e-4, 0.0, 0.0])
     with pytest.raises(InputError, match=r"gap must be >= 0\.0002 m"):
         run(written(tmp_path / "stage.h5", arrays))
+
+
+@pytest.mark.parametrize("gap", [{}, {"offset": 2e-5, "offset_angle": 0.7}])
+def test_points_are_run_up_with_rotation(tmp_path, gap):
+    """A speed that hardly changes is a constant one; slices change no bit."""
+    file = written(tmp_path / "turning.h5", turning(rotor()))
+    given = {"rotation": "full", "scheme": "general"} | gap
+    held = run(file, **given)
+    moving = run(file, **given, acceleration=1e-7)
+    assert moving.contacts == held.contacts > 0
+    same(moving, held, 1e-7)
+    fast = given | {"acceleration": 1e3}
+    whole = run(file, **fast)
+    ledger = dict(whole.ledger)
+    residual = abs(ledger.pop("residual"))
+    assert residual < 1e-11 * sum(map(abs, ledger.values()))
+    cut = March(resolve(scene(file, **fast)))
+    while not cut.done:
+        cut.advance(97)
+    same(cut.history(), whole, 0.0)

@@ -1,0 +1,142 @@
+"""Engines in operation with all else: laws of time, shapes and features drawn together.
+
+Each scene is marched by every scheme that takes it. With intervals of one step the
+schemes of central differences are one up to round-off, and the ledger closes.
+"""
+
+import random
+
+import numpy as np
+import pytest
+from stage import rotor, turning, written
+
+from hpcwhirl.case import speed
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, named_scene
+
+SHORT = {
+    "duration": 4e-3, "interval": 5e-5, "time_step": 2e-6, "traces": "full",
+    "modes": 20, "casing.harmonics": 6, "blades": 7, "speed": 300.0, "gap": 1e-4,
+}  # fmt: skip
+HEAD = "harmonic,amplitude,phase"
+COLUMNS = "frequency,kxx,kxy,kyx,kyy,cxx,cxy,cyx,cyy"
+FULL = {"rotation": "full"}
+SHELL = {
+    "discretization": "shell", "casing.width": 0.1, "casing.thickness": 0.004,
+    "axial_modes": 2, "casing.harmonics": 4,
+}  # fmt: skip
+LAWS = {
+    "constant": {},
+    "run-up": {"acceleration": 2000.0},
+    "decay": {"acceleration": -3000.0, "ramp": "decay", "speed_to": 100.0},
+    "smooth": {"acceleration": 3000.0, "ramp": "smooth", "speed_to": 310.0},
+    "table": {"speed_table": "time,speed;0,300;0.002,310;0.004,305"},
+    "clockwise": {"acceleration": -2000.0, "speed": -300.0},
+    "gap": {"gap_closure": 6e-5, "gap_time": 3e-3},
+    "gap by table": {"gap_table": "time,gap;0,1e-4;0.002,5e-5;0.005,7e-5"},
+    "both": {"acceleration": 1500.0, "gap_closure": 4e-5, "gap_time": 3e-3},
+}
+SHAPES = {
+    "round": {},
+    "held": {"profile": f"{HEAD};2,2e-5,0.4;5,4e-6,0.9;9,3e-6,0.7", "offset": 1e-5,
+             "offset_angle": 0.7},
+    "fading in": {"profile": f"{HEAD};2,1e-4,0.4;3,2e-5,0.9;9,1e-5,0.7",
+                  "profile_rise": 1e-3},
+}  # fmt: skip
+UNEQUAL = {"mistuning": [0.03 * float(np.sin(7.0 * j)) for j in range(7)]}
+FEATURES = {
+    "start": {"start_energy": 5.0, "start_modes": "rotor suspension, casing 2",
+              "start_draw": 3.0, "force": 0.0},
+    "start and pulse": {"start_energy": 3.0, "start_modes": "rotor, casing"},
+    "shell": SHELL,
+    "elements": {"discretization": "elements", "casing.elements": 14},
+    "rigid": {"kind": "rigid", "amplitude": 1.2e-4, "nodal_diameter": 2},
+    "unbalance": FULL | {"unbalance": 5e-3},
+    "film": FULL | {"film_viscosity": 0.01},
+    "bearing": FULL | {"bearing": ("3.4e7", "3.0e7")},
+    "bearing alike": FULL | {"bearing": ("3.4e7", "3.4e7")},
+    "cross-coupling": FULL | {"cross_coupling": 1e6},
+    "unequal": UNEQUAL,
+    "unequal, rotation": FULL | UNEQUAL,
+    "lost blade": FULL | {"lost_blade": 2},
+    "shaft": FULL | {"shaft": "cantilever"},
+    "clamped": {"centre": "clamped"},
+    "points": SHELL | {"file": "still", "blades": 5, "nodal_diameter": 2},
+    "points, rotation": FULL | {"file": "turning", "blades": 5, "nodal_diameter": 2},
+}  # fmt: skip
+OFTEN = [
+    ("both", "held", "start"),
+    ("run-up", "fading in", "points"),
+    ("gap", "held", "unequal, rotation"),
+    ("decay", "held", "unequal"),
+]
+NEAR = 1e-9  # of the largest value, between schemes
+
+
+def settings(place, law, shape, feature):
+    """Return the inputs of a scene, with its files written."""
+    given = SHORT | LAWS[law] | SHAPES[shape] | FEATURES[feature]
+    if "file" in given:
+        arrays = rotor() if given["file"] == "still" else turning(rotor())
+        given["file"] = str(written(place / "rotor.h5", arrays))
+    if "bearing" in given:
+        x, y = given["bearing"]
+        table = place / "bearing.csv"
+        rows = [f"{at},{x},1e6,-1e6,{y},2e3,0,0,2e3" for at in (0, 900)]
+        table.write_text("\n".join([COLUMNS, *rows, ""]))
+        given["bearing"] = str(table)
+    return given
+
+
+def agree(given):
+    """Compare the schemes that take a scene; return how many did."""
+    found = []
+    for scheme in ("paper", "general", "modal", "exact"):
+        scene = named_scene("table2")
+        try:
+            march = March(resolve(apply_settings(scene, given | {"scheme": scheme})))
+        except InputError as refused:
+            if "\n" in str(refused):
+                raise AssertionError(scheme) from refused
+            continue
+        found.append((scheme, march.run()))
+    for scheme, history in found:
+        ledger = dict(history.ledger)
+        residual = abs(ledger.pop("residual"))
+        assert residual <= 1e-11 * sum(map(abs, ledger.values())), scheme
+        assert history.gap_error < 1e-12, scheme
+    central = [history for scheme, history in found if scheme != "exact"]
+    for other in central[1:]:
+        assert other.contacts == central[0].contacts
+        for name in ("tips", "centre", "casing", "energy"):
+            a, b = getattr(central[0], name), getattr(other, name)
+            if a.shape == b.shape:  # of `paper`, a ring of other coordinates
+                assert np.abs(a - b).max() <= NEAR * np.abs(a).max(), name
+    return len(central)
+
+
+@pytest.fixture(autouse=True)
+def _intervals_of_one_step(monkeypatch):
+    monkeypatch.setattr(speed, "USUAL", 1e-13)
+
+
+@pytest.mark.parametrize(("law", "shape", "feature"), OFTEN)
+def test_schemes_agree_on_engines_in_operation(tmp_path, law, shape, feature):
+    assert agree(settings(tmp_path, law, shape, feature)) >= 2
+
+
+@pytest.mark.evidence
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("seed", range(4))
+def test_schemes_agree_on_drawn_engines_in_operation(tmp_path, seed):
+    """Refused in one line, or alike: 20 scenes a seed."""
+    chance, compared = random.Random(seed), 0
+    for _ in range(20):
+        drawn = [chance.choice(list(table)) for table in (LAWS, SHAPES, FEATURES)]
+        try:
+            compared += agree(settings(tmp_path, *drawn)) >= 2
+        except AssertionError as failed:
+            raise AssertionError(drawn) from failed
+    assert compared >= 10
