@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.reduction.craig_bampton import craig_bampton
 from hpcwhirl.reduction.harmonics import harmonic_model
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
@@ -55,6 +56,7 @@ OF_SUPPORTS = (
     "film_radius",
     "film_clearance",
 )  # inputs of a rotor that do not change its matrices
+SPARSE = 4  # times as many modes as wanted from which on dense matrices are slower
 SUPPORT_SHARE = 0.5  # least share of strain energy in the foundation of a support mode
 
 
@@ -111,14 +113,27 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
             return model
         rest = _undivided(rotor, eta, "none")
         return replace(model, reach=float(rest.omega.max()))
-    model = whole_model(disk, rotor.damping, eta, added)
     most = len(disk.mass) - len(boundary_of(disk))
     tuned = rotor.model_copy(update={"mistuning": (), "lost_blade": NO_BLADE})
+    near = None
+    if rotor.lost_blade == NO_BLADE and SPARSE * (eta + rotor.blades) < most:
+        near = _held_modes(tuned, eta + rotor.blades)
+    model = whole_model(disk, rotor.damping, eta, added, near)
     # one mode more, as eta may split a pair of the tuned rotor, which is used for
     # labels
     return named_after(
         model, _tuned_model(tuned, min(eta + 1, most), model), rotor.blades
     )
+
+
+@lru_cache(maxsize=4)
+def _held_modes(tuned: Rotor, eta: int) -> Floats:
+    """Return the lowest fixed-interface modes, (n, eta), n without boundary."""
+    disk = bladed_disk(tuned)
+    boundary = boundary_of(disk)
+    basis, _ = craig_bampton(disk.mass, disk.stiffness, boundary, eta)
+    inner = np.setdiff1d(np.arange(len(basis)), boundary)
+    return np.asarray(basis[inner, len(boundary) :])
 
 
 def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:

@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.linalg import eigh
 
 from hpcwhirl.errors import ModelError
+from hpcwhirl.reduction.factors import factored
+from hpcwhirl.reduction.nearby import modes_near
 
 Matrix = NDArray[Any]
 TOLERANCE = 1e-9  # largest error of mass-orthonormality
@@ -16,7 +19,11 @@ NEW = 1e-3  # least part of a unit-mass shape outside a basis that extends it
 
 
 def craig_bampton(
-    mass: Matrix, stiffness: Matrix, boundary: NDArray[np.intp], eta: int
+    mass: Matrix,
+    stiffness: Matrix,
+    boundary: NDArray[np.intp],
+    eta: int,
+    near: Matrix | None = None,
 ) -> tuple[Matrix, Matrix]:
     """Return (Phi_CB, omega) of Eq. (1), x = Phi_CB (x_b, q_CB).
 
@@ -25,6 +32,9 @@ def craig_bampton(
     mass, stiffness : (n, n), symmetric or Hermitian
     boundary : (b,) DoF kept
     eta : fixed-interface modes kept, the lowest first
+    near : (n - b, more than eta), lowest fixed-interface modes of a similar structure,
+        from which those of this one, whose matrices are real and sparse, are found
+        sooner, the same ones to round-off
 
     Returns
     -------
@@ -41,10 +51,17 @@ def craig_bampton(
     basis = np.zeros((size, kept + eta), dtype=mass.dtype)
     basis[boundary, np.arange(kept)] = 1.0
     k_ii, m_ii = stiffness[np.ix_(inner, inner)], mass[np.ix_(inner, inner)]
-    basis[inner, :kept] = -np.linalg.solve(k_ii, stiffness[np.ix_(inner, boundary)])
+    coupling = stiffness[np.ix_(inner, boundary)]
+    if near is None:
+        basis[inner, :kept], found = -np.linalg.solve(k_ii, coupling), None
+    else:
+        matrices = sparse.csc_array(m_ii), sparse.csc_array(k_ii)
+        solve = factored(matrices[1], print)
+        basis[inner, :kept] = -solve(coupling)
+        found = modes_near(matrices, solve, near, eta) if eta else None
     if eta == 0:
         return basis, np.zeros(0)
-    squared, modes = eigh(k_ii, m_ii, subset_by_index=(0, eta - 1))
+    squared, modes = found or eigh(k_ii, m_ii, subset_by_index=(0, eta - 1))
     basis[inner, kept:] = modes
     kept_modes = basis[inner, kept:]
     miss = np.abs(kept_modes.conj().T @ m_ii @ kept_modes - np.eye(eta)).max()

@@ -152,6 +152,22 @@ def _lu(
         raise ModelError(UNHELD.format("singular")) from None
 
 
+def negative_pivots(matrix: sparse.csc_array) -> int | None:
+    """Return the number of negative eigenvalues of a matrix (Sylvester's inertia).
+
+    None where the factor has exchanged rows, so that its pivots do not tell.
+
+    Raises
+    ------
+    ModelError
+        where the matrix is singular
+    """
+    factor = _lu(matrix)
+    if (factor.perm_r != factor.perm_c).any():
+        return None
+    return int(np.count_nonzero(factor.U.diagonal() < 0.0))
+
+
 def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
     """Return a solver of A x = b by A = P^T L L^H P, where P permutes to `order`."""
     from cvxopt import cholmod, spmatrix

@@ -67,7 +67,21 @@ def named_modes(
     damping : modal damping ratio, one or (m,)
     kept : number of coordinates beyond tips and centre, which are the last of the n
     """
-    diameter, rank, phase = labels(shapes, omega, blades)
+    names = labels(shapes, omega, blades)
+    return _modes(matrices, shapes, omega, names, damping, kept=kept)
+
+
+def _modes(
+    matrices: tuple[Floats, Floats],
+    shapes: Floats,
+    omega: Floats,
+    names: tuple[Integers, Integers, Integers] | None,
+    damping: float | Floats,
+    *,
+    kept: int,
+) -> ModalModel:
+    """Return the model of modes with names (diameter, rank, phase), (m,) each, or 0."""
+    diameter, rank, phase = names or np.zeros((3, len(omega)), dtype=np.int64)
     return ModalModel(
         mass=matrices[0],
         stiffness=matrices[1],
@@ -130,6 +144,7 @@ def _basis(
     boundary: NDArray[np.intp],
     eta: int,
     rotation: Rotation | None,
+    near: Floats | None,
 ) -> Floats:
     """Return the basis of `whole_model`, (n, m)."""
     most = len(structure.mass) - len(boundary)
@@ -141,7 +156,7 @@ def _basis(
         squared = reference_speed(structure) ** 2
         taut = structure.stiffness + squared * rotation.stiffening
     matrices = structure.mass, structure.stiffness
-    return np.asarray(reduction_basis(*matrices, (boundary, eta), taut))
+    return np.asarray(reduction_basis(*matrices, (boundary, eta), taut, near))
 
 
 def whole_model(
@@ -149,8 +164,11 @@ def whole_model(
     damping: float,
     eta: int,
     rotation: Rotation | None = None,
+    near: Floats | None = None,
 ) -> ModalModel:
     """Return the Craig-Bampton reduction (Eq. 1) of all sectors at once.
+
+    The modes have no names yet (diameter, rank and phase are 0), see `named_after`.
 
     Parameters
     ----------
@@ -162,9 +180,11 @@ def whole_model(
         fixed-interface modes kept, the lowest of the whole structure
     rotation
         matrices of the rotor's rotation, if included, see `modal_model`
+    near
+        fixed-interface modes of the tuned rotor, see `craig_bampton`
     """
     boundary = boundary_of(structure)
-    basis = _basis(structure, boundary, eta, rotation)
+    basis = _basis(structure, boundary, eta, rotation, near)
     mass, stiffness = (
         basis.T @ full @ basis for full in (structure.mass, structure.stiffness)
     )
@@ -176,8 +196,8 @@ def whole_model(
     if tilt is not None:
         mass, stiffness = with_tilt(tilt, centre, FORWARD, mass, stiffness)
     omega, shapes = modes_of(mass, stiffness)
-    model = named_modes(
-        (mass, stiffness), shapes, omega, blades, damping,
+    model = _modes(
+        (mass, stiffness), shapes, omega, None, damping,
         kept=len(mass) - len(boundary),
     )  # fmt: skip
     hub = shapes[2 * blades : 2 * blades + len(structure.centre)]

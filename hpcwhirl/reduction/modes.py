@@ -296,7 +296,11 @@ def speed_of_basis(mass: Floats, stiffness: Floats) -> float:
 
 
 def reduction_basis(
-    mass: Any, stiffness: Any, kept: tuple[NDArray[np.intp], int], taut: Any = None
+    mass: Any,
+    stiffness: Any,
+    kept: tuple[NDArray[np.intp], int],
+    taut: Any = None,
+    near: Any = None,
 ) -> Any:
     """Return the basis of Eq. (1), (n, b + eta), or one for all speeds, (n, more).
 
@@ -305,11 +309,12 @@ def reduction_basis(
     mass, stiffness : (n, n)
     kept : (boundary DoF, number of fixed-interface modes)
     taut : (n, n), stiffness at the reference speed, for a basis for all speeds
+    near : see `craig_bampton`
     """
-    basis, _ = craig_bampton(mass, stiffness, *kept)
+    basis, _ = craig_bampton(mass, stiffness, *kept, near)
     if taut is None:
         return basis
-    other, _ = craig_bampton(mass, taut, *kept)
+    other, _ = craig_bampton(mass, taut, *kept, near)
     return enriched(mass, basis, other, kept[0])
 
 

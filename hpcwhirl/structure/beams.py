@@ -7,6 +7,7 @@ the Gauss rule is exact.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,13 +63,14 @@ class Section:
         return self.width * h, self.width * h**3 / 12
 
 
+@lru_cache(maxsize=64)  # blades of an engine differ by a factor only
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
     """Return (M, K) of a straight Bernoulli beam plus a rod.
 
     Returns
     -------
     M, K : (6, 6), kg.. and N/m..; DoF (axial, transverse, rotation) at both nodes,
-        the transverse axis 90 degrees anticlockwise from the axial one
+        the transverse axis 90 degrees anticlockwise from the axial one; read-only
     """
     mass, stiffness = np.zeros((6, 6)), np.zeros((6, 6))
     rod, bend = [0, 3], [1, 2, 4, 5]
@@ -84,6 +86,7 @@ def beam(length: float, section: Section) -> tuple[Floats, Floats]:
         stretch, flex = section.young * area * ds, section.young * second * ds
         stiffness[np.ix_(rod, rod)] += stretch * np.outer(b_axial, b_axial)
         stiffness[np.ix_(bend, bend)] += flex * np.outer(b_bend, b_bend)
+    mass.flags.writeable = stiffness.flags.writeable = False
     return mass, stiffness
 
 

@@ -1,0 +1,72 @@
+"""Lowest modes of a structure near one whose modes are known, by inverse iteration.
+
+Subspace iteration (Bathe 2014, section 11.6) begins with the known modes and ends when
+the modes are exact to round-off; the inertia of K - sigma M (Sylvester) proves that
+none is missing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import LinAlgError, eigh
+
+from hpcwhirl.reduction.factors import Solve, negative_pivots
+
+Matrix = NDArray[Any]
+Floats = NDArray[np.float64]
+EXACT = 1e-10  # largest |x - omega^2 K^-1 M x| of modes of unit mass
+MOST = 24  # steps of the iteration, after which dense matrices are quicker
+APART = 1e-6  # least relative distance of omega^2 of modes kept from those left
+
+
+def modes_near(
+    matrices: tuple[sparse.csc_array, sparse.csc_array],
+    solve: Solve,
+    near: Floats,
+    count: int,
+) -> tuple[Floats, Matrix] | None:
+    """Return (omega^2 (count,), shapes (n, count)), mass-orthonormal, lowest first.
+
+    None where the iteration does not converge or a mode might be missing.
+
+    Parameters
+    ----------
+    matrices : M, K, (n, n), symmetric, K positive definite
+    solve : x of K x = b
+    near : (n, p), p > count: lowest modes of a similar structure
+    count : number of modes wanted
+    """
+    mass, shapes = matrices[0], near
+    squared = np.zeros(near.shape[1])
+    for _ in range(MOST):
+        loads = mass @ shapes
+        ahead = solve(loads)
+        miss = (shapes - ahead * squared)[:, :count]
+        if (miss * (mass @ miss)).sum(axis=0).max() < EXACT**2:
+            lowest = squared[:count], shapes[:, :count]
+            return lowest if _is_complete(matrices, squared, count) else None
+        try:
+            squared, mixed = eigh(_even(ahead.T @ loads), _even(ahead.T @ mass @ ahead))
+        except LinAlgError:  # shapes that are not independent
+            return None
+        shapes = ahead @ mixed
+    return None
+
+
+def _even(matrix: Floats) -> Floats:
+    return np.asarray((matrix + matrix.T) / 2)
+
+
+def _is_complete(
+    matrices: tuple[sparse.csc_array, sparse.csc_array], squared: Floats, count: int
+) -> bool:
+    """Return whether `count` modes have an omega^2 below that of the next in order."""
+    last, further = squared[count - 1 : count + 1]
+    if further < (1 + APART) * last:
+        return False
+    shifted = matrices[1] - (last + further) / 2 * matrices[0]
+    return negative_pivots(sparse.csc_array(shifted)) == count
