@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.reduction.craig_bampton import craig_bampton
 from hpcwhirl.reduction.harmonics import harmonic_model
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
@@ -19,6 +18,7 @@ from hpcwhirl.reduction.modes import (
     modal_model,
     with_ratio,
 )
+from hpcwhirl.reduction.nearby import rough_modes
 from hpcwhirl.reduction.round_casing import round_casing
 from hpcwhirl.reduction.shell import at_station, shell_model
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
@@ -127,13 +127,12 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 
 
 @lru_cache(maxsize=4)
-def _held_modes(tuned: Rotor, eta: int) -> Floats:
-    """Return the lowest fixed-interface modes, (n, eta), n without boundary."""
+def _held_modes(tuned: Rotor, count: int) -> Floats:
+    """Return about the lowest fixed-interface modes, (n, count), n without boundary."""
     disk = bladed_disk(tuned)
-    boundary = boundary_of(disk)
-    basis, _ = craig_bampton(disk.mass, disk.stiffness, boundary, eta)
-    inner = np.setdiff1d(np.arange(len(basis)), boundary)
-    return np.asarray(basis[inner, len(boundary) :])
+    inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
+    within = np.ix_(inner, inner)
+    return rough_modes(disk.mass[within], disk.stiffness[within], count)
 
 
 def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:

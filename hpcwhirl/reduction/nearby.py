@@ -13,14 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from hpcwhirl.reduction.factors import Solve, negative_pivots
+from hpcwhirl.reduction.factors import Solve, factored, negative_pivots
 
 Matrix = NDArray[Any]
 Floats = NDArray[np.float64]
 EXACT = 1e-10  # largest |x - omega^2 K^-1 M x| of modes of unit mass
 MOST = 24  # steps of the iteration, after which dense matrices are quicker
+ROUGH = 1e-6  # relative error of omega^2 of modes to begin with
+SEED = 17  # of ARPACK's first vector, so that the same rotor has the same bits
 APART = 1e-6  # least relative distance of omega^2 of modes kept from those left
+
+
+def rough_modes(mass: Matrix, stiffness: Matrix, count: int) -> Floats:
+    """Return about the lowest modes, (n, count), from which `modes_near` may begin.
+
+    mass, stiffness : (n, n), sparse, though stored as dense, n > count
+    """
+    solve = factored(sparse.csc_array(stiffness), print)
+    operator = LinearOperator(mass.shape, matvec=solve, dtype=mass.dtype)
+    first = np.random.default_rng(SEED).normal(size=len(mass))
+    matrices = (sparse.csc_array(a) for a in (stiffness, mass))
+    given = dict(zip(("A", "M"), matrices, strict=True))
+    return np.asarray(
+        eigsh(k=count, sigma=0.0, OPinv=operator, v0=first, tol=ROUGH, **given)[1]
+    )
 
 
 def modes_near(
