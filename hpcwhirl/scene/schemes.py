@@ -10,7 +10,37 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 NOMINAL_BLADES = 22
-GROWTH = 1.6  # exponent of the time of a step over blades: `hpcwhirl bench --sizes`
+USUAL = 0.55, 1 / 7  # assumed: share of steps in contact, part of the blades touching
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Time of a step by number of blades N, us, fitted to `hpcwhirl bench --sizes`.
+
+    It is flight (N / 22)^grows and, with t blades in contact, contact (N / 22)^rises
+    + (blade + row N) t more. `scripts/cost/step_costs.py` compares it with the clock.
+    """
+
+    flight: float
+    grows: float
+    contact: float
+    rises: float
+    blade: float
+    row: float
+
+    def step(self, blades: Any, share: Any, touching: Any) -> Any:
+        """Return the mean time of a step, us, as `blades` one or (cases,).
+
+        blades, share, touching : N; share of steps in contact; t in such a step
+        """
+        size = blades / NOMINAL_BLADES
+        more = self.contact * size**self.rises
+        more = more + (self.blade + self.row * blades) * touching
+        return self.flight * size**self.grows + share * more
+
+
+EQUAL = StepTimes(0.14, 1.0, 0.12, 1.25, 0.03, 0.0)
+UNEQUAL = StepTimes(0.133, 1.25, 0.25, 1.55, 0.0, 0.0029)
 
 
 @dataclass(frozen=True)
@@ -22,7 +52,8 @@ class Scheme:
     name : value of solver.scheme, and name of its file
     meaning : explanation for users
     order : order, in the time step, of the error of a free mode; infinite: no error
-    nominal : computing time of a step of 22 blades, s, assumed before any measurement
+    nominal : computing time of a step of 22 blades, s, assumed before any measurement,
+        of equal sectors if `splits`
     folds : whether one of many equal sectors may be computed alone; schemes that do
         not fold serve as reference for those that do
     settles : whether the rest of a run may be computed in closed form after a
@@ -33,7 +64,7 @@ class Scheme:
     stands : whether supports in the static frame may differ by direction
     points : whether tips may have several contact points
     turns : `nominal` with engine.rotation = "full", s, assumed for "auto", too
-    uneven : factor by which a step of unequal sectors takes longer
+    splits : whether a step of unequal sectors takes longer than one of equal ones
     """
 
     name: str
@@ -48,7 +79,7 @@ class Scheme:
     stands: bool = True
     points: bool = True
     turns: float = 0.0
-    uneven: float = 1.0
+    splits: bool = False
 
     def step_seconds(self, rotation: str, blades: Any, *, uneven: bool) -> Any:
         """Return the assumed computing time of a step, s, as `blades` one or (cases,).
@@ -57,18 +88,22 @@ class Scheme:
         uneven : whether blades differ
         """
         own = self.nominal if rotation == "none" else self.turns
-        more = self.uneven if uneven else 1.0
-        return own * more * (blades / NOMINAL_BLADES) ** GROWTH
+        times = EQUAL if self.splits and not uneven else UNEQUAL
+        first = EQUAL if self.splits else UNEQUAL
+        share, part = USUAL
+        usual = first.step(NOMINAL_BLADES, share, part * NOMINAL_BLADES)
+        return own * times.step(blades, share, part * blades) / usual
 
 
 _TABLE = (
     Scheme(
-        "modal", "cyclic amplitudes", 2, 0.2e-6, folds=True, settles=True, turns=0.3e-6,
-        uneven=1.7,
+        "modal", "cyclic amplitudes", 2, 0.25e-6, folds=True, settles=True,
+        turns=0.3e-6, splits=True,
     ),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
         flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
+        splits=True,
     ),
     Scheme(
         "general",
