@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)
+
 Floats = NDArray[np.float64]
 
 
@@ -113,8 +115,7 @@ def _loss(
     It is the integral of 2 xi omega v^2, v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+
     + omega^2 q) s(t)), by Gauss's rule: steps are short against the period.
     """
-    points, weights = np.polynomial.legendre.leggauss(12)
-    t = 0.5 * step * (points + 1.0)
+    t = 0.5 * step * (POINTS + 1.0)
     omega_d = omega * math.sqrt(1.0 - damping**2)
     sine = np.sin(omega_d * t) / omega_d if omega_d > 0.0 else t
     decay = np.exp(-damping * omega * t)
@@ -122,6 +123,6 @@ def _loss(
     of_q = -decay * omega**2 * sine
     of_q += after[1] * of_v
     of_d = after[0] * of_v - of_q  # q = q' - d'
-    scale = 2 * damping * omega * 0.5 * step * weights
+    scale = 2 * damping * omega * 0.5 * step * WEIGHTS
     terms = (scale * of_d**2).sum(), (2 * scale * of_d * of_q).sum()
     return float(terms[0]), float(terms[1]), float((scale * of_q**2).sum())
