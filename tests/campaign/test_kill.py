@@ -120,9 +120,13 @@ def survives(place, design, kills, sizes, seed, bound):
 @pytest.mark.mpi
 @pytest.mark.slow
 @pytest.mark.timeout(3000)
-def test_twenty_kills_of_all_of_a_worker_and_of_rank_0_cost_no_bit(tmp_path):
-    design = inputs(tmp_path, speeds=100, duration=0.2)
-    survives(tmp_path, design, kills=20, sizes=(2, 3, 4), seed=2, bound=3600)
+@pytest.mark.parametrize(
+    ("kills", "sizes"),
+    [(3, (2, 3)), pytest.param(20, (2, 3, 4), marks=pytest.mark.evidence)],
+)
+def test_kills_of_all_of_a_worker_and_of_rank_0_cost_no_bit(tmp_path, kills, sizes):
+    design = inputs(tmp_path, speeds=5 * kills, duration=0.2)
+    survives(tmp_path, design, kills, sizes, seed=2, bound=3600)
 
 
 def torn(whole, place, name, keep):
