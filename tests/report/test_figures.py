@@ -440,7 +440,7 @@ def test_two_lobes_are_looked_for_where_blades_touch(monkeypatch, tmp_path):
     assert table1["scene"]["gap"] == 1e-3  # Table 1 is as it was
 
 
-@pytest.mark.slow
+@pytest.mark.evidence
 def test_the_quick_paper_is_whole_and_continues(tmp_path):
     call = [
         sys.executable,
