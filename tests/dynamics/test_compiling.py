@@ -21,7 +21,6 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.schemes import NAMES
 
-EACH_ALONE = [pytest.param(name, marks=pytest.mark.evidence) for name in NAMES[1:]]
 MARCHES = {"modal": cyclic.march_differences, "exact": cyclic.march_flow}
 PRETEND = """
 import os, pathlib, sys
@@ -116,8 +115,8 @@ def test_the_peak_is_that_of_work_that_was_done():
     assert 0.01 < fma_peak(1) < 1e4  # GFLOP/s; no work would do 1e5 and more
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("scheme", [NAMES[0], *EACH_ALONE])
+@pytest.mark.evidence  # all schemes at once: the next test
+@pytest.mark.parametrize("scheme", NAMES)
 def test_a_start_with_a_full_cache_compiles_nothing(scheme):
     found = bench.start_of(scheme)
     assert found["cold_compiled"] > 0
@@ -132,6 +131,8 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
 for scheme in sys.argv[2:]:
     settings = {"scheme": scheme, "duration": 2e-3, "traces": "full"}
+    if sys.argv[1] == "other size":
+        settings |= {"blades": 8, "modes": 40, "harmonics": 5}
     march = March(resolve(apply_settings(named_scene("table2"), settings)))
     march.warm() if sys.argv[1] == "warm" else march.run()
 """
@@ -140,13 +141,13 @@ for scheme in sys.argv[2:]:
 @pytest.mark.slow
 def test_one_rank_that_warms_leaves_the_others_nothing_to_compile(tmp_path):
     counts = []
-    for what in ("warm", "run"):
+    for what in ("warm", "run", "other size"):
         subprocess.run(
             [sys.executable, "-c", RUN, what, *NAMES], check=True,
             env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
         )  # fmt: skip
         counts.append(bench._compiled(tmp_path))
-    assert counts[0] == counts[1] > 0
+    assert counts[0] == counts[1] == counts[2] > 0
 
 
 BITS = """
@@ -155,7 +156,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels import compiled
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings, named_scene
-for scheme in ("general",):
+for scheme in ("paper",):  # the quickest to compile so
     settings = {"scheme": scheme, "duration": 0.06, "blades": 12, "modes": 60}
     history = March(resolve(apply_settings(named_scene("table2"), settings))).run()
     assert history.last_contact > 0
