@@ -9,7 +9,7 @@ root=$PWD
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export NUMBA_CACHE_DIR=$scratch/numba
-export PYTHONDONTWRITEBYTECODE=  # some 500 processes start: none compiles modules anew
+export PYTHONDONTWRITEBYTECODE=  # many processes start: none compiles modules anew
 
 # h5py's parallel build is a build from source: pinned to one that compiles here.
 h5py_parallel="h5py==3.16.0"

@@ -78,7 +78,7 @@ def _circling(
 
     The circle is the last row of amplitudes, see `turning_waves.Circle`. If a run
     begins on a share of the circle, the waves begin with the difference. Their energy
-    is entered as in `bodies.started`, and counts as added by contact.
+    is entered as in `two_bodies.started`, and counts as added by contact.
 
     whole : integrator at rest; returned unchanged for a balanced rotor
     """
