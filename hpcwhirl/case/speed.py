@@ -359,7 +359,7 @@ def check_change(scene: Scene, model: Model) -> None:
 
 
 def check_tables(scene: Scene) -> None:
-    """Raise InputError where a table over time does not begin with the input's value.
+    """Raise InputError where speed_table or gap_table begins at another speed or gap.
 
     scene : as given
     """

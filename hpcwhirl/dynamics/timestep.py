@@ -17,9 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)
-
 Floats = NDArray[np.float64]
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)  # of Gauss, on -1 to 1
 
 
 def recursion(

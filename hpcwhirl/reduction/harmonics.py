@@ -40,11 +40,10 @@ def _stretches(h: int, modes: Floats) -> int:
 
 
 def model_of_modes(
-    casing: Casing,
     labels: list[tuple[float, int, int, int]],
     columns: list[Floats],
-    mass: Floats,
-    stiffness: Floats,
+    damping: float | Floats,
+    matrices: tuple[Floats, Floats] | None = None,
 ) -> ModalModel:
     """Return a casing's model from its modes by harmonic, sorted by frequency.
 
@@ -52,11 +51,12 @@ def model_of_modes(
     ----------
     labels : (omega, harmonic, rank, phase) of each mode
     columns : its shape, in the unknowns of the matrices
+    damping : modal damping ratio, one or (modes,)
+    matrices : mass and stiffness; None where they would have motions that no mode has
     """
     omega, diameter, rank, phase = map(np.array, zip(*labels, strict=True))
     order = np.lexsort((phase, rank, diameter, omega))
-    if casing.families != "all":  # matrices would have motions that no mode has
-        mass = stiffness = np.zeros((0, 0))
+    mass, stiffness = matrices or (np.zeros((0, 0)),) * 2
     return ModalModel(
         mass=mass,
         stiffness=stiffness,
@@ -66,7 +66,7 @@ def model_of_modes(
         rank=rank[order],
         phase=phase[order],
         centre_share=np.zeros(len(omega)),
-        damping=casing.damping,
+        damping=damping if isinstance(damping, float) else damping[order],
         kept=0,
     )
 
@@ -100,4 +100,5 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
                 columns.append(np.zeros(size))
                 columns[-1][rows] = signs * modes[:, n]
                 labels.append((frequencies[n], h, among, half))
-    return model_of_modes(casing, labels, columns, mass, stiffness), operator
+    matrices = (mass, stiffness) if casing.families == "all" else None
+    return model_of_modes(labels, columns, casing.damping, matrices), operator

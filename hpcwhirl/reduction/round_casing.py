@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.harmonics import model_of_modes
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
 from hpcwhirl.store.models.engine_file import Given, read_casing
@@ -122,7 +123,8 @@ def round_casing(
     own = tuple(table["station"].tolist()) if "station" in table else None
     axial = Stations(own) if own else Uniform()
     operator = FourierOperator(casing.harmonics, radius, axial)
-    rows, columns, labels = range(len(table["omega"])), [], []
+    rows = range(len(table["omega"]))
+    columns, labels, ratios = [], [], []
     layers, layer = operator.width * np.arange(axial.count), len(operator.radial)
     for m in rows:
         h, omega, ratio, w, u = (table[n][m] for n in ("harmonic", *NAMES[1:]))
@@ -137,22 +139,9 @@ def round_casing(
             shape[layers + of_w] = w
             shape[layer + layers + of_u] = u if phase == 0 else -u
             columns.append(shape)
-            labels.append((omega, h, rank, phase, ratio))
-    omegas, diameter, ranks, phases, ratios = map(np.array, zip(*labels, strict=True))
-    order = np.lexsort((phases, ranks, diameter, omegas))
-    model = ModalModel(
-        mass=np.zeros((0, 0)),
-        stiffness=np.zeros((0, 0)),
-        shapes=np.ascontiguousarray(np.column_stack(columns)[:, order]),
-        omega=omegas[order],
-        diameter=diameter[order],
-        rank=ranks[order],
-        phase=phases[order],
-        centre_share=np.zeros(len(omegas)),
-        damping=ratios[order],
-        kept=0,
-    )
-    return model, operator
+            labels.append((omega, h, rank, phase))
+            ratios.append(ratio)
+    return model_of_modes(labels, columns, np.array(ratios)), operator
 
 
 def table_of(model: ModalModel, operator: FourierOperator) -> Table:

@@ -55,7 +55,8 @@ def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOpera
                 columns.append(np.zeros(operator.size))
                 columns[-1][rows] = signs * mode
                 labels.append((omega, h, rank, phase))
-    return model_of_modes(casing, labels, columns, mass, stiffness), operator
+    matrices = (mass, stiffness) if casing.families == "all" else None
+    return model_of_modes(labels, columns, casing.damping, matrices), operator
 
 
 def _places(

@@ -10,7 +10,7 @@ from math import prod
 from typing import Any
 
 from hpcwhirl.errors import InputError, StoreError, shown
-from hpcwhirl.refinement.branches import HISTORY, Branches
+from hpcwhirl.refinement.branch_tree import HISTORY, Branches
 from hpcwhirl.refinement.growth import Address, Budget, Growth
 from hpcwhirl.refinement.lattice import Lattice, Point, Side
 from hpcwhirl.refinement.words import Word, word_of

@@ -107,21 +107,19 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     total = blades * size + 2  # the centre is assembled, then dropped if clamped
     matrices = np.zeros((total, total)), np.zeros((total, total))
     (inertia, elastic), hub = blade(rotor), np.array([total - 2, total - 1])
-    length, section, _ = spoke(rotor, 0.0)
-    arms = beam(length, section)
-    length, section, rim_turn = rim(rotor)
-    chords = beam(length, section)
     for j, change in enumerate(rotor.mistuning or (0.0,) * blades):
         left = GHOST if j == rotor.lost_blade else 1.0
         blade_matrices = left * inertia, left * (1 + change) * elastic
         root = j * size + np.arange(NODE)
         after = (j + 1) % blades * size + np.arange(NODE)
-        spoke_turn = spoke(rotor, 2 * np.pi * j / blades)[2]
+        length, section, spoke_turn = spoke(rotor, 2 * np.pi * j / blades)
+        arms = beam(length, section)
         for target, part, arm in zip(matrices, blade_matrices, arms, strict=True):
             target[j * size : (j + 1) * size, j * size : (j + 1) * size] += part
             add_element(target, arm, np.r_[hub, root], spoke_turn)
         if blades > 1:
-            for target, part in zip(matrices, chords, strict=True):
+            length, section, rim_turn = rim(rotor)
+            for target, part in zip(matrices, beam(length, section), strict=True):
                 add_element(target, part, np.r_[root, after], rim_turn)
     mass, stiffness = matrices
     radii = np.linspace(rotor.disk_radius, rotor.radius, rotor.elements + 1)
