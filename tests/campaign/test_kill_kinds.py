@@ -85,8 +85,6 @@ KINDS = {
     + TWINS,
 }  # fmt: skip
 KILLS = int(os.environ.get("HPCWHIRL_KILLS", "1"))  # campaigns, of two kills each
-    os.environ.get("HPCWHIRL_KILLS", "1")
-)  # campaigns, each killed on 1 and on 2 ranks
 EXTENDED = ("--extend", "undecided", "--to", "0.4")
 
 

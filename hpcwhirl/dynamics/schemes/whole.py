@@ -94,7 +94,8 @@ def _circling(
 ) -> Integrator:
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
-    As `rotating_waves._circling`; the circle is the last wave, at rest in the rotating frame.
+    As `rotating_waves._circling`; the circle is the last wave, at rest in the rotating
+    frame.
     """
     places, share = circle(model, scene), share_at_start(model, scene)
     if places is None:
