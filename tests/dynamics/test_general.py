@@ -15,7 +15,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
-from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.kernels import circulant, contact, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
@@ -31,10 +31,12 @@ from hpcwhirl.store.results.single import write_arrays
 
 KINDS = {"modal": UncoupledRotor, "general": GeneralRotor}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110}
-place_of, recall, guess, seek = (  # parts, for Python
+place_of, recall, guess, seek, read_near = (  # parts, for Python
     kernel(part.py_func)
-    for part in (keep.place_of, keep.recall, circulant.guess, circulant.seek)
-)
+    for part in (
+        keep.place_of, keep.recall, circulant.guess, circulant.seek, whole.read_near
+    )
+)  # fmt: skip
 
 
 def pattern(blades, size=0.05):
@@ -276,6 +278,24 @@ def test_it_changes_no_bit_which_tips_are_read_when(seed, size):
         assert one.tobytes() == other.tobytes()
     for one, other in zip(whole.tracks, parts.tracks, strict=True):
         assert one.tobytes() == other.tobytes()
+
+
+def test_a_guess_takes_no_lower_bound_for_the_gap_of_a_blade_in_contact_before():
+    # blade 2 penetrates; 0, of the last solution with it, is bounded above 0
+    blades, wide, random = 5, widths(5)[1], np.random.default_rng(3)
+    rows, q = random.normal(size=(blades, 16)), random.normal(size=16)
+    own = np.array([3.0, 4.0, -1.0, 5.0, 6.0]) * 1e-5
+    rows *= (own / (rows @ q))[:, None]
+    gaps, tips = np.zeros(2 * wide), (own - 2e-5)[folded(blades, wide)]
+    known = np.zeros(keep.length_of_known(blades), np.int64)
+    known[[0, 1]], known[blades + keep.SIZE] = (0, 2), 2
+    opened = gaps + tips
+    lowest, ready = read_near(rows.ravel(), q, blades, gaps, 0, known, tips, opened)
+    seen = opened[[place_of(j, blades, wide) for j in range(blades)]]
+    wanted = np.array([3.0, 2.0, -1.0, 3.0, 4.0]) * 1e-5  # others keep their bounds
+    assert ready
+    assert lowest == pytest.approx(-1e-5)
+    assert seen == pytest.approx(wanted)
 
 
 def test_amplitudes_that_die_out_become_zero():

@@ -160,7 +160,7 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole):
             least = min(least, gap)
     if least < 0.0:
         for s in range(known[blades]):
-            if whole[place_of(known[s], blades, wide)] > 1.0:
+            if whole[place_of(known[s], blades, wide)] > 0.0:
                 read_tip(rows, known[s], q, modes, blades, gaps, row, tips, whole)
     return least, known[blades] > 0
 
