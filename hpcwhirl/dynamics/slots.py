@@ -339,6 +339,11 @@ def _ring_modes(model: Model) -> list[_RingMode]:
     return out
 
 
+def ring_pairs(model: Model) -> list[tuple[int, tuple[int, ...]]]:
+    """Return (h, columns of its phases) of each mode of a ring, one or two phases."""
+    return [(place.harmonic, place.members) for place in _ring_modes(model)]
+
+
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
     """Return the rotor's modal amplitudes (m,) from those in slots, (2 rows slots,)."""
     slots, _ = widths(model.blades)

@@ -526,6 +526,74 @@ class UncoupledRotor(NamedTuple):
     form: Floats
 
 
+class PointsRotor(NamedTuple):
+    """Both bodies as waves, for P contact points, see `points`.
+
+    There are m real amplitudes, re then im of all waves, each half padded; `width` is
+    m and P + 2 forces, padded: multipliers, and cos and sin of the pulse.
+
+    Attributes
+    ----------
+    ahead, drift : (m,), re and im of z - 1; (m / 2,), as of `WholeRotor`
+    read, before : (P, m) flat, change of gaps, now and two steps before
+    push : (P + 2, m) flat, change of amplitudes by unit forces, with friction
+    opens, slides : (P + 2, width), (P, width) flat: d' + d of the gaps and of the
+        pulse's places, and of the casing relative to the tip along the rotation
+    radial, along, hub : (P, m), (P, m), (2, m) flat, displacements of the tips, x_o,
+        y_o
+    reach : (m / 2,), bound of any point's displacement by unit amplitudes
+    pairs, form, split : (e, 2), (e,), entries of the energy, J: `split` of the rotor,
+        then those of the casing
+    casing, shares : (c, 2) each, amplitudes that each mode of the casing is made of
+    """
+
+    ahead: Floats
+    drift: Floats
+    read: Floats
+    before: Floats
+    push: Floats
+    opens: Floats
+    slides: Floats
+    radial: Floats
+    along: Floats
+    hub: Floats
+    reach: Floats
+    pairs: Integers
+    form: Floats
+    split: int
+    casing: Integers
+    shares: Floats
+
+
+class PointsContact(NamedTuple):
+    """W (P, P) as in `GeneralContact`; clearances (2 wide,) beyond the gap, folded.
+
+    waves : (n, 2, 2 wide) flat, cos and sin of the shape's harmonics at the points
+    """
+
+    w: Floats
+    clear: Floats
+    waves: Floats
+
+
+class PointsSpace(NamedTuple):
+    """Work space of the kernel `points`; as in `GeneralSpace`.
+
+    spare : (width,), amplitudes before any force, and forces
+    casing : (c,), modes of the casing, rotating frame
+    """
+
+    spare: Floats
+    before: Floats
+    solver: ConstantSpace
+    out: Floats
+    again: Floats
+    opened: Floats
+    tips: Floats
+    casing: Floats
+    ledger: Floats
+
+
 class GeneralContact(NamedTuple):
     """W (N, N), m/N, column j: gaps opened by blade j; turns, wave as in `cyclic`."""
 

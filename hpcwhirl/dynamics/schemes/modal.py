@@ -5,6 +5,7 @@ from __future__ import annotations
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.dynamics.schemes.points import points_apart
 from hpcwhirl.dynamics.schemes.rotating_waves import waves_apart
 from hpcwhirl.dynamics.schemes.whole import whole_apart
 from hpcwhirl.reduction.model import Model
@@ -16,13 +17,13 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
     The cyclic kernel, or with terms of rotation that of waves, for three or more equal
     sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where no
-    two of them nearly coincide, else scheme `general`, which integrates all rotors
-    with several contact points a tip.
+    two of them nearly coincide, else scheme `general`. With several contact points a
+    tip, the waves of both bodies.
 
     beat : steps between rows of evidence
     """
     if model.rotor.points is not None:
-        return general.build(model, scene, beat)
+        return points_apart(model, scene) or general.build(model, scene, beat)
     if is_cyclic(model):
         return cyclic_modes(model, scene, beat)
     waves = waves_apart(model, scene, beat) or whole_apart(model, scene)

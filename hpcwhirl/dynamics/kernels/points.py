@@ -1,0 +1,340 @@
+"""Several contact points a tip: rotor and casing as waves of the rotating frame.
+
+In the frame of the blades nothing depends on time: all waves of both bodies are complex
+amplitudes that a step turns, as those of a whole rotor in `whole`, and a gap reads all
+of them by a row of its own, at the angle and the axial place of its point. Points take
+the place of blades; W, of both bodies, is constant. The pulse on the casing is two more
+generalized forces, behind those of the points.
+
+What a step moves is a row times s = (q, lambda, pulse), with the amplitudes before any
+force. A harmonic of the casing turns relative to the blades, so that its displacement,
+on which works depend, and what a gap has read two steps before, are rows of their own.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
+from hpcwhirl.dynamics.kernels.circulant import constant_space, guess, solved
+from hpcwhirl.dynamics.kernels.compiled import (
+    inlined,
+    kernel,
+    part,
+    rare,
+    rare_kernel,
+)
+from hpcwhirl.dynamics.kernels.contact import (
+    COMPLEMENTARITY,
+    FRICTION,
+    LAST,
+    NEAR,
+    NEXT_LOOK,
+    PULSE,
+    ROTATION,
+    RUNNING,
+    STEP,
+    STOP,
+    angle_at,
+    book_contacts,
+    gap_at,
+    note_slip,
+    pulse_of,
+    slips_now,
+    watch,
+    write_sample,
+)
+from hpcwhirl.dynamics.kernels.cyclic import angle_of, flush
+from hpcwhirl.dynamics.kernels.general import sum_modes
+from hpcwhirl.dynamics.kernels.keep_inverse import place_of, recall
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    CyclicState,
+    PointsSpace,
+)
+from hpcwhirl.dynamics.kernels.opening import note_miss_folded
+from hpcwhirl.dynamics.kernels.passes import copy_to
+from hpcwhirl.dynamics.kernels.shape import faded
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    all_aligned,
+    broadcast,
+    fma,
+    load,
+    store,
+)
+from hpcwhirl.dynamics.kernels.whole import (
+    add_one,
+    add_rows,
+    drift_of,
+    lower_all,
+    moved_by,
+    open_whole,
+    read_all,
+    read_near,
+    tip_by_waves,
+    turn_waves,
+)
+from hpcwhirl.errors import ModelError
+
+
+@inlined
+def write_clear(clear, gap, gaps, row, wide):
+    """Set a row of gaps (2 wide,), folded, to the points' clearances."""
+    for v in range(0, 2 * wide, FOUR):
+        store(gaps, row + v, load(clear, v) + broadcast(gap))
+
+
+@part
+def add_shape(wall, time, speed, waves, gaps, row, wide):
+    """Add a casing's departure from round to a row of gaps.
+
+    waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
+    """
+    turned = angle_at(wall, speed, time) % (2.0 * math.pi)
+    for r in range(len(wall.orders)):
+        a, b = faded(wall, r, time)
+        c, s = math.cos(wall.orders[r] * turned), math.sin(wall.orders[r] * turned)
+        even, odd = broadcast(a * c + b * s), broadcast(b * c - a * s)
+        at = 4 * wide * r
+        for v in range(0, 2 * wide, FOUR):
+            gap = fma(load(waves, at + v), even, load(gaps, row + v))
+            gap = fma(load(waves, at + 2 * wide + v), odd, gap)
+            store(gaps, row + v, gap)
+
+
+@inlined
+def open_tips(push, where, active, opening, tips):
+    """Add what multipliers open to tips (2 wide,) or lower bounds of them."""
+    width = len(tips)
+    for v in range(0, width, FOUR):
+        tip = load(tips, v)
+        for i in range(active):
+            tip = fma(load(opening, where[i] * width + v), broadcast(push[i]), tip)
+        store(tips, v, tip)
+
+
+@inlined
+def begin_moves(s, q, modes):
+    """Set s (width,) to the amplitudes q before any force, without forces."""
+    for m in range(0, modes, FOUR):
+        store(s, m, load(q, m))
+    for m in range(modes, len(s), FOUR):
+        store(s, m, broadcast(0.0))
+
+
+@inlined
+def book_points(rotor, push, where, active, s, modes, mu, step, gaps, row, before, sums,
+                held):  # fmt: skip
+    """Book the works of the multipliers, and set gaps of the active points before.
+
+    Those that were also in contact two steps before were closed.
+
+    Parameters
+    ----------
+    s : (width,), what `opens` and `slides` are rows of, with all forces
+    gaps, row : clearances of step n - 1
+    before : (points,), out
+    sums, held : as of `whole.push_waves`
+    """
+    points, width = len(before), len(s)
+    wide, padded = len(gaps) // 6, len(held) // 4
+    now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
+    for i in range(active):
+        j = where[i]
+        before[j] = 0.0
+        if held[then + j] != step:
+            was = tip_by_waves(rotor.before, j, s, modes)
+            before[j] = gaps[row + place_of(j, points, wide)] + was
+        held[now + j] = step + 2
+        opened = moved_by(rotor.opens, j * width, s, modes)
+        held[j] = moved_by(rotor.slides, j * width, s, modes)
+        sums[0] += push[i] * opened
+        sums[1] += push[i] * held[j]
+        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
+
+
+@rare
+def farthest_point(limit, q, rotor, points):
+    """Return the largest displacement of a point, m, or a bound below `NEAR` of it."""
+    modes = len(rotor.ahead)
+    half, bound = modes // 2, 0.0
+    for m in range(half):
+        bound += rotor.reach[m] * math.hypot(q[m], q[half + m])
+    if not bound > NEAR * limit:
+        return bound
+    far = 0.0
+    for j in range(points):
+        outward = tip_by_waves(rotor.radial, j, q, modes)
+        far = max(far, math.hypot(outward, tip_by_waves(rotor.along, j, q, modes)))
+    return far
+
+
+@rare_kernel
+def energies_of_points(rotor, q):
+    """Return the energies of rotor and casing, J, from all amplitudes (m,)."""
+    own, beside = 0.0, 0.0
+    for i in range(rotor.split):
+        own += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
+    for i in range(rotor.split, len(rotor.form)):
+        beside += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
+    return own, beside
+
+
+@rare
+def note_slips_of_points(held, known, last, step, counted, ledger):
+    """Note the slip of each point in contact in the step `counted`."""
+    for s in range(known[len(last)]):
+        if last[known[s]] == counted:
+            note_slip(held[known[s]], step, ledger)
+
+
+@rare
+def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
+    """Write a sample; at a row of evidence with contact compare the gaps with W's."""
+    counter, ledger, q = state.counter, state.ledger, state.rotor
+    points, tips, out, again = len(state.last), space.tips, space.out, space.again
+    if judge and counter[LAST] == counter[STEP]:
+        read_all(rotor.read, q, points, out)
+        reach = 0.0
+        for i in range(len(out)):
+            again[i] = state.gaps[row + i] + out[i]
+            reach = max(reach, abs(out[i]))
+        note_miss_folded(again, space.opened, 0, reach, gap, points, ledger)
+    for axis in range(2):
+        tips[points, axis] = sum_modes(rotor.hub, axis, q)
+    if keep and len(tracks.tips) > 0:
+        for j in range(points):
+            tips[j, 0] = sum_modes(rotor.radial, j, q)
+            tips[j, 1] = sum_modes(rotor.along, j, q)
+        for m in range(len(space.casing)):
+            space.casing[m] = (
+                rotor.shares[m, 0] * q[rotor.casing[m, 0]]
+                + rotor.shares[m, 1] * q[rotor.casing[m, 1]]
+            )
+    sums, whole = state.sums_b, space.ledger
+    energies = energies_of_points(rotor, q)
+    copy_to(whole, ledger)
+    whole[ROTATION] += 0.5 * sums[0]
+    whole[FRICTION] += 0.5 * mu * sums[1]
+    write_sample(
+        counter, whole, state.impulse, tips, space.casing, energies,
+        sums[2] - (energies[0] + energies[1]), keep, judge, tracks,
+    )  # fmt: skip
+
+
+def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
+    """Return the work space of a march, which need not be saved to resume it."""
+    rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
+    modes, width = len(rotor.ahead), len(rotor.slides) // points
+    for name, rows, wanted in (
+        ("rotor", state.rotor, modes), ("drift", rotor.drift, modes // 2),
+        ("read", rotor.read, points * modes), ("before", rotor.before, points * modes),
+        ("push", rotor.push, (points + 2) * modes),
+        ("opens", rotor.opens, (points + 2) * width),
+        ("slides", rotor.slides, points * width), ("hub", rotor.hub, 2 * modes),
+        ("clear", arrays.contact.clear, 2 * wide),
+    ):  # fmt: skip
+        if rows.size != wanted:
+            msg = f"{name} of the kernel of points: {rows.size} values, not {wanted}"
+            raise ModelError(msg)
+    solver = constant_space(points, wide, arrays.contact.w, state.known)
+    spare, out, again, opened = all_aligned(
+        [np.zeros(width), *(np.zeros(2 * wide) for _ in range(3))]
+    )
+    return PointsSpace(
+        spare, np.zeros(points), solver, out, again, opened, np.zeros((points + 1, 2)),
+        np.zeros(len(rotor.casing)), np.zeros_like(state.ledger),
+    )  # fmt: skip
+
+
+@kernel
+def march_points(
+    steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
+    tracks, space,
+):  # fmt: skip
+    """Take `steps` steps, see `bodies.march_bodies` and `kernel_types.PointsRotor`."""
+    s_b, gaps, counter, last, ledger = (
+        state.rotor, state.gaps, state.counter, state.last, state.ledger,
+    )  # fmt: skip
+    sums, held, known, impulse = state.sums_b, state.lam, state.known, state.impulse
+    spare, before, solver, out, whole = (
+        space.spare, space.before, space.solver, space.out, space.opened,
+    )  # fmt: skip
+    points, wide, modes = len(last), len(gaps) // 6, len(rotor.ahead)
+    push, where = solver.push, solver.where
+    recall(points, wide, solver)
+    drift, fresh, active = 0.0, True, points - points
+    goal = counter[STEP] + steps
+    while counter[STEP] < goal and counter[STOP] == RUNNING:
+        turn_waves(s_b, rotor.ahead)
+        if slips_now(counter):
+            note_slips_of_points(held, known, last, step, counter[LAST], ledger)
+        thrust = pulse_of(counter[STEP] * step, loading.force, loading.pulse)
+        counter[STEP] += 1
+        time, along, across = counter[STEP] * step, 0.0, 0.0
+        if thrust != 0.0:
+            begin_moves(spare, s_b, modes)
+            angle = angle_of(wall, speed, time)
+            along, across = thrust * math.cos(angle), -thrust * math.sin(angle)
+            add_one(rotor.push, points * modes, along, s_b, modes)
+            add_one(rotor.push, (points + 1) * modes, across, s_b, modes)
+        row, gap = counter[STEP] % 3 * 2 * wide, gap_at(wall, time)
+        write_clear(contact.clear, gap, gaps, row, wide)
+        if len(wall.orders) > 0:
+            add_shape(wall, time, speed, contact.waves, gaps, row, wide)
+        looks = counter[STEP] >= counter[NEXT_LOOK]
+        judge = counter[STEP] % strides.evidence == 0
+        ready, every = False, looks or judge or fresh or thrust != 0.0
+        lowest = lower_all(out, drift, gaps, row, whole)
+        if not every and not lowest > 0.0:
+            lowest, ready = read_near(
+                rotor.read, s_b, points, gaps, row, known, out, whole
+            )
+            if lowest < 0.0 and ready:
+                active = guess(whole, row - row, lowest, points, wide, solver)
+                ready = active > 0
+            every = lowest < 0.0 and not ready
+        if every:
+            read_all(rotor.read, s_b, points, out)
+            lowest = open_whole(out, gaps, row, whole)
+            fresh, drift = False, drift_of(s_b, rotor.drift)
+        if looks:
+            watch(farthest_point(limit, s_b, rotor, points), limit, counter)
+        if lowest < 0.0:
+            if not ready:
+                active = solved(whole, row - row, lowest, points, wide, solver)
+            if active < 0:
+                counter[STOP] = COMPLEMENTARITY
+                return
+            if thrust == 0.0:
+                begin_moves(spare, s_b, modes)
+            spare[modes + points], spare[modes + points + 1] = along, across
+            for i in range(active):
+                spare[modes + where[i]] = push[i]
+            older = (counter[STEP] + 1) % 3 * 2 * wide
+            open_tips(push, where, active, solver.rows, out)
+            book_points(
+                rotor, push, where, active, spare, modes, mu, counter[STEP], gaps,
+                older, before, sums, held,
+            )  # fmt: skip
+            add_rows(rotor.push, push, where, active, s_b, modes)
+            drift = drift_of(s_b, rotor.drift)
+            book_contacts(
+                push, where, active, before, last, counter, ledger, impulse, step
+            )
+        if thrust != 0.0:
+            spare[modes + points], spare[modes + points + 1] = along, across
+            width = len(spare)
+            moved = along * moved_by(rotor.opens, points * width, spare, modes)
+            at = (points + 1) * width
+            moved += across * moved_by(rotor.opens, at, spare, modes)
+            ledger[PULSE] += 0.5 * moved
+            sums[2] += 0.5 * moved
+        if counter[STEP] % FLUSH_EVERY == 0:
+            flush(s_b)
+        keep = counter[STEP] % strides.traces == 0
+        if keep or judge:
+            sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks)
