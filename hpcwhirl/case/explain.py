@@ -151,8 +151,8 @@ def facts_of_file(rotor: ModalModel) -> dict[str, object]:
     }
     if rotor.points is not None:
         facts["told"] = (
-            f"rotor from file: {rotor.points.count} contact points a tip, marched by "
-            "scheme general, without folding, certificate and closed form"
+            f"rotor from file: {rotor.points.count} contact points a tip, marched "
+            "in the rotating frame, without folding, certificate and closed form"
         )
     if symmetry is None:
         return facts | {"deviation": None, "tolerance": None, "where": None}

@@ -107,8 +107,8 @@ _TABLE = (
     ),
     Scheme(
         "general",
-        "mode by mode, also takes over where modal cannot (several contact points a "
-        "tip, a ring of elements, supports that differ by direction)",
+        "mode by mode, also takes over where modal cannot (a ring of elements, "
+        "supports that differ by direction)",
         2, 0.8e-6, turns=25e-6,
     ),
     Scheme(
