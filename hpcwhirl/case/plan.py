@@ -13,6 +13,7 @@ from hpcwhirl.case.profile import room_of, shape_of
 from hpcwhirl.case.sectors import folded_model, folded_scene
 from hpcwhirl.reduction.model import Model, has_families
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
@@ -25,6 +26,7 @@ FOLDING = (
     "engine.rotor.lost_blade",
     "engine.casing.kind",
     "engine.casing.discretization",
+    "engine.casing.contact_law",
     "engine.casing.profile",
     "engine.casing.profile_scale",
     "engine.casing.offset",
@@ -64,12 +66,13 @@ def folds_of(scene: Scene) -> int:
     """Return g, the number of sectors that move alike: gcd(k, N).
 
     Of a casing that is not round, also of the harmonics of its shape; 1 if sectors
-    differ, or if plan or scheme do not allow one sector to stand for all.
+    differ, if a layer wears, or if plan or scheme do not allow one to stand for all.
     """
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
         return 1
-    if scene.unbalance != 0.0 or not has_families(scene):
+    worn = scene.engine.casing.contact_law != RIGID
+    if worn or scene.unbalance != 0.0 or not has_families(scene):
         return 1
     orders = shape_of(scene).orders.tolist()
     return math.gcd(scene.nodal_diameter, scene.engine.rotor.blades, *orders)

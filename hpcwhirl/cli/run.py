@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 LEDGER = "ledger_"
-FED, SPENT = ("pulse", "friction", "rotation"), ("damping", "impact")
+FED, SPENT = ("pulse", "friction", "rotation"), ("damping", "impact", "wear")
 BALANCE = {
     **{term: f"energy in: {term}" for term in FED},
     **{term: f"energy out: {term}" for term in SPENT},

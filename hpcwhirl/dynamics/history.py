@@ -16,9 +16,10 @@ LEDGER_TERMS = (
     "damping",  # lost in modal damping, J, >= 0
     "pulse",  # work of the loading, J; with that of an unbalance put on at the start
     "impact",  # lost in inelastic impacts, J, >= 0
+    "wear",  # spent on wear of a layer, plastic or by rubbing, J, >= 0
     "friction",  # work of friction on both bodies (rotation's share included), J
     "rotation",  # work of the rotation: -lambda * Omega * dw/dtheta and rigid casing, J
-    "residual",  # energy + damping + impact - pulse - friction - rotation, J
+    "residual",  # energy + damping + impact + wear - pulse - friction - rotation, J
 )
 
 
@@ -61,7 +62,7 @@ class History:
     fed : (n,), J, cumulative work of rotation and friction
     friction : (n,), J, the part of `fed` by friction; the rest is the transport of
         contacts over the deformed ring
-    lost : (n,), J, cumulative damping and impact loss
+    lost : (n,), J, cumulative damping and impact loss, and work of wear
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
     blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial

@@ -468,9 +468,9 @@ class March:
             impact = entries[contact.IMPACT] + now.impact
             friction = entries[contact.FRICTION] + now.friction
             rotation = entries[contact.ROTATION] + now.rotation
-            pulse = entries[contact.PULSE]
+            pulse, wear = entries[contact.PULSE], entries[contact.WEAR]
             ledger = _ledger(
-                [now.energy, now.damping, pulse, impact, friction, rotation]
+                [now.energy, now.damping, pulse, impact, friction, rotation, wear]
             )
         if not np.isfinite(ledger["residual"]):
             ledger = _ledger(self.tracks.closed)
@@ -513,8 +513,12 @@ def next_slice(size: int, made: int, seconds: float) -> int:
 
 
 def _ledger(terms: Iterable[float]) -> dict[str, float]:
-    """Return {term: J} in the order of `LEDGER_TERMS`, including the residual."""
-    energy, damping, pulse, impact, friction, rotation = map(float, terms)
-    residual = energy + damping + impact - pulse - friction - rotation
-    values = (energy, damping, pulse, impact, friction, rotation, residual)
+    """Return {term: J} in the order of `LEDGER_TERMS`, including the residual.
+
+    terms : energy, damping, pulse, impact and wear, friction, rotation, wear
+    """
+    energy, damping, pulse, spent, friction, rotation, wear = map(float, terms)
+    residual = energy + damping + spent - pulse - friction - rotation
+    impact = spent - wear
+    values = (energy, damping, pulse, impact, wear, friction, rotation, residual)
     return dict(zip(LEDGER_TERMS, values, strict=True))

@@ -31,6 +31,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -278,6 +279,12 @@ def check_continuable(model: Model, scene: Scene) -> None:
     A motion that begins at another angle is rotated to the angle 0 of the new march.
     """
     spin, casing = model.rotor.spin, scene.engine.casing
+    if casing.contact_law != RIGID:
+        msg = (
+            "a motion cannot be continued with a layer that wears: casing.contact_law "
+            f"must be {RIGID}, got {casing.contact_law}"
+        )
+        raise InputError(msg)
     if spin is not None and not spin.support.is_round:
         msg = (
             "a motion can be continued only on supports that are alike in x and y: "

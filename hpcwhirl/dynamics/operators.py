@@ -19,6 +19,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     Points,
     Ring,
 )
+from hpcwhirl.dynamics.layer import layer_of
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning import ALIKE, coupled_body, standing, turning
 from hpcwhirl.dynamics.unbalance import circling_matrices
@@ -27,6 +28,7 @@ from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import FRICTION
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -42,8 +44,14 @@ def _padded(array: Floats, axis: int) -> Floats:
 
 
 def friction_with_sign(scene: Scene) -> float:
-    """Return mu sign(Omega): friction opposes the rotation and is 0 at Omega = 0."""
-    return float(scene.friction * np.sign(scene.speed))
+    """Return mu sign(Omega): friction opposes the rotation and is 0 at Omega = 0.
+
+    mu is that of the scene's law at the sliding speed |Omega| R.
+    """
+    law = FRICTION[scene.friction_law]
+    sliding = scene.speed * scene.engine.rotor.radius
+    own = scene.friction, scene.friction_at_rest, scene.friction_speed
+    return float(law.coefficient(*own, sliding) * np.sign(scene.speed))
 
 
 def _rows(rows: Floats) -> Floats:
@@ -116,14 +124,14 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
-    points = points_of(model)
+    points, layer = points_of(model), layer_of(scene)
     if model.casing is None or model.ring is None:
-        return Contact(w_rotor, EMPTY, ring_kind(model), lost, points)
+        return Contact(w_rotor, EMPTY, ring_kind(model), lost, points, layer)
     _, _, give = recursion(model.casing.omega, model.casing.ratios, step)
     outward = model.casing.shapes[model.ring.radial]
     along = model.casing.shapes[model.ring.tangential]
     compliance = ((outward + mu * along) * give) @ outward.T
-    return Contact(w_rotor, compliance, ring_kind(model), lost, points)
+    return Contact(w_rotor, compliance, ring_kind(model), lost, points, layer)
 
 
 def points_of(model: Model) -> Points:

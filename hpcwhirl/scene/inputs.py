@@ -15,6 +15,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.history import checked
 from hpcwhirl.scene.over_time import table_over_time
@@ -433,6 +434,45 @@ class Casing(Inputs):
         "s",
         later=True,
     )
+    contact_law: contact_laws.LawName = given(
+        contact_laws.RIGID,
+        f"contact of tips and casing; {contact_laws.MEANINGS}",
+        later=True,
+    )
+    layer_elements: int = given(
+        720,
+        "rods of a layer around the casing, M; at least two a blade; a tip presses one "
+        "of them, so that 2 pi R / M is the length of a tip's edge along the casing",
+        symbol="M",
+        ge=3,
+        le=100000,
+        later=True,
+    )
+    layer_width: Positive = given(
+        0.05, "axial width of the layer that tips touch", "m", symbol="b", later=True
+    )
+    layer_thickness: Positive = given(
+        5e-3, "thickness l of an abradable layer", "m", later=True
+    )
+    layer_young: Positive = given(
+        1e9, "Young's modulus of an abradable layer", "Pa", symbol="E_l", later=True
+    )
+    layer_yield: Positive = given(
+        1e6,
+        "stress beyond which an abradable layer is plastic",
+        "Pa",
+        symbol="σ_y",
+        later=True,
+    )
+    layer_hardening: Positive = given(
+        1e8, "plastic modulus of an abradable layer", "Pa", symbol="H_l", later=True
+    )
+    wear_coefficient: NonNegative = given(
+        1e-12,
+        "worn volume per normal force and sliding distance, by Archard's law",
+        "1/Pa",
+        later=True,
+    )
 
 
 class Engine(Inputs):
@@ -588,6 +628,21 @@ class Scene(Inputs, metaclass=_Told):
     )
     friction: NonNegative = given(
         0.1, "Coulomb coefficient mu of friction between tips and casing", symbol="μ"
+    )
+    friction_law: contact_laws.FrictionName = given(
+        contact_laws.FRICTION_NAMES[0],
+        f"coefficient of friction; {contact_laws.FRICTIONS}",
+        later=True,
+    )
+    friction_at_rest: NonNegative = given(
+        0.2, "coefficient of Stribeck's law without sliding", symbol="μ_s", later=True
+    )
+    friction_speed: Positive = given(
+        10.0,
+        "sliding speed over which friction falls by 1/e, of Stribeck's law",
+        "m/s",
+        symbol="v_s",
+        later=True,
     )
     force: NonNegative = given(
         75e3,

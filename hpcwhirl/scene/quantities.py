@@ -110,6 +110,7 @@ ROW: dict[str, Quantity] = {
     **_table("f8", "J", ledger_damping="energy lost in modal damping"),
     **_table("f8", "J", ledger_pulse="work of the pulse"),
     **_table("f8", "J", ledger_impact="energy lost in impacts"),
+    **_table("f8", "J", ledger_wear="work of wear of a layer on the casing"),
     **_table("f8", "J", ledger_friction="work of friction on both bodies"),
     **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
     **_table("f8", "J", ledger_residual="residual of the energy ledger"),

@@ -14,6 +14,7 @@ from operator import attrgetter
 from typing import Any
 
 from hpcwhirl.errors import shown
+from hpcwhirl.scene import contact_laws
 
 AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
@@ -265,6 +266,18 @@ def _unchanged(name: str, usual: Any) -> Rule:
     )
 
 
+def _unless_rigid(name: str, usual: Any) -> Rule:
+    """Return the rule that an input must be `usual` where a layer wears."""
+    return Rule(
+        ("engine.casing.contact_law", name),
+        lambda law, value: (law == contact_laws.RIGID) | (value == usual),
+        lambda law, value: (
+            f"{name} must be {_told(usual)} where casing.contact_law is {law}, got "
+            f"{shown(value)}"
+        ),
+    )
+
+
 def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
     return (rate == 0.0) | (ramp == "linear") | ((end - speed) * rate > 0.0)
 
@@ -328,6 +341,31 @@ OF_SCENE = (
         | (lobes <= _most_lobes(by, elements, harmonics)),
         _lobes_refused,
     ),
+    Rule(
+        ("engine.casing.contact_law", "solver.scheme"),
+        contact_laws.is_known,
+        contact_laws.refused,
+    ),
+    Rule(
+        ("engine.casing.contact_law", "engine.casing.layer_elements",
+         "engine.rotor.blades"),
+        lambda law, rods, blades: (law == contact_laws.RIGID) | (rods >= 2 * blades),
+        lambda _, rods, blades: (
+            f"layer_elements must be >= {2 * blades}, two a blade, got {rods}"
+        ),
+    ),
+    Rule(
+        ("engine.casing.contact_law", "engine.casing.layer_elements", "speed",
+         "solver.time_step"),
+        lambda law, rods, speed, step: (law == contact_laws.RIGID)
+        | (rods * abs(speed) * step <= 2 * math.pi),
+        lambda _, rods, speed, step: (
+            f"layer_elements must be <= {int(2 * math.pi / (abs(speed) * step))}, so "
+            f"that no tip skips one in a time step, got {rods}"
+        ),
+    ),
+    *(_unless_rigid(*one) for one in (("output.chaos", 0), ("history", ""))),
+    _at_constant_speed("friction_law", "constant"),
     Rule(
         ("engine.rotation", "gap_at"),
         lambda rotation, at: (rotation != "none") | (at == "speed"),

@@ -30,6 +30,8 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
+from hpcwhirl.dynamics.kernels.layer import closed_by, leave, press, to_worn, wear
 from hpcwhirl.dynamics.kernels.opening import note_miss
 from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
 from hpcwhirl.dynamics.kernels.verbs import (
@@ -120,6 +122,15 @@ def motion_of(q, d, loss):
 
 
 @njit(cache=True)
+def layer_space(blades):
+    """Return the work space of `layer`."""
+    return LayerSpace(
+        np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
+        np.zeros(blades), np.zeros((blades, blades)), np.zeros(blades, np.int64),
+    )  # fmt: skip
+
+
+@njit(cache=True)
 def energies_of(rotor, casing, state, step):
     """Return the energies of both bodies, J."""
     return (
@@ -150,10 +161,10 @@ def march_bodies(
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
-    w_rotor, compliance, ring, lost, points = contact
+    w_rotor, compliance, ring, lost, points, layer = contact
     (
         q_b, d_b, q_c, d_c, loss_b, loss_c, last, older, touched, counter, ledger,
-        impulse,
+        impulse, worn,
     ) = state  # fmt: skip
     blades, coordinates = len(last), len(compliance)
     b, c = motion_of(q_b, d_b, loss_b), motion_of(q_c, d_c, loss_c)
@@ -164,6 +175,8 @@ def march_bodies(
     index, shape = np.zeros((blades, width), np.int64), np.zeros((blades, width))
     own, inward = np.arange(blades).reshape(blades, 1), np.full((blades, 1), -1.0)
     space = contact_space(blades, coordinates)
+    layered, own_rods = worn.shape[1] > 0, layer_space(blades)
+    softness = layer.soft + layer.rub * abs(speed)
     for _ in range(steps):
         now = counter[STEP] * step
         following = (counter[STEP] + 1) * step
@@ -180,6 +193,10 @@ def march_bodies(
         lowest = read_gaps(
             u, w, wall, ring, points, index, shape, turned, following, lost, gaps
         )
+        if layered:
+            started = angle_at(wall, speed, now)
+            lowest = to_worn(turned, started, points, worn, own_rods, gaps)
+            leave(layer, worn, last, ledger, own_rods)
         counter[STEP] += 1
         if counter[STEP] >= counter[NEXT_LOOK]:
             read_tips(rotor, b.following, u, tips)
@@ -188,12 +205,23 @@ def march_bodies(
             watch(farthest(tips), limit, counter)
         if lowest < 0.0:
             space.have[:] = 0  # W changes as the blades pass
-            active = complementarity(
-                gaps, w_rotor, compliance, index, shape, lam, opened, space
-            )
+            if layered:
+                active = press(
+                    layer, softness, worn, w_rotor, compliance, index, shape, lam,
+                    opened, space, own_rods,
+                )  # fmt: skip
+            else:
+                active = complementarity(
+                    gaps, w_rotor, compliance, index, shape, lam, opened, space
+                )
             if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
+            closing = older
+            if layered:
+                wear(layer, softness, worn, lam, opened, last, ledger, own_rods)
+                closed_by(older, opened, own_rods.shifted)
+                closing = own_rods.shifted
             if lost >= 0:
                 opened[lost] = NOWHERE
             collect(rotor, b, lam, own, inward)
@@ -201,7 +229,7 @@ def march_bodies(
             meet(rotor, b, mu, ledger)
             meet(casing, c, mu, ledger)
             book_contacts(
-                space.right, space.where, active, older, touched, counter, ledger,
+                space.right, space.where, active, closing, touched, counter, ledger,
                 impulse, step,
             )  # fmt: skip
             if slips_now(counter):

@@ -26,9 +26,10 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
 CERTIFICATE, MISS = 5, 6  # m, the bound of all displacements; see `opening`
 SLIP = 7  # m/s, the fastest tip along the casing, of all contacts; see `note_slip`
-ENTRIES = 8
-# energy, damping, pulse, impact, friction, rotation at the last sample, J
-CLOSED = 6
+WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
+ENTRIES = 9
+# energy, damping, pulse, impact, friction, rotation, wear at the last sample, J
+CLOSED = 7
 # counter slots
 STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 # of the exact scheme: step already ended, next try of a flight, steps between tries,
@@ -326,4 +327,5 @@ def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
     closed[0], closed[1] = energies[0] + energies[1], lost
     closed[2], closed[3] = ledger[PULSE], ledger[IMPACT]
     closed[4], closed[5] = ledger[FRICTION], ledger[ROTATION]
+    closed[6] = ledger[WEAR]
     counter[JUDGED] += 1

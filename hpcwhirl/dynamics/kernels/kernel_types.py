@@ -116,6 +116,8 @@ class BodiesState(NamedTuple):
     last : (N,), steps of last contacts
     counter, ledger : see `contact`
     impulse : (N,), N s
+    worn : (3, M), of each rod of a layer: worn depth, m, work of wear, J, and the part
+        of it by cutting, J; M is 0 without layer
     """
 
     q_b: Floats
@@ -130,6 +132,7 @@ class BodiesState(NamedTuple):
     counter: Integers
     ledger: Floats
     impulse: Floats
+    worn: Floats
 
 
 class CyclicState(NamedTuple):
@@ -186,10 +189,48 @@ class Points(NamedTuple):
     weight: Floats
 
 
+class Layer(NamedTuple):
+    """Rods of a layer that wears, all alike; see `layer`.
+
+    Attributes
+    ----------
+    flex : m/N, of the elastic rod
+    soft, rub : wear of a step by force beyond the limit, m/N; that per rad/s of the
+        speed, m s/(N rad)
+    limit, growth : N, of a rod as made; N/m, by which wear raises it
+    """
+
+    flex: float
+    soft: float
+    rub: float
+    limit: float
+    growth: float
+
+
+class LayerSpace(NamedTuple):
+    """Work space of `layer`.
+
+    Attributes
+    ----------
+    rod, left : (N,), rod of each blade at the end and at the start of a step
+    clear, shifted : (N,), m, gaps to the worn surface; of the linear problem
+    w : (N, N), m/N, W of the rotor with the rods
+    wears : (N,), whether a blade's rod wears in this step
+    """
+
+    rod: Integers
+    left: Integers
+    clear: Floats
+    shifted: Floats
+    w: Floats
+    wears: Integers
+
+
 class Contact(NamedTuple):
     """W of the rotor (N, N) and compliance (R, R), m/N; the ring; the lost blade.
 
     points : where they stand
+    layer : on the casing; not read where the state has no rods
     """
 
     w_rotor: Floats
@@ -197,6 +238,7 @@ class Contact(NamedTuple):
     ring: Ring
     lost: int
     points: Points
+    layer: Layer
 
 
 class ContactSpace(NamedTuple):

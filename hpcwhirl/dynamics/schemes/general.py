@@ -26,6 +26,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     BodiesState,
     CyclicState,
 )
+from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
 from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.schemes.integrator import (
@@ -58,12 +59,13 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     """Return the integrator of a scene.
 
     The casing is integrated in the static frame where the ring is one of elements,
-    rotation couples the modes of the rotor or tips have several contact points, else in
-    the rotating frame.
+    rotation couples the modes of the rotor, tips have several contact points or a layer
+    wears, else in the rotating frame.
     """
     if model.rotor.spin is not None:
         return (_driven if law_of(scene) else _spinning)(model, scene)
-    if isinstance(model.ring, RingOperator) or model.rotor.points is not None:
+    apart = isinstance(model.ring, RingOperator) or model.rotor.points is not None
+    if apart or wears(scene):
         return two_bodies(model, scene, modal_arrays(model, scene))
     return _turning(model, scene, general_arrays(model, scene))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.schemes import general
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
 from hpcwhirl.dynamics.schemes.integrator import Integrator
@@ -17,11 +18,13 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
 
     The cyclic kernel, or with terms of rotation that of waves, for three or more equal
     sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where no
-    two of them nearly coincide, else scheme `general`. With several contact points a
-    tip, the waves of both bodies.
+    two of them nearly coincide, else scheme `general`, which integrates all layers that
+    wear. With several contact points a tip, the waves of both bodies.
 
     beat : steps between rows of evidence
     """
+    if wears(scene):
+        return general.build(model, scene, beat)
     if model.rotor.points is not None:
         return points_apart(model, scene) or general.build(model, scene, beat)
     if is_cyclic(model):

@@ -19,6 +19,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     DenseBody,
     DrivenBody,
 )
+from hpcwhirl.dynamics.layer import unworn
 from hpcwhirl.dynamics.motion import (
     FreeSteps,
     Motion,
@@ -52,7 +53,7 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     return BodiesState(
         np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),
         np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
-        *nothing_yet(model.contacts),
+        *nothing_yet(model.contacts), unworn(model, scene),
     )  # fmt: skip
 
 

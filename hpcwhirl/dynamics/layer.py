@@ -1,0 +1,80 @@
+"""What the kernels need of a contact law, made once per case."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels.kernel_types import Layer
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import RIGID
+
+Floats = NDArray[np.float64]
+
+
+def rod_area(scene: Scene) -> float:
+    """Return the area of a rod's end, which a tip presses: width times length, m^2."""
+    casing = scene.engine.casing
+    length = 2 * math.pi * scene.engine.rotor.radius / casing.layer_elements
+    return float(casing.layer_width * length)
+
+
+def _flex(scene: Scene) -> float:
+    """Return l / (E A) of a rod, m/N."""
+    casing = scene.engine.casing
+    return float(casing.layer_thickness / (casing.layer_young * rod_area(scene)))
+
+
+def _abradable(scene: Scene) -> Layer:
+    """Return plastic rods: A E / l, limit A sigma_y, hardening A H / l."""
+    casing, area = scene.engine.casing, rod_area(scene)
+    growth = area * casing.layer_hardening / casing.layer_thickness
+    return Layer(_flex(scene), 1.0 / growth, 0.0, area * casing.layer_yield, growth)
+
+
+def _archard(scene: Scene) -> Layer:
+    """Return elastic rods that wear by k N v dt / A a step, v = |Omega| R; k : 1/Pa."""
+    casing, area = scene.engine.casing, rod_area(scene)
+    way = scene.engine.rotor.radius * scene.solver.time_step
+    return Layer(_flex(scene), 0.0, casing.wear_coefficient * way / area, 0.0, 0.0)
+
+
+LAWS: dict[str, Callable[[Scene], Layer]] = {
+    "abradable": _abradable,
+    "archard": _archard,
+}  # contact law: its rods
+
+
+def wears(scene: Scene) -> bool:
+    """Return whether the casing has a layer that wears."""
+    return bool(scene.engine.casing.contact_law != RIGID)
+
+
+def layer_of(scene: Scene) -> Layer:
+    """Return the rods of a scene's contact law; not read where there are none."""
+    if not wears(scene):
+        return Layer(0.0, 0.0, 0.0, 0.0, 0.0)
+    return LAWS[scene.engine.casing.contact_law](scene)
+
+
+def unworn(model: Model, scene: Scene) -> Floats:
+    """Return the layer at the start, (3, M), see `kernel_types.BodiesState`.
+
+    Raises
+    ------
+    InputError
+        if tips have several contact points
+    """
+    if wears(scene) and model.rotor.points is not None:
+        law = scene.engine.casing.contact_law
+        msg = (
+            "casing.contact_law must be rigid where tips have several contact points, "
+            f"got {law}"
+        )
+        raise InputError(msg)
+    return np.zeros((3, scene.engine.casing.layer_elements if wears(scene) else 0))

@@ -1,0 +1,104 @@
+"""Tables of the laws of contact and friction of tips and casing.
+
+A scheme that does not know a law is refused; `modal` hands over to `general`. What the
+kernels need of a contact law is in `dynamics.layer`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from hpcwhirl.scene.schemes import NAMES as SCHEMES
+
+RIGID = "rigid"
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Properties of a contact law.
+
+    Attributes
+    ----------
+    name : value of casing.contact_law
+    meaning : explanation for users
+    schemes : names of the schemes that know it
+    """
+
+    name: str
+    meaning: str
+    schemes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """Properties of a friction law.
+
+    Attributes
+    ----------
+    name : value of friction_law
+    meaning : explanation for users
+    coefficient : function from mu, the coefficient at rest, the decay speed, m/s, and
+        the sliding speed, m/s, to the coefficient
+    """
+
+    name: str
+    meaning: str
+    coefficient: Callable[[float, float, float, float], float]
+
+
+def stribeck(kinetic: float, at_rest: float, decay: float, speed: float) -> float:
+    """Return mu + (mu_s - mu) exp(-|v| / v_s), the law of Stribeck."""
+    return kinetic + (at_rest - kinetic) * math.exp(-abs(speed) / decay)
+
+
+LAYERED = tuple(name for name in SCHEMES if name != "exact")
+_TABLE = (
+    ContactLaw(RIGID, "tips do not penetrate the casing", SCHEMES),
+    ContactLaw("abradable", "a layer of plastic rods on the casing wears", LAYERED),
+    ContactLaw(
+        "archard",
+        "the casing wears in proportion to normal force and sliding distance",
+        LAYERED,
+    ),
+)
+_FRICTION = (
+    FrictionLaw("constant", "mu", lambda kinetic, *_: kinetic),
+    FrictionLaw(
+        "stribeck",
+        "mu + (friction_at_rest - mu) exp(-|Omega| R / friction_speed)",
+        stribeck,
+    ),
+)
+LAWS = {law.name: law for law in _TABLE}
+NAMES = tuple(LAWS)
+FRICTION = {law.name: law for law in _FRICTION}
+FRICTION_NAMES = tuple(FRICTION)
+if TYPE_CHECKING:
+    LawName = str
+    FrictionName = str
+else:
+    LawName = Literal[NAMES]  # computed: type checkers see `str`
+    FrictionName = Literal[FRICTION_NAMES]
+MEANINGS = "; ".join(f"{law.name}: {law.meaning}" for law in _TABLE)
+FRICTIONS = "; ".join(f"{law.name}: {law.meaning}" for law in _FRICTION)
+
+
+def is_known(law: Any, scheme: Any) -> Any:
+    """Return whether a scheme knows a contact law; scalars or (cases,)."""
+    found: Any = False
+    for one in _TABLE:
+        for name in one.schemes:
+            found = found | ((law == one.name) & (scheme == name))
+    return found
+
+
+def refused(law: str, scheme: str) -> str:
+    """Return why a scheme is refused with a contact law."""
+    *most, last = (f"'{name}'" for name in LAWS[law].schemes)
+    return (
+        f"scheme must be {', '.join(most)} or {last} where casing.contact_law is "
+        f"{law}, got '{scheme}'"
+    )

@@ -1,0 +1,205 @@
+"""A layer that wears follows the curve of its rods, and the ledger closes."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numba import njit
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.kernels.bodies import layer_space
+from hpcwhirl.dynamics.kernels.contact import ENTRIES, IMPACT, WEAR, contact_space
+from hpcwhirl.dynamics.kernels.kernel_types import Layer, Points
+from hpcwhirl.dynamics.kernels.layer import leave, press, to_worn, wear
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.snapshot import restore, snapshot
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, named_scene
+
+
+@njit
+def step(layer, worn, gaps, last, angles, rest):
+    points, w, lam, opened, space, own, ledger = rest
+    if to_worn(angles[1], angles[0], points, worn, own, gaps) < 0.0:
+        none, index = np.zeros((0, 0)), np.zeros((len(gaps), 0), np.int64)
+        shape, soft = np.zeros((len(gaps), 0)), layer.soft
+        leave(layer, worn, last, ledger, own)
+        if press(layer, soft, worn, w, none, index, shape, lam, opened, space, own) < 0:
+            raise ValueError
+        wear(layer, soft, worn, lam, opened, last, ledger, own)
+    else:
+        lam[:], opened[:] = 0.0, gaps
+
+
+STIFF, HARD, LIMIT = 3e6, 1e6, 20.0  # N/m, N/m, N of a rod
+PLASTIC = Layer(1 / STIFF, 1 / HARD, 0.0, LIMIT, HARD)
+TANGENT = STIFF * HARD / (STIFF + HARD)
+
+
+def pushed(depths, give=1e-18, layer=PLASTIC, turn=0.0, rods=8):
+    """Return what two blades of compliance `give` meet, driven to depths, m.
+
+    The second is driven half as deep; both turn by `turn`, rad, a step.
+    """
+    worn, lam, ledger = np.zeros((3, rods)), np.zeros(2), np.zeros(ENTRIES)
+    space, own = contact_space(2, 0), layer_space(2)
+    at = np.array([0.0, math.pi])
+    points = Points(at, at, np.zeros(2), np.zeros((2, 0)))
+    w = np.array([[give, 0.2 * give], [0.2 * give, give]])
+    forces, opened = [], np.zeros(2)
+    for n, depth in enumerate(depths):
+        gaps, last = np.array([-depth, -0.5 * depth]), opened.copy()
+        angles = np.array([0.1 + turn * n, 0.1 + turn * (n + 1)])
+        rest = points, w, lam, opened, space, own, ledger
+        step(layer, worn, gaps, last, angles, rest)
+        assert opened == pytest.approx(gaps + w @ lam, abs=1e-15)
+        forces.append(lam.copy())
+    return SimpleNamespace(
+        forces=np.array(forces), worn=worn, rod=own.rod, ledger=ledger
+    )
+
+
+def test_a_push_follows_the_bilinear_curve():
+    depth, first = np.linspace(0, 3e-5, 61), LIMIT / STIFF
+    found = pushed(depth).forces[:, 0]
+    curve = np.where(depth < first, STIFF * depth, LIMIT + TANGENT * (depth - first))
+    assert found == pytest.approx(curve, rel=1e-9, abs=1e-9)
+
+
+def test_bodies_stand_in_series_with_the_layer():
+    found = pushed([1e-5, 4e-5], 1e-7)
+    shortened = found.worn[0, found.rod] + found.forces[-1] / STIFF
+    w = 1e-7 * np.array([[1, 0.2], [0.2, 1]])
+    assert shortened + w @ found.forces[-1] == pytest.approx([4e-5, 2e-5], rel=1e-12)
+
+
+def test_work_of_wear_is_the_area_of_the_closed_loop():
+    there = np.concatenate([np.linspace(0, 3e-5, 3001), np.linspace(3e-5, 0, 3001)])
+    found = pushed(there)
+    for blade, share in enumerate([1.0, 0.5]):
+        area = np.trapezoid(found.forces[:, blade], share * there)
+        work = found.worn[1, found.rod[blade]]
+        assert work == pytest.approx(area, rel=1e-6)
+        assert work > 0
+    assert found.ledger[WEAR] == pytest.approx(found.worn[1].sum(), rel=1e-12)
+    again = pushed(np.concatenate([there, there]))
+    assert np.array_equal(again.worn, found.worn)
+    assert again.forces[-1, 0] == 0.0
+
+
+def test_the_rotation_does_the_work_of_wear_on_rods_that_a_tip_slides_onto():
+    """At constant depth the tip does none: six rods a blade, one a step, no loss."""
+    found = pushed([4e-5] * 7, turn=2 * math.pi / 16, rods=16)
+    fresh = found.worn[1].sum() - found.worn[1, [1, 9]].sum()
+    assert np.count_nonzero(found.worn[0]) == 14
+    assert found.worn[2].sum() == pytest.approx(fresh, rel=1e-9)
+    assert found.ledger[IMPACT] == pytest.approx(found.worn[2].sum(), rel=1e-12)
+
+
+def test_wear_by_archard_is_force_times_sliding_distance():
+    rubbing = Layer(1 / STIFF, 1e-8, 0.0, 0.0, 0.0)
+    found = pushed(np.linspace(0, 3e-5, 400), layer=rubbing)
+    assert found.worn[0, found.rod] == pytest.approx(1e-8 * found.forces.sum(axis=0))
+    work = 1e-8 * (found.forces**2).sum(axis=0)
+    assert found.worn[1, found.rod] == pytest.approx(work)
+    assert (work > 0).all()
+
+
+SHORT = {"duration": 0.012, "interval": 1e-4, "modes": 5}
+SOFT = {"contact_law": "abradable", "layer_yield": 1e6}
+RUBBED = {"contact_law": "archard", "wear_coefficient": 1e-11}
+
+
+def march(**settings):
+    made = March(resolve(apply_settings(named_scene("table2"), SHORT | settings)))
+    return made, made.run()
+
+
+def test_a_layer_that_never_yields_tends_to_rigid_contact_as_it_stiffens():
+    """The difference is that of the rods' compliance: 1e-9 where that is least."""
+    own = {"scheme": "paper", "duration": 3e-3}
+    _, rigid = march(**own)
+    assert rigid.impulse[-1] > 0
+    apart = []
+    for young in (1e16, 1e17, 1e22):
+        held = {"layer_young": young, "layer_yield": 1e22, "contact_law": "abradable"}
+        made, as_rigid = march(**own, **held)
+        assert not made.state.worn[0].any()
+        apart.append(
+            abs(as_rigid.centre - rigid.centre).max() / abs(rigid.centre).max()
+        )
+    assert apart[-1] < 1e-9
+    assert apart[0] == pytest.approx(10 * apart[1], rel=0.2)
+
+
+TURNING = pytest.param(SOFT | {"rotation": "full"}, marks=pytest.mark.evidence)
+
+
+@pytest.mark.parametrize("own", [SOFT, RUBBED, TURNING])
+def test_schemes_agree_and_the_ledger_closes(own):
+    (one, a), (two, b) = (march(scheme=s, **own) for s in ("paper", "modal"))
+    assert one.state.worn[0].max() > 1e-7
+    assert two.state.worn == pytest.approx(one.state.worn, rel=1e-7, abs=1e-12)
+    for told in (a, b):
+        most = max(map(abs, told.ledger.values()))
+        assert abs(told.ledger["residual"]) < 1e-10 * most
+        assert told.gap_error < 1e-12
+    for made, told in ((one, a), (two, b)):
+        work = made.state.worn[1].sum()
+        assert told.ledger["wear"] == pytest.approx(work, rel=1e-9)
+
+
+@pytest.mark.parametrize("own", [SOFT, RUBBED])
+def test_what_nothing_else_takes_vanishes_with_the_time_step(own):
+    """Rotation, wear and the tips' own work are found apart; no loss is left."""
+    own = own | {"scheme": "general", "duration": 0.02}  # ends in flight
+    losses = [march(time_step=dt, **own)[1].ledger for dt in (1e-6, 2.5e-7)]
+    coarse, fine = (one["impact"] for one in losses)
+    assert 0 < fine < 0.35 * coarse
+    assert coarse < 0.02 * losses[0]["wear"]
+
+
+@pytest.mark.parametrize("own", [SOFT, RUBBED])
+def test_slices_and_a_resumed_march_give_the_same_bits(own):
+    settings = SHORT | {"scheme": "modal"} | own
+    case = resolve(apply_settings(named_scene("table2"), settings))
+    whole, cut = March(case), March(case)
+    whole.advance(whole.total)
+    cut.advance(6001)
+    assert cut.state.worn.any()
+    later = March(case)
+    assert restore(later, snapshot(cut))
+    while not later.done:
+        later.advance(777)
+    for name, array in snapshot(whole).items():
+        if name != "seconds":
+            assert np.array_equal(snapshot(later)[name], array), name
+
+
+def test_stribeck_friction_falls_from_that_at_rest():
+    law = {"friction_law": "stribeck", "friction_at_rest": 0.3, "friction_speed": 40.0}
+    scene = apply_settings(named_scene("table2"), law | {"friction": 0.1})
+    sliding = scene.speed * scene.engine.rotor.radius
+    falls = 0.1 + 0.2 * math.exp(-sliding / 40.0)
+    assert friction_with_sign(scene) == pytest.approx(falls, rel=1e-15)
+    own = {"duration": 2e-3, "scheme": "modal"}
+    _, by_law = march(**own, **law)
+    _, plain = march(**own, friction=friction_with_sign(scene))
+    assert plain.contacts > 0
+    assert np.array_equal(by_law.centre, plain.centre)
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"scheme": "exact"}, "scheme must be 'modal', 'general' or 'paper' where cas"),
+        ({"layer_elements": 40}, "layer_elements must be >= 44, two a blade, got 40"),
+        ({"layer_elements": 99999}, "so that no tip skips one in a time step, got 999"),
+        ({"output.chaos": 50}, "chaos must be 0 where casing.contact_law is abradable"),
+    ],
+)
+def test_what_a_layer_does_not_allow_is_refused(settings, text):
+    with pytest.raises(InputError, match=text):
+        apply_settings(named_scene("table2"), {"contact_law": "abradable", **settings})
