@@ -28,6 +28,7 @@ from hpcwhirl.scene.quantities import (
     STATUS,
     TRACES,
     TUNED,
+    WORN,
     variable_name,
 )
 from hpcwhirl.store.reading.shares import GROUP, SHARE
@@ -167,6 +168,7 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         *BLADES,
         *CHAOS,
         *OVER_SPEED,
+        *WORN,
         *TUNED,
         *STATUS,
         *TRACES,

@@ -21,6 +21,7 @@ from hpcwhirl.analysis.regimes import (
     name_regime,
 )
 from hpcwhirl.analysis.rules import motion_of
+from hpcwhirl.analysis.wear import wear_numbers
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
 from hpcwhirl.case.resolve import Case, resolve
@@ -285,6 +286,7 @@ def result_of(case: Case, history: History) -> Result:
     row |= found
     if changes(scene):
         row["words_over_speed"] = told_over_speed(words_over_speed(case, history))
+    row |= wear_numbers(scene, history.layer)
     row["sample_interval"] = history.interval
     row |= blade_numbers(history.time, history.tips, (1 - STEADY_SHARE) * history.end)
     performance: dict[str, Value] = {
@@ -327,6 +329,8 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
             "blade_impulse": history.blade_impulse,
             "casing": history.casing,
         }
+        if history.worn.shape[1]:
+            traces["worn"] = history.worn
         if history.point_impulse.shape[2]:
             traces["point_tips"] = history.point_tips
             traces["point_impulse"] = history.point_impulse

@@ -94,6 +94,9 @@ class History:
     circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
         at rows of evidence; energies are those of the motion about it; 0 without
         unbalance
+    worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless asked
+    layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
+        on the rods, J; M is 0 without layer
     """
 
     time: Floats
@@ -125,6 +128,8 @@ class History:
     point_tips: Floats = field(default_factory=lambda: np.zeros((0, 1, 0, 2)))
     point_impulse: Floats = field(default_factory=lambda: np.zeros((0, 1, 0)))
     folds: int = 1
+    worn: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
 
 

@@ -55,6 +55,11 @@ def wears(scene: Scene) -> bool:
     return bool(scene.engine.casing.contact_law != RIGID)
 
 
+def rods_of(scene: Scene) -> int:
+    """Return the number of rods of a scene's layer, 0 without one."""
+    return int(scene.engine.casing.layer_elements) if wears(scene) else 0
+
+
 def layer_of(scene: Scene) -> Layer:
     """Return the rods of a scene's contact law; not read where there are none."""
     if not wears(scene):
@@ -63,7 +68,7 @@ def layer_of(scene: Scene) -> Layer:
 
 
 def unworn(model: Model, scene: Scene) -> Floats:
-    """Return the layer at the start, (3, M), see `kernel_types.BodiesState`.
+    """Return the layer at the start, (3, M), see `kernels.kernel_types.BodiesState`.
 
     Raises
     ------
@@ -77,4 +82,4 @@ def unworn(model: Model, scene: Scene) -> Floats:
             f"got {law}"
         )
         raise InputError(msg)
-    return np.zeros((3, scene.engine.casing.layer_elements if wears(scene) else 0))
+    return np.zeros((3, rods_of(scene)))

@@ -22,6 +22,7 @@ from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import GeneralRotor, Strides, Tracks
+from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
@@ -51,6 +52,7 @@ LOOKS = 50  # rows of evidence between two searches for a certificate
 PATIENCE = 16  # largest multiple of `LOOKS` between two searches
 TOUCHDOWNS = 12  # touchdowns of a blade up to which one sector stands for all, `_watch`
 CLEAR = 2.0  # durations of the pulse before the first search for a certificate
+NO_LAYER = np.zeros((3, 0))  # states of most kernels have none
 MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
 
@@ -222,9 +224,9 @@ class March:
 
     def _empty_tracks(self) -> Tracks:
         blades, kept = self.lean.model.contacts, self.scene.output.traces
-        samples = self.total // self.stride
+        samples, rods = self.total // self.stride, rods_of(self.scene)
         full, width = kept in {"blades", "full"}, self.scheme.casing_width
-        size = 8.0 * samples * (7 + (3 * blades + width) * full)
+        size = 8.0 * samples * (7 + (3 * blades + width + rods) * full)
         rows = self.total // self.beat
         if 8.0 * contact.COLUMNS * rows > MOST_TRACES:
             msg = (
@@ -238,7 +240,8 @@ class March:
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        return empty_tracks(samples, samples if full else 0, rows, blades, width)
+        rows_kept = samples if full else 0
+        return empty_tracks(samples, rows_kept, rows, blades, width, rods)
 
     @property
     def counter(self) -> Any:
@@ -410,6 +413,8 @@ class March:
             interval=self.interval,
             folds=folds,
             circle=self._circle(judged.time),
+            worn=kept.worn,
+            layer=getattr(self.state, "worn", NO_LAYER),
             **by_point,
         )
 
@@ -478,7 +483,7 @@ class March:
 
 
 def empty_tracks(
-    samples: int, whole: int, rows: int, blades: int, width: int
+    samples: int, whole: int, rows: int, blades: int, width: int, rods: int
 ) -> Tracks:
     """Return empty tracks of a march.
 
@@ -487,6 +492,7 @@ def empty_tracks(
     samples, whole : number of samples, and of samples with tips and casing
     rows : number of rows of evidence
     blades, width : number of blades N; number of coordinates of the casing
+    rods : number of rods of a layer that wears, 0 without
     """
     numbers = [np.zeros(samples) for _ in range(5)]
     energy, impulse, fed, lost, rubbed = numbers
@@ -494,7 +500,7 @@ def empty_tracks(
         np.zeros((samples, 2)), energy, impulse, fed, lost,
         np.zeros((whole, blades, 2)), np.zeros((whole, blades)), rubbed,
         np.zeros((whole, width)), np.zeros((rows, contact.COLUMNS)),
-        np.zeros(contact.CLOSED),
+        np.zeros(contact.CLOSED), np.zeros((whole, rods)),
     )  # fmt: skip
 
 

@@ -139,6 +139,15 @@ OVER_SPEED: dict[str, Quantity] = {
     **_table("S4096", "1", words_over_speed="words by windows: times, s, speeds, rad/s,"
              " regime, whirl; one interval after the other"),
 }  # fmt: skip
+# variables of campaigns with a layer on the casing that wears
+WORN: dict[str, Quantity] = {
+    **_table("f8", "m", wear_depth="largest worn depth of the layer"),
+    **_table("f8", "m3", wear_volume="volume that is worn or pressed down"),
+    **_table("i8", "1", wear_lobes="strongest harmonic of the worn depth over the"
+             " angle, 0 if none was worn"),
+    **_table("f8", "J", wear_turning="work of the rotation on rods that tips slid onto,"
+             " part of ledger_rotation"),
+}  # fmt: skip
 # variables of cases whose tuned counterpart was computed, too
 TUNED: dict[str, Quantity] = {
     **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
@@ -203,6 +212,9 @@ TRACES: dict[str, Quantity] = {
         "m",
         "casing, static frame: radial displacement by harmonic, its cos and sin part",
         axes=("harmonic", "phase"),
+    ),
+    "worn": Quantity(
+        "m", "worn depth of each rod of the casing's layer", axes=("rod",)
     ),
 }
 # quantities that commands and figures derive from these
@@ -279,6 +291,7 @@ AXES = {
     "blade": Quantity("1", "blade"),
     "chord": Quantity("1", "contact point of a tip, by its axial place"),
     "component": Quantity("1", "0: radial, 1: tangential"),
+    "rod": Quantity("1", "rod of the layer, by angle from 0 on the casing"),
     "harmonic": Quantity("1", "number of waves around the casing"),
     "phase": Quantity("1", "0: cos, 1: sin"),
 }

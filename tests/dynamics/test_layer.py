@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numba import njit
 
+from hpcwhirl.analysis.wear import lobes_of, wear_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels.bodies import layer_space
 from hpcwhirl.dynamics.kernels.contact import ENTRIES, IMPACT, WEAR, contact_space
@@ -203,3 +204,23 @@ def test_stribeck_friction_falls_from_that_at_rest():
 def test_what_a_layer_does_not_allow_is_refused(settings, text):
     with pytest.raises(InputError, match=text):
         apply_settings(named_scene("table2"), {"contact_law": "abradable", **settings})
+
+
+def test_lobes_are_the_strongest_harmonic_of_the_depth():
+    angle = np.linspace(0, 2 * math.pi, 360, endpoint=False)
+    depth = 1e-4 + 3e-5 * np.cos(5 * angle) + 1e-5 * np.cos(2 * angle)
+    assert lobes_of(depth) == 5
+    assert lobes_of(0 * depth) == 0
+
+
+def test_numbers_of_wear_are_those_of_the_rods():
+    made, told = march(scheme="general", **SOFT, **{"output.traces": "full"})
+    numbers = wear_numbers(made.scene, told.layer)
+    depth, work, turned = made.state.worn
+    volume = depth.sum() * 0.05 * 2 * math.pi * 0.5 / 720
+    assert numbers["wear_volume"] == pytest.approx(volume, rel=1e-12)
+    assert numbers["wear_depth"] == depth.max() > 0
+    assert told.ledger["wear"] == pytest.approx(work.sum(), rel=1e-12)
+    assert numbers["wear_turning"] == pytest.approx(turned.sum(), rel=1e-12)
+    assert (np.diff(told.worn, axis=0) >= 0).all()
+    assert np.array_equal(told.worn[-1], depth)

@@ -32,7 +32,8 @@ from hpcwhirl.planner.planner import Jobs
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
-from hpcwhirl.store.directory.blades import DETAIL
+from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.store.directory.blades import DETAIL, LAW
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
 from hpcwhirl.store.directory.runs import COSTS, read_runs
@@ -51,6 +52,7 @@ BESIDE = 1e-3  # s, time of a case beyond its kernel, before any has ended
 GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
 DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
+RODS = "engine.casing.layer_elements"
 KEEPING = ("orbit", "full")  # values of output.traces that keep traces
 Floats = NDArray[np.float64]
 
@@ -367,11 +369,14 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return the cases with most blades or harmonics, for each detail of traces."""
-    found = set[int]()
+    """Return the cases with most blades, harmonics or rods, by detail of traces."""
+    found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)
         for name in ("engine.rotor.blades", "engine.casing.harmonics"):
             if len(cases):
                 found.add(int(cases[design.columns.values(name)[cases].argmax()]))
+        worn = cases[laws[cases] != RIGID]
+        if len(worn):
+            found.add(int(worn[design.columns.values(RODS)[worn].argmax()]))
     return found

@@ -14,6 +14,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     PULSE,
     RIGID,
     RUNNING,
+    SAMPLE,
     STEP,
     STOP,
     angle_at,
@@ -31,7 +32,14 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
-from hpcwhirl.dynamics.kernels.layer import closed_by, leave, press, to_worn, wear
+from hpcwhirl.dynamics.kernels.layer import (
+    closed_by,
+    keep_depth,
+    leave,
+    press,
+    to_worn,
+    wear,
+)
 from hpcwhirl.dynamics.kernels.opening import note_miss
 from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
 from hpcwhirl.dynamics.kernels.verbs import (
@@ -264,6 +272,8 @@ def march_bodies(
                     gaps,
                 )  # fmt: skip
                 note_miss(gaps, last, u, gap_at(wall, following), ledger)
+            if layered and keep:
+                keep_depth(worn, counter[SAMPLE], tracks.worn)
             write_sample(
                 counter, ledger, impulse, tips, q_c,
                 energies_of(rotor, casing, state, step), loss_b.sum() + loss_c.sum(),

@@ -90,6 +90,7 @@ class Tracks(NamedTuple):
     casing : (samples, width), coordinates of the scheme; no rows if not kept
     evidence : (rows, COLUMNS), see `contact`
     closed : (CLOSED,), J, the ledger at the last row of evidence
+    worn : (samples, M), m, depth of each rod of a layer; no rows if not kept
     """
 
     centre: Floats
@@ -103,6 +104,7 @@ class Tracks(NamedTuple):
     casing: Floats
     evidence: Floats
     closed: Floats
+    worn: Floats
 
 
 class BodiesState(NamedTuple):

@@ -20,7 +20,7 @@ import math
 from hpcwhirl.dynamics.kernels.compiled import rare
 from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
 
-CLEARLY = 1.0 + 1e-12  # a rod at its limit but for round-off does not wear
+NEAR = 1e-11  # of the limit: within it, a rod stays as it is
 DEPTH, WORK, CUT = 0, 1, 2  # rows of the state
 ATTEMPTS = 3  # times N: changes of all blades at once before one at a time
 
@@ -88,7 +88,8 @@ def press(layer, softness, worn, w_rotor, compliance, index, shape, lam, opened,
         changed = 0
         for j in range(blades):
             limit = limit_of(layer, worn[DEPTH, own.rod[j]])
-            now = 1 if lam[j] > CLEARLY * limit else 0
+            band = (NEAR if wears[j] == 0 else -NEAR) * limit
+            now = 1 if lam[j] > limit + band else 0
             if now != wears[j] and (attempt < most or changed == 0):
                 wears[j] = now
                 changed += 1
@@ -152,6 +153,14 @@ def work_to_push(layer, depth, way):
     tangent = layer.growth / (1.0 + layer.growth * layer.flex)
     rest = way - elastic
     return 0.5 * elastic * elastic / layer.flex + (limit + 0.5 * tangent * rest) * rest
+
+
+@rare
+def keep_depth(worn, sample, track):
+    """Write the depths of the rods to a sample of `track` (samples, M), if kept."""
+    if sample < len(track):
+        for rod in range(worn.shape[1]):
+            track[sample, rod] = worn[DEPTH, rod]
 
 
 @rare

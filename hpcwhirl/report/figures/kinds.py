@@ -20,6 +20,7 @@ from hpcwhirl.report.figures import (
     shapes,
     sweeps,
     waterfall,
+    wear,
 )
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.report.ticks import tell_in_units
@@ -29,7 +30,17 @@ from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
-FULL = {"tips", "blade_impulse", "point_impulse"}  # traces that `full` alone keeps
+FULL = {
+    "tips",
+    "blade_impulse",
+    "point_impulse",
+    "worn",
+}  # traces that `full` alone keeps
+
+SPECIAL = {  # trace: what it needs beside `full`
+    "point_impulse": "needs an engine.file of several contact points a tip",
+    "worn": "needs a layer that wears: engine.casing.contact_law",
+}
 
 
 @dataclass(frozen=True)
@@ -104,6 +115,7 @@ KINDS = {
         chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
     ),
     "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
+    "wear": Kind(wear.draw_wear, ("worn",), "case", asked=True),
     "basins": Kind(basin_shares.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
@@ -202,8 +214,8 @@ def _lacking(results: Results, kind: Kind) -> str:
     lacking = [name for name in kind.needs if name not in results.kept]
     if not lacking:
         return ""
-    if lacking == ["point_impulse"] and "tips" in results.kept:
-        return "needs an engine.file of several contact points a tip"
+    if len(lacking) == 1 and lacking[0] in SPECIAL and "tips" in results.kept:
+        return SPECIAL[lacking[0]]
     level = "full" if FULL & {*lacking} else "orbit"
     return f"needs traces = {level}, the campaign kept none of {', '.join(lacking)}"
 

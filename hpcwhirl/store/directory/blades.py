@@ -1,4 +1,4 @@
-"""Optional variables of results: of single blades, of chaos; tuned cases."""
+"""Optional variables of results: of blades, chaos and wear; tuned cases."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.files import MISTUNING
-from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED
+from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import CHANGING
 from hpcwhirl.scene.table import listed
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
+LAW = "engine.casing.contact_law"
 MODEL = ("modes", "time_step", "scheme")  # must be equal, or models differ, not blades
 LOOKED_AT = {"blades", "full"}
 
@@ -33,7 +35,8 @@ def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the optional variables in a plan's results."""
     found = blade_quantities(plan) | (CHAOS if asks_for_chaos(plan) else {})
-    return found | (OVER_SPEED if changes_in_time(plan) else {})
+    found = found | (OVER_SPEED if changes_in_time(plan) else {})
+    return found | (WORN if wears(plan) else {})
 
 
 def changes_in_time(plan: Manifest) -> bool:
@@ -43,6 +46,12 @@ def changes_in_time(plan: Manifest) -> bool:
         for name, usual in CHANGING.items()
         for base in [plan.base.get(name, usual)]
     )
+
+
+def wears(plan: Manifest) -> bool:
+    """Return whether a layer wears in any case of a plan."""
+    base = plan.base.get(LAW, RIGID)
+    return bool({base, *listed(plan.table.column(LAW, base).values)} - {RIGID})
 
 
 def asks_for_chaos(plan: Manifest) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene import Scene, flatten
-from hpcwhirl.scene.quantities import AXES, BLADES, CHAOS, ROW, TRACES
+from hpcwhirl.scene.quantities import AXES, BLADES, CHAOS, ROW, TRACES, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
 from hpcwhirl.store.schema import dtype
@@ -58,7 +58,7 @@ def one_case(
     """
     import xarray
 
-    known = {**ROW, **BLADES, **CHAOS, **TRACES, "time": AXES["time"]}
+    known = {**ROW, **BLADES, **CHAOS, **WORN, **TRACES, "time": AXES["time"]}
     variables = {
         name: (
             dims,

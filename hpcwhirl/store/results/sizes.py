@@ -22,7 +22,7 @@ from hpcwhirl.store.results.layout import LIBVER, define
 
 NAME = "0001-00000.bin"  # of a file of traces
 # what `full` keeps beyond `orbit`
-MORE = ("tips", "blade_impulse", "point_tips", "point_impulse", "casing")
+MORE = ("tips", "blade_impulse", "point_tips", "point_impulse", "casing", "worn")
 
 ONE_RANK: Share = {
     "run": 1,
