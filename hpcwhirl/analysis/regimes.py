@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -227,6 +227,11 @@ def evidence(
     Its window is the last 40 % of the run. Evidence comes from `History.judged` and
     from the ledger of every step: the choice of traces does not change it.
 
+    At a changing speed a rotor follows its motion without contact, or is held by the
+    casing, while the former grows or falls with the speed. With contact in the window,
+    energies and orbit are those of what contact causes or of the whole motion, of the
+    two the one that changes less; without contact, of the former, which then decays.
+
     Parameters
     ----------
     scene : the case
@@ -254,15 +259,15 @@ def evidence(
         centre, angle_at(scene, time) if angles is None else angles[first:]
     )
     with np.errstate(all="ignore"):  # of a diverged run, `History.stop` decides
-        energy, rotor, casing = _energies(scene, judged)
-        energies = energy[first:], rotor[first:], casing[first:]
-        orbit = _squared(centre, history.circle[first:])
-        rates = _rates(np.stack([time, *energies, orbit]))
-        rates["summit"] = summit(judged.time, rotor, start)
+        rates, mean = _growing(scene, judged, history.circle, start)
+        if len(judged.whole) and history.last_contact > start:
+            still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)
+            held = _growing(scene, *still, start)
+            rates, mean = min((rates, mean), held, key=lambda one: _change_of(one[0]))
         whirl = whirl_numbers(time, turned, extremes(scene)[1])
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
     rubbed = _change(judged.friction[first:])
-    radius, mean = scene.engine.rotor.radius, energies[0].mean() if len(time) else 0.0
+    radius = scene.engine.rotor.radius
     return {
         **{name: _finite(rate) for name, rate in rates.items()},
         "orbit_radius": _finite(whirl.radius),
@@ -287,6 +292,27 @@ def evidence(
         "slip_ratio": slip_ratio(scene, history),
         **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
+
+
+def _growing(
+    scene: Scene, judged: Evidence, circle: Floats, start: float
+) -> tuple[dict[str, float], float]:
+    """Return `_rates` of a window from `start`, s, with `summit`, and its mean energy.
+
+    circle : (b, 2) or (1, 2), m, about which the orbit is measured
+    """
+    first = int(np.searchsorted(judged.time, start, side="right"))
+    time, centre = judged.time[first:], judged.centre[first:]
+    energy, rotor, casing = _energies(scene, judged)
+    energies = energy[first:], rotor[first:], casing[first:]
+    rates = _rates(np.stack([time, *energies, _squared(centre, circle[first:])]))
+    rates["summit"] = summit(judged.time, rotor, start)
+    return rates, energies[0].mean() if len(time) else 0.0
+
+
+def _change_of(rates: dict[str, float]) -> float:
+    """Return the largest growth rate in magnitude, of both, rotor and centre, 1/s."""
+    return max(abs(rates[f"growth_{name}"]) for name in ("rate", "rotor", "centre"))
 
 
 def _turns(scene: Scene) -> bool:

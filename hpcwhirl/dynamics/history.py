@@ -33,6 +33,8 @@ class Evidence:
     centre : (b, 2), m, ROTATING frame: x_o, y_o
     rotor, casing : (b,), J, kinetic + strain energy of each body
     fed, friction, lost : (b,), J, cumulative work, as in `History`
+    whole : (b,), J, of a rotor with rotation whose speed changes, the energy of its
+        whole motion, where `rotor` has that of what contact causes; (0,) otherwise
     """
 
     time: Floats
@@ -42,6 +44,7 @@ class Evidence:
     fed: Floats
     friction: Floats
     lost: Floats
+    whole: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def energy(self) -> Floats:
@@ -149,7 +152,8 @@ def between(history: History, start: float, end: float) -> History:
     """
     judged = history.judged
     rows = (judged.time > start) & (judged.time <= end)
-    part = {n: getattr(judged, n)[rows] for n in judged.__dataclass_fields__}
+    numbers = {n: getattr(judged, n) for n in judged.__dataclass_fields__}
+    part = {n: each[rows] if len(each) else each for n, each in numbers.items()}
     part["time"] = part["time"] - start
     same, last = len(history.circle) == len(rows), history.last_contact
     if last > end:

@@ -14,21 +14,25 @@ from numpy.typing import NDArray
 from hpcwhirl.case.limits import beat_of, shortest_limits, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.resolve import Case
-from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
-from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
+from hpcwhirl.case.speed import angle_at, law_of, schedule_of
+from hpcwhirl.case.unbalance import centre_of, circle, swing
 from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import GeneralRotor, Strides, Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    DrivenBody,
+    GeneralRotor,
+    Strides,
+    Tracks,
+)
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.rotating_waves import folds_well
 from hpcwhirl.dynamics.start import start_of
-from hpcwhirl.dynamics.varying import DrivenRotor
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
@@ -228,10 +232,10 @@ class March:
         full, width = kept in {"blades", "full"}, self.scheme.casing_width
         size = 8.0 * samples * (7 + (3 * blades + width + rods) * full)
         rows = self.total // self.beat
-        if 8.0 * contact.COLUMNS * rows > MOST_TRACES:
+        if 8.0 * self._columns * rows > MOST_TRACES:
             msg = (
                 f"duration asks for {rows} rows of evidence, allowed "
-                f"{MOST_TRACES / (8 * contact.COLUMNS):.0f}: shorten duration"
+                f"{MOST_TRACES / (8 * self._columns):.0f}: shorten duration"
             )
             raise InputError(msg)
         if size > MOST_TRACES:
@@ -240,8 +244,14 @@ class March:
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        rows_kept = samples if full else 0
-        return empty_tracks(samples, rows_kept, rows, blades, width, rods)
+        numbers = samples, samples if full else 0, rows, blades, width, rods
+        return empty_tracks(*numbers, self._columns)
+
+    @property
+    def _columns(self) -> int:
+        """Columns of a row of evidence, more where a speed's change drives a rotor."""
+        driven = isinstance(self.scheme.arrays.rotor, DrivenBody)
+        return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 
     @property
     def counter(self) -> Any:
@@ -438,8 +448,11 @@ class March:
         -------
         (b, 2), m, rotating frame
         """
+        if self._columns > contact.COLUMNS:
+            beside = slice(contact.BESIDE_X, contact.OF_WHOLE)
+            return self.tracks.evidence[: len(time), beside].copy()
         if law_of(self.scene) is not None:
-            return self._circles(time)
+            return np.zeros((len(time), 2))
         places, swung = circle(self.model, self.scene), swing(self.model, self.scene)
         z = np.full(len(time), 0j if places is None else centre_of(self.model, places))
         if swung is not None:
@@ -447,20 +460,16 @@ class March:
             z += back * np.exp(-2j * self.scene.speed * time)
         return np.column_stack([z.real, z.imag])
 
-    def _circles(self, time: Floats) -> Floats:
-        """Return `_circle` at a speed that changes."""
-        if not is_unbalanced(self.scene):
-            return np.zeros((len(time), 2))
-        rotor = DrivenRotor(self.model, self.scene)
-        return rotor.centres(speed_at(self.scene, time))
-
     def _judged(self) -> Evidence:
         """Return the rows of evidence so far; energies are those of all sectors."""
         rows = self.tracks.evidence[: int(self.counter[contact.JUDGED])]
         steps = np.arange(1.0, len(rows) + 1) * self.beat
-        whole = self.lean.model.folds * rows[:, contact.OF_ROTOR :].T
-        centre = rows[:, : contact.OF_ROTOR]
-        return Evidence(steps * self.scene.solver.time_step, centre, *whole)
+        numbers = self.lean.model.folds * rows[:, contact.OF_ROTOR : contact.COLUMNS].T
+        centre, time = rows[:, : contact.OF_ROTOR], steps * self.scene.solver.time_step
+        if self._columns == contact.COLUMNS:
+            return Evidence(time, centre, *numbers)
+        whole = self.lean.model.folds * rows[:, contact.OF_WHOLE]
+        return Evidence(time, centre, *[*numbers, whole])
 
     def _closing(self) -> dict[str, float]:
         """Return the ledger of all sectors at the current step.
@@ -483,14 +492,20 @@ class March:
 
 
 def empty_tracks(
-    samples: int, whole: int, rows: int, blades: int, width: int, rods: int
+    samples: int,
+    whole: int,
+    rows: int,
+    blades: int,
+    width: int,
+    rods: int = 0,
+    columns: int = contact.COLUMNS,
 ) -> Tracks:
     """Return empty tracks of a march.
 
     Parameters
     ----------
     samples, whole : number of samples, and of samples with tips and casing
-    rows : number of rows of evidence
+    rows, columns : number of rows of evidence, and of their columns
     blades, width : number of blades N; number of coordinates of the casing
     rods : number of rods of a layer that wears, 0 without
     """
@@ -499,7 +514,7 @@ def empty_tracks(
     return Tracks(
         np.zeros((samples, 2)), energy, impulse, fed, lost,
         np.zeros((whole, blades, 2)), np.zeros((whole, blades)), rubbed,
-        np.zeros((whole, width)), np.zeros((rows, contact.COLUMNS)),
+        np.zeros((whole, width)), np.zeros((rows, columns)),
         np.zeros(contact.CLOSED), np.zeros((whole, rods)),
     )  # fmt: skip
 

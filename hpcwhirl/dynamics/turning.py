@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced
 from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Stand
 from hpcwhirl.dynamics.unbalance import circling_modes
@@ -135,7 +136,8 @@ def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
 def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
-    With an unbalance they include modes that represent x_s, see `dynamics.unbalance`.
+    With an unbalance they include modes that represent x_s, see `dynamics.unbalance`;
+    at a speed that changes `dynamics.varying` adds its own.
     """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])
@@ -162,4 +164,6 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
         tangential=np.ascontiguousarray(tangential),
         stand=standing(model, scene, step.inverse, hub),
     )
-    return circling_modes(body, model, scene) if is_unbalanced(scene) else body
+    if is_unbalanced(scene) and law_of(scene) is None:
+        return circling_modes(body, model, scene)
+    return body

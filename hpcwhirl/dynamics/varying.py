@@ -1,10 +1,14 @@
-"""A rotor whose modes rotation couples, at a speed that changes: its blocks over Omega.
+"""A rotor, whose modes rotation couples, at a speed that changes: blocks over Omega.
 
-M y'' + (D + 2 Omega C) y' + (K(Omega) + S) y = f - (dOmega/dt) C x + f_0, by blocks of
-modes at rest. In an interval (`case.speed`) Omega is its mean, and y = x - x_s the
-motion about the circle of an unbalance at that speed. From one interval to the next x
-and its increment are the same, while y and the matrices of its energy change: what the
-energy gains by that is entered as work of the loading, as is the work of f_0.
+M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, by blocks of
+modes at rest. In an interval (`case.speed`) Omega is its mean. As the equation is
+linear, x = y + r: r is the motion by f_0, the forces of the unbalance and of Euler on
+the blades, from the circle of the unbalance at the first speed on; y has the forces of
+contact. At a constant speed r is that circle, and y the motion about it, as in
+`case.unbalance`. Both are marched by the same scheme, `kernels.driven`.
+
+From one interval to the next the motion is continuous, while the matrices of its
+energy change: what the energy of y gains by that is entered as work of the loading.
 
 K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once, so that a
 refresh solves small systems alone, those of equal size at once.
@@ -31,7 +35,6 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-BLOCK = 1024  # speeds whose circles are solved for at once
 
 
 class _Group(NamedTuple):
@@ -40,13 +43,17 @@ class _Group(NamedTuple):
     Attributes
     ----------
     modes : (b, s), of the rotor, by diameter
-    flat : (b, s, s), places of a block's entries in the kernel's arrays
+    moved : (b,), whether f_0 moves a block
+    flat, again : (b, s, s), (c, s, s), places of the entries of blocks in the kernel's
+        arrays, and of those that are moved once more
     mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
     hub : (b, 2, s), x_o and y_o
     """
 
     modes: Integers
+    moved: NDArray[np.bool_]
     flat: Integers
+    again: Integers
     mass: Floats
     gyro: Floats
     damping: Floats
@@ -63,7 +70,9 @@ class DrivenRotor:
     ----------
     order, starts : of `by_diameter`
     shapes : (n, m), of the modes in this order
-    speed, circle : rad/s; (m,), amplitudes of x_s at it
+    alike : (n,), the modes that f_0 moves, by block
+    begun : (a + 1,), the first of each block among those, and n
+    force : (m,), f_0 in the present interval
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:
@@ -85,25 +94,34 @@ class DrivenRotor:
             spin.stiffening, none if spin.quartic is None else spin.quartic,
         )  # fmt: skip
         self.groups = self._grouped([self.shapes.T @ t @ self.shapes for t in terms])
-        self.circle = np.zeros(len(self.order))
+        moved = [g.modes[g.moved].ravel() for g in self.groups]
+        sizes = [s for g in self.groups for s in g.moved.sum() * [g.modes.shape[1]]]
+        self.alike = np.concatenate(moved).astype(np.int64)
+        self.begun = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+        self.force = np.zeros(len(self.order))
 
     def _grouped(self, terms: list[Floats]) -> list[_Group]:
         ends = list(itertools.pairwise(self.starts.tolist()))
         sizes = np.array([b - a for a, b in ends])
         begun = np.concatenate([[0], np.cumsum(sizes**2)])
-        out = []
+        out, further = [], int(begun[-1])
         for size in sorted(set(sizes.tolist()) - {0}):
             own = np.flatnonzero(sizes == size)
             modes = np.array([np.arange(*ends[b]) for b in own])
             place = np.arange(size)
-            flat = begun[own][:, None, None] + size * place[None, :] + place[:, None]
+            inside = size * place[None, :] + place[:, None]
             parts = [t[modes[:, :, None], modes[:, None, :]] for t in terms]
             parts = [
                 (part + (-1.0 if i == 1 else 1.0) * part.swapaxes(1, 2)) / 2
                 for i, part in enumerate(parts)
             ]
-            hub = self.hub[:, modes].swapaxes(0, 1)
-            out.append(_Group._make([modes, flat, *parts, np.ascontiguousarray(hub)]))
+            hub = np.ascontiguousarray(self.hub[:, modes].swapaxes(0, 1))
+            moved = self.euler[modes].any(axis=1)
+            moved |= hub.any(axis=(1, 2)) & (self.moment != 0.0)
+            extra = further + size**2 * np.arange(moved.sum())
+            further += size**2 * len(extra)
+            flat, again = (at[:, None, None] + inside for at in (begun[own], extra))
+            out.append(_Group._make([modes, moved, flat, again, *parts, hub]))
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
@@ -118,54 +136,34 @@ class DrivenRotor:
             back @ planar(1j * held.imag) @ group.hub,
         )
 
-    def _circle_of(self, group: _Group, held: Floats, speed: float) -> Floats:
-        """Return the amplitudes x_s of blocks, (b, s); held : K + S."""
-        pull = speed**2 * self.moment
-        load = np.array([pull.real, pull.imag]) @ group.hub
-        return np.asarray(np.linalg.solve(held, load[:, :, None])[:, :, 0])
-
-    def centres(self, speeds: Floats) -> Floats:
-        """Return the centre's place on the circle at each speed, (n, 2), m."""
-        out = np.zeros((len(speeds), 2))
-        for i, speed in enumerate(speeds.tolist()):
-            for group in self.groups:
-                if group.hub.any():
-                    _, _, stiffness, push = self._held(group, speed)
-                    at = self._circle_of(group, stiffness + push, speed)
-                    out[i] += (group.hub @ at[:, :, None]).sum(axis=0)[:, 0]
-        return out
-
     def set(self, body: DrivenBody, interval: Interval) -> None:
         """Set the kernel's arrays of a rotor to those of an interval."""
         step, speed, rate = self.step, interval.speed, interval.rate
-        circle, modes = np.zeros_like(self.circle), len(self.order)
+        pull = (speed**2 - 1j * rate) * self.moment
+        self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
         for group in self.groups:
             gyro, damping, stiffness, push = self._held(group, speed)
             before = (damping + gyro) / (2 * step)
             mass = group.mass / step**2
             inverse = np.linalg.solve(mass + before, np.eye(mass.shape[-1]))
-            swerve = 0.5 * rate * group.gyro
             for array, value in (
                 (body.keep, inverse @ (mass - before)),
                 (body.pull, inverse @ (stiffness + push)),
-                (body.give, inverse), (body.stiffness, stiffness),
-                (body.damping, damping), (body.push, push), (body.swerve, swerve),
+                (body.give, inverse), (body.swerve, 0.5 * rate * group.gyro),
+            ):  # fmt: skip
+                array[group.flat], array[group.again] = value, value[group.moved]
+            for array, value in (
+                (body.stiffness, stiffness), (body.damping, damping), (body.push, push),
             ):  # fmt: skip
                 array[group.flat] = value
-            if self.moment:
-                at = self._circle_of(group, stiffness + push, speed)
-                circle[group.modes] = at
-            turned = -1j * rate * self.moment
-            load = np.array([turned.real, turned.imag]) @ group.hub
-            there = circle[group.modes][:, :, None]
-            body.force[group.modes] = load - (swerve @ there)[:, :, 0]
-        body.force[:modes] -= rate * self.euler
+        body.force[body.own :] = self.force[self.alike]
         body.work[:] = 0.0
-        self.circle = circle
-        for m in range(modes, len(body.read)):  # the mode that reads x_s
-            tips = self.radial @ circle
-            body.read[m] = np.concatenate([tips, self.hub @ circle])
-            body.radial[:, m], body.tangential[:, m] = tips, self.tangential @ circle
+
+    def whole(self, values: Floats) -> Floats:
+        """Return y + r, (m,), of amplitudes or increments of a state."""
+        out = values[: len(self.order)].copy()
+        out[self.alike] += values[len(out) :]
+        return out
 
     def compliance(self, body: DrivenBody, mu: float) -> Floats:
         """Return the rotor's W (N, N), m/N; mu with the sign of the speed."""
@@ -179,7 +177,7 @@ class DrivenRotor:
         return out
 
     def dense(self, body: DrivenBody) -> tuple[Floats, Floats, Floats]:
-        """Return keep and pull (m, m), and d' by the constant force (m,).
+        """Return keep and pull (m, m), and d' by `force` (m,).
 
         pull includes what `swerve` gives.
         """
@@ -192,15 +190,25 @@ class DrivenRotor:
                 for part in (body.keep, body.pull, body.give, body.swerve)
             )
             out[0][places], out[1][places] = keep, pull + give @ swerve
-            force = body.force[group.modes][:, :, None]
+            force = self.force[group.modes][:, :, None]
             moved[group.modes] = (give @ force)[:, :, 0]
         return out[0], out[1], moved
 
 
-def driven(body: CoupledBody) -> DrivenBody:
+def driven(body: CoupledBody, rotor: DrivenRotor) -> DrivenBody:
     """Return a rotor's arrays with those of a changing speed, which are still 0."""
-    modes = int(body.starts[-1])
-    return DrivenBody(*body, np.zeros_like(body.keep), np.zeros(modes), np.zeros(modes))
+    size = int((np.diff(rotor.begun) ** 2).sum())
+    starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
+    blocks = np.zeros((7, len(body.keep) + size))
+    radial, tangential = (
+        np.ascontiguousarray(np.hstack([rows, rows[:, rotor.alike]]))
+        for rows in (body.radial, body.tangential)
+    )
+    read = np.vstack([body.read, body.read[rotor.alike]])
+    force, work = np.zeros((2, int(starts[-1])))
+    rows = read, radial, tangential, body.stand
+    further = blocks[6], force, work, rotor.alike, len(body.starts) - 1
+    return DrivenBody._make([*blocks[:6], starts, body.own, *rows, *further])
 
 
 @dataclass(frozen=True)
@@ -210,6 +218,11 @@ class DrivenSteps:
     rotor: DrivenRotor
     body: DrivenBody
     step: float
+
+    def unforced(self) -> FreeSteps:
+        """Return the same without f_0, of y."""
+        keep, pull, _ = self.rotor.dense(self.body)
+        return FreeSteps(keep, pull, self.step)
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
         """Return x' from x and d = x_n - x_{n-1}."""

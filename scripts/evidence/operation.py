@@ -1,13 +1,16 @@
 """Runs whose speed changes: their words, the error of intervals, what a step costs.
 
-    python scripts/evidence/operation.py [words] [intervals] [cost] [passage]
+    python scripts/evidence/operation.py [words] [drawn] [intervals] [cost] [passage]
 
-Without a name all four.
+Without a name all.
 
-words: run-ups and run-downs in 12 windows of 1 s, each beside a run at the window's
-mean speed for 2.5 s, of which it would be the window; prints the share of windows with
-the same regime and whirl. Two engines: the unbalanced one of jobs/run_up.toml, and the
-default one with its pulse, which is sustained at 380 to 410 rad/s, damped below.
+words: run-ups and run-downs in 12 windows of 1 s, each beside two runs at the window's
+mean speed for 2.5 s, of which it would be the window: one begins as cases do, the other
+with the motion of the run-up in the window's middle. Prints the number of windows with
+the same regime and whirl, with the same regime, and with another one though neither is
+`undecided`. Two engines: the unbalanced one of jobs/run_up.toml, and the default one
+with its pulse, which is sustained at 380 to 410 rad/s, damped below.
+drawn: the same of 12 unbalanced rotors drawn with a seed, in 6 windows each.
 intervals: the motion of the centre of an unbalanced run-up without contact, at the
 usual interval, half and a quarter of it, against a sixteenth: largest difference over
 the largest radius, beside what is told; and the same of the default engine in contact.
@@ -21,6 +24,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,12 +32,13 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.analysis.over_speed import spells_of
-from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.analysis.over_speed import words_over_speed
+from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.scene import Scene, apply_settings
 
 ROOT = Path(__file__).parents[2]
@@ -45,6 +50,7 @@ UNBALANCED = {
 PULSED = {"accuracy": 1e-3}
 COUNT, LONG = 12, 2.5  # windows; s of a run whose window lasts a second
 REPEATS = 5
+SEED, DRAWN, FEWER = 31, 12, 6  # draws, and windows of each
 
 
 def _run(**settings: Any) -> tuple[March, History]:
@@ -60,25 +66,75 @@ def words() -> None:
         ("unbalanced, full", UNBALANCED, 430.0, 2.0),
         ("unbalanced, full", UNBALANCED, 400.0, 10.0),
     ):
-        own = engine | {"speed": start, "traces": "summary"}
-        moving = {"acceleration": rate, "duration": float(COUNT)}
-        told = _row(own | moving | {"output.windows": COUNT})["words_over_speed"]
-        spells, same = spells_of(str(told)), 0
-        for window in range(COUNT):
-            middle = window + 0.5
-            one = next(s for s in spells if s.begin <= middle < s.end)
-            at = start + rate * middle
-            row = _row(own | {"speed": at, "duration": LONG})
-            words = row["regime"], row["whirl"]
-            same += words == (one.regime, one.whirl)
-            print(f"  {at:.1f} rad/s: {one.regime} {one.whirl}; at constant speed "
-                  f"{words[0]} {words[1]}")  # fmt: skip
-        print(f"words, {name}, {rate:g} rad/s^2: {same} of {COUNT} windows as at "
-              "constant speed")  # fmt: skip
+        tally = _compare(engine, start, rate, COUNT)
+        print(f"words, {name}, {rate:g} rad/s^2: {_told(tally)}")
 
 
-def _row(settings: dict[str, Any]) -> dict[str, Any]:
-    return simulate(apply_settings(Scene(), settings)).row
+def drawn() -> None:
+    """Print the same of unbalanced rotors drawn with a seed."""
+    draw, total = np.random.default_rng(SEED), Counter[str]()
+    for _ in range(DRAWN):
+        rate = draw.choice([-1.0, 1.0]) * float(np.exp(draw.uniform(0.0, np.log(20.0))))
+        engine = UNBALANCED | {
+            "unbalance": float(draw.uniform(5e-3, 0.05)),
+            "gap": float(draw.uniform(5e-4, 1e-3)),
+            "friction": float(draw.uniform(0.02, 0.2)),
+        }
+        start = float(draw.uniform(380.0, 520.0))
+        tally = _compare(engine, start, rate, FEWER)
+        total += tally
+        print(f"drawn, {start:.0f} rad/s at {rate:.1f} rad/s^2: {_told(tally)}")
+    print(f"drawn, seed {SEED}: {_told(total)}")
+
+
+def _compare(
+    engine: dict[str, Any], start: float, rate: float, count: int
+) -> Counter[str]:
+    """Return how the words of `count` windows of 1 s compare with runs at their speed.
+
+    own, same : windows with both words of a run of its own, and of one that continues
+    regime : the same regime as the latter
+    wrong, open : another one, both certain; either `undecided`
+    """
+    given = engine | {"speed": start, "traces": "summary"}
+    moving = {"acceleration": rate, "duration": float(count), "output.windows": count}
+    march, history = _run(**given, **moving)
+    spells = words_over_speed(march.case, history)
+    again = March(march.case)
+    tally: Counter[str] = Counter(windows=count)
+    for window in range(count):
+        middle = window + 0.5
+        one = next((s for s in spells if s.begin <= middle < s.end), None)
+        if one is None:  # the run-up ended
+            continue
+        again.reach(round(middle / march.scene.solver.time_step))
+        at = given | {"speed": start + rate * middle, "duration": LONG}
+        own = _row(at, None)
+        on = _row(at | {"force": 0.0}, again.motion())  # the pulse is over
+        told = one.regime, one.whirl
+        true = str(on["regime"]), str(on["whirl"])
+        tally["own"] += told == (own["regime"], own["whirl"])
+        tally["same"] += told == true
+        tally["regime"] += one.regime == true[0]
+        if one.regime != true[0]:
+            both = "undecided" in (one.regime, true[0])
+            tally["open" if both else "wrong"] += 1
+        print(f"  {at['speed']:.1f} rad/s: {' '.join(told)}; at constant speed "
+              f"{own['regime']} {own['whirl']}, then {' '.join(true)}")  # fmt: skip
+    return tally
+
+
+def _row(given: dict[str, Any], begun: Motion | None) -> dict[str, Any]:
+    march = March(resolve(apply_settings(Scene(), given)), begun)
+    return result_of(march.case, march.run()).row
+
+
+def _told(tally: Counter[str]) -> str:
+    return (
+        f"of {tally['windows']} windows {tally['own']} have the words of a run of its "
+        f"own, {tally['same']} of one that continues ({tally['regime']} the regime); "
+        f"{tally['wrong']} another regime, {tally['open']} where one is undecided"
+    )
 
 
 @contextmanager
@@ -146,7 +202,8 @@ def passage() -> None:
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    "words": words, "intervals": intervals, "cost": cost, "passage": passage,
+    "words": words, "drawn": drawn, "intervals": intervals, "cost": cost,
+    "passage": passage,
 }  # fmt: skip
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Speed and gap that change in time: laws, refresh, passage of a critical speed."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,9 +15,11 @@ from hpcwhirl.analysis.over_speed import (
     told_over_speed,
     words_over_speed,
 )
+from hpcwhirl.analysis.regimes import evidence
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
@@ -132,7 +135,59 @@ def test_a_run_up_is_that_of_another_integrator(passage):
     found = passage.history.centre @ [1.0, 1j]
     true = by_another(passage.march, passage.history.time)
     assert np.abs(found - true).max() < 1e-6 * np.abs(true).max()
-    assert closing(passage.history) < 1e-10
+    assert not any(passage.history.ledger.values())  # of what contact causes
+
+
+def test_what_contact_causes_is_all_beside_the_motion_without_it(passage):
+    judged, circle = passage.history.judged, passage.history.circle
+    assert not judged.energy.any()
+    assert np.array_equal(judged.centre, circle)
+    march = passage.march
+    at = float(
+        speed.speed_at(march.scene, march.last_row * march.scene.solver.time_step)
+    )
+    _, _, stiffness, _ = turning_matrices(march.model.rotor, at, march.model.blades)
+    motion, mass = march.motion(), march.model.rotor.mass
+    moving = motion.rotor_velocity @ mass @ motion.rotor_velocity
+    whole = 0.5 * (moving + motion.rotor @ stiffness @ motion.rotor)
+    swing = 0.5 * (moving + abs(motion.rotor @ stiffness @ motion.rotor))
+    assert judged.whole[-1] == pytest.approx(whole, abs=2e-2 * swing)
+
+
+def test_contact_adds_to_the_motion_without_it():
+    given = {**KINDS["driven"], "duration": 0.012}
+    rub, free = march_of(**given), march_of(**given, gap=5e-2, force=0.0)
+    one, other = rub.run(), free.run()
+    assert one.contacts > 0
+    assert other.contacts == 0
+    assert np.array_equal(one.circle, other.circle)
+    away = np.hypot(*(one.judged.centre - one.circle).T)
+    assert away[0] < 1e-3 * away.max()
+
+
+@pytest.mark.parametrize("touches", [True, False])
+def test_what_the_casing_holds_is_judged_as_a_whole(touches):
+    # the circle grows by 0.3 while the orbit in contact stays
+    march = march_of(**KINDS["driven"])
+    march.warm()
+    history = march.history()
+    time = np.linspace(0.0, 1.0, 1001)[1:]
+    on = np.ones_like(time)
+    circle = 1e-3 * np.column_stack([np.exp(0.75 * (time - 1.0)), 0.0 * on])
+    centre = np.column_stack([0.0 * on, 1e-4 * on])
+    away = np.hypot(*(centre - circle).T)
+    judged = Evidence(time, centre, away**2, on, on, on, on, on)
+    history = replace(
+        history, judged=judged, circle=circle, end=1.0,
+        last_contact=1.0 if touches else 0.1,
+    )  # fmt: skip
+    found = evidence(march.scene, history)
+    if touches:
+        assert found["growth_centre"] == pytest.approx(0.0, abs=1e-12)
+        assert found["growth_rotor"] == pytest.approx(0.0, abs=1e-12)
+    else:
+        assert found["growth_centre"] == pytest.approx(0.75, abs=0.02)
+        assert found["growth_rotor"] == pytest.approx(0.75, abs=0.02)
 
 
 def test_the_error_of_an_interval_is_of_second_order(passage):

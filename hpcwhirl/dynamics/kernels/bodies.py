@@ -10,6 +10,7 @@ from numba import njit
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     ELEMENTS,
+    JUDGED,
     NEXT_LOOK,
     PULSE,
     RIGID,
@@ -49,6 +50,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
     energy,
     load,
     meet,
+    note_beside,
     predict,
     read,
     read_tips,
@@ -274,6 +276,8 @@ def march_bodies(
                 note_miss(gaps, last, u, gap_at(wall, following), ledger)
             if layered and keep:
                 keep_depth(worn, counter[SAMPLE], tracks.worn)
+            if judge:
+                note_beside(rotor, b, step, tracks.evidence[counter[JUDGED]])
             write_sample(
                 counter, ledger, impulse, tips, q_c,
                 energies_of(rotor, casing, state, step), loss_b.sum() + loss_c.sum(),

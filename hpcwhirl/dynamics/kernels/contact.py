@@ -41,6 +41,7 @@ COUNTERS = 14
 # columns of the evidence: centre, energies, cumulative works; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
 COLUMNS = 7
+BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
 SLIP_EVERY = 8  # steps with contact, one of which is checked for slip
 NEAR = 0.5  # share of the limit beyond which every step is checked

@@ -1,19 +1,31 @@
 """A rotor whose speed changes: modes coupled by rotation, and forces of the change.
 
+The motion is the sum of y, which contact causes, and r, that without contact, both of
+the same modes: the first ones of the state have y, further ones, in equal blocks, have
+r where a force moves it. Tips and centre read both. Energies, losses and the work of
+contact are those of y; what is fed to it by contact is all that moves it.
+
 Within an interval of steps the matrices of `coupled` belong to its mean speed. What
-the change adds at step n, of amplitudes y about the circle of that speed,
+the change adds at step n is explicit:
 
-f = f_0 - (dOmega/dt) C y_n,
+f = f_0 - (dOmega/dt) C q_n,
 
-is explicit; f_0 has the unbalance's tangential force, Euler's force on the blades, and
-C x_s. Its work, (d' + d) f / 2, is entered as work of the loading.
+f_0, of r alone, has the unbalance's force and Euler's force on the blades. The work
+(d' + d) f / 2 on y is entered as work of the loading.
 """
 
 from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels import coupled, verbs
-from hpcwhirl.dynamics.kernels.contact import PULSE
-from hpcwhirl.dynamics.kernels.coupled import apply_blocks
+from hpcwhirl.dynamics.kernels.contact import (
+    BESIDE_X,
+    BESIDE_Y,
+    FRICTION,
+    OF_WHOLE,
+    PULSE,
+    ROTATION,
+)
+from hpcwhirl.dynamics.kernels.coupled import apply_blocks, form
 from hpcwhirl.dynamics.kernels.kernel_types import DrivenBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
@@ -21,7 +33,6 @@ for _verb, _function in (
     (verbs.predict, coupled.predict),
     (verbs.read, coupled.read),
     *((verb, function) for verb, function in coupled.OF_MODES),
-    (verbs.meet, coupled.meet),
     (verbs.accept, coupled.accept),
     (verbs.energy, coupled.energy),
 ):
@@ -50,3 +61,43 @@ def yielded(body, motion, _, ledger):
     for m in range(body.own):
         both = motion.d[m] + motion.ahead[m]
         ledger[PULSE] += 0.5 * body.work[m] * both
+
+
+@does(verbs.meet, DrivenBody)
+def meet(body, motion, mu, ledger):
+    """Add the contact forces to y by blocks, and their work; `following` is work space.
+
+    r is the motion without them.
+    """
+    _, d, _, ahead, push, normal, drag = motion
+    push[:] = 0.0
+    for m in range(body.own):
+        push[m] = normal[m] + mu * drag[m]
+    apply_blocks(body.give, body.starts, push, 1.0, ahead)
+    for m in range(body.own):
+        mean = 0.5 * (ahead[m] + d[m])
+        ledger[ROTATION] += normal[m] * mean
+        ledger[FRICTION] += mu * drag[m] * mean
+
+
+@does(verbs.note_beside, DrivenBody)
+def note_beside(body, motion, step, row):
+    """Note the centre of r, and the energy of y + r."""
+    q, d, _, values, before, _, _ = motion
+    values[:], before[:] = q, d
+    row[BESIDE_X], row[BESIDE_Y] = 0.0, 0.0
+    centre = body.read.shape[1] - 2
+    for s in range(len(body.alike)):
+        m, own = body.own + s, body.alike[s]
+        row[BESIDE_X] += body.read[m, centre] * q[m]
+        row[BESIDE_Y] += body.read[m, centre + 1] * q[m]
+        values[own] += q[m]
+        before[own] += d[m]
+    total = 0.0
+    for m in range(body.own):
+        speed = before[m] / step
+        total += 0.5 * speed * speed
+    for m in range(len(q)):
+        before[m] = values[m] - before[m]
+    starts = body.starts[: body.blocks + 1]
+    row[OF_WHOLE] = total + 0.5 * form(body.stiffness, starts, values, before)

@@ -88,7 +88,7 @@ class Tracks(NamedTuple):
     tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; no rows if not kept
     rubbed : (samples,), J, cumulative work of friction
     casing : (samples, width), coordinates of the scheme; no rows if not kept
-    evidence : (rows, COLUMNS), see `contact`
+    evidence : (rows, COLUMNS), see `contact`; or more, see `verbs.note_beside`
     closed : (CLOSED,), J, the ledger at the last row of evidence
     worn : (samples, M), m, depth of each rod of a layer; no rows if not kept
     """
@@ -385,11 +385,16 @@ class CoupledBody(NamedTuple):
 class DrivenBody(NamedTuple):
     """A `CoupledBody` whose speed changes, see `dynamics.varying`.
 
+    The `own` first modes have the motion y that contact causes, the further ones, in
+    blocks that are the same, that without contact.
+
     Attributes
     ----------
     swerve : blocks of (dOmega/dt) C, as `keep`
-    force : (m,), N/sqrt(kg), of the changing speed, beside what `swerve` gives
-    work : (m,), both, in the present step: work space
+    force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes
+    work : (m,), N/sqrt(kg), of `force` and `swerve` in the present step: work space
+    alike : (m - own,), the first modes that the further ones repeat
+    blocks : b, number of blocks of the first modes
     """
 
     keep: Floats
@@ -407,6 +412,8 @@ class DrivenBody(NamedTuple):
     swerve: Floats
     force: Floats
     work: Floats
+    alike: Integers
+    blocks: int
 
 
 class DenseBody(NamedTuple):

@@ -109,9 +109,16 @@ def yielded(body, motion, force, _):
     motion.loss[0] -= 0.5 * (force[0] * both.real + force[1] * both.imag)
 
 
+@njit(cache=True)
+def note_beside(body, motion, step, row):
+    """At a constant speed the motion without contact is known in closed form."""
+
+
 for _kind in (CoupledBody, DenseBody):
     does(verbs.stand, _kind)(stand.py_func)
     does(verbs.yielded, _kind)(yielded.py_func)
+    does(verbs.note_beside, _kind)(note_beside.py_func)
+does(verbs.note_beside, ModalBody)(note_beside.py_func)
 
 
 @does(verbs.stand, ModalBody)

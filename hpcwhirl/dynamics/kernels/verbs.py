@@ -101,6 +101,15 @@ def accept(body, motion, step):
     raise NotImplementedError
 
 
+def note_beside(body, motion, step, row):
+    """Add to a row of evidence what a body knows of its motion without contact.
+
+    row : its columns from `contact.COLUMNS` on: x_o, y_o of that motion, m, and the
+    energy of the whole motion, J; `ahead` and `following` are work space
+    """
+    raise NotImplementedError
+
+
 def energy(body, values, increments, step):
     """Return 1/2 v^T M v + 1/2 q_n^T K q_{n+1} at n + 1/2, J."""
     raise NotImplementedError

@@ -103,37 +103,39 @@ def _spinning(model: Model, scene: Scene) -> Integrator:
 def _driven(model: Model, scene: Scene) -> Integrator:
     """Return the integrator of a rotor at a speed that changes, see `varying`."""
     step, own = scene.solver.time_step, DrivenRotor(model, scene)
-    plain = modal_arrays(model, scene)
-    body = driven(plain.rotor)
-    arrays = plain._replace(rotor=body)
-    still, mass = np.zeros(len(own.shapes)), model.rotor.mass
-    held = Coordinates(
-        DrivenSteps(own, body, step), own.shapes, lambda: own.shapes.T @ mass, still
-    )
+    plain, mass = modal_arrays(model, scene), model.rotor.mass
+    body = driven(plain.rotor, own)
+    arrays, mu = plain._replace(rotor=body), friction_with_sign(scene)
+    steps, none = DrivenSteps(own, body, step), np.zeros(len(own.shapes))
+    held = Coordinates(steps, own.shapes, lambda: own.shapes.T @ mass, none)
     whole = two_bodies(
         model, scene, arrays, (held, modal_coordinates(model.casing, step))
     )
-    mu, modes = friction_with_sign(scene), len(own.order)
+    modes, steady = len(own.order), circle(model, scene)
 
     def refresh(state: BodiesState | None, now: Interval) -> None:
-        was = own.circle
         before = whole.balance(state).energy if state else 0.0
         own.set(body, now)
         arrays.contact.w_rotor[:] = own.compliance(body, mu)
-        still[:] = own.shapes @ own.circle
-        if state:
-            state.q_b[:modes] += was - own.circle
-            if state.counter[STEP] == 0 and steady is not None:
-                y = state.q_b[:modes]
-                state.d_b[:modes] = held.steps.increments(y, 0.0 * y)
-            state.ledger[PULSE] += whole.balance(state).energy - before
+        if not state:
+            return
+        if state.counter[STEP] == 0 and steady is not None:  # at rest, see `started`
+            q = own.whole(state.q_b)
+            rise, y = steps.increments(q, 0.0 * q), state.q_b[:modes]
+            state.d_b[:modes] = steps.unforced().increments(y, 0.0 * y)
+            state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
+        state.ledger[PULSE] += whole.balance(state).energy - before
 
-    steady = circle(model, scene)
+    def motion(state: BodiesState, steps: int) -> Motion:
+        now = state._replace(q_b=own.whole(state.q_b), d_b=own.whole(state.d_b))
+        return whole.motion(now, steps)
+
     if steady is not None:
-        own.circle = held.lower() @ steady
-        less = (share_at_start(model, scene) - 1.0) * own.circle
-        whole = started(whole, model, scene, less, 0.0 * less)
-    return replace(whole, refresh=refresh)
+        still = held.lower() @ steady
+        less = (share_at_start(model, scene) - 1.0) * still
+        first = np.concatenate([less, still[own.alike]])
+        whole = started(whole, model, scene, first, 0.0 * first)
+    return replace(whole, refresh=refresh, motion=motion)
 
 
 def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
