@@ -347,6 +347,27 @@ def test_a_sampled_campaign_has_the_same_bits_for_any_ranks_and_kills(tmp_path):
         assert json.loads(file.attrs["sample"])["each"] == 16
 
 
+@pytest.mark.mpi
+@pytest.mark.evidence
+def test_mistuned_engines_have_the_same_bits_on_any_number_of_ranks(tmp_path):
+    tables = """
+scene = {duration = 1e-3}
+engine = {rotor = {blades = 12}, casing = {harmonics = 12}}
+solver = {modes = 24, time_step = 1e-5}
+output = {traces = "blades", interval = 1e-4}
+sample = {count = 4, seed = 5, tuned = true, \
+    mistuning = {distribution = "normal", mean = 0.0, deviation = 0.02}}
+"""
+    path, found = tmp_path / "population.toml", []
+    path.write_text(tables)
+    for ranks in (1, 2, 3):
+        out = tmp_path / str(ranks)
+        done = launch("campaign", path, "--out", out, ranks=ranks)
+        assert done.returncode == 0, done.err
+        found.append(root_variables(out))
+    assert all(one == found[0] for one in found)
+
+
 def test_a_law_of_another_type_is_refused():
     with pytest.raises(InputError, match="unknown distribution"):
         law_of("gap", {"distribution": ["uniform"], "low": 1e-4, "high": 2e-4})

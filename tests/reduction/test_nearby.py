@@ -5,13 +5,16 @@ import pytest
 from scipy import sparse
 from scipy.linalg import eigh
 
-from hpcwhirl.reduction.factors import factored
+from hpcwhirl.reduction import bodies
+from hpcwhirl.reduction.factors import factored, negative_pivots
 from hpcwhirl.reduction.mistuned import boundary_of, whole_model
-from hpcwhirl.reduction.nearby import modes_near
+from hpcwhirl.reduction.nearby import ROUGH, modes_near, rough_modes
 from hpcwhirl.scene import Rotor
-from hpcwhirl.structure import bladed_disk
+from hpcwhirl.structure import bladed_disk, rotation_of
 
 BLADES, ELEMENTS = 8, 6
+FAMILY = 0.01  # relative distance of frequencies from which families are apart
+CACHES = bodies.rotor_model, bodies._undivided, bodies._held_modes
 
 
 def held(deviation, seed=3):
@@ -64,3 +67,75 @@ def test_a_whole_rotor_is_the_one_that_dense_matrices_give():
     tips = 2 * BLADES  # further coordinates are amplitudes, whose signs are free
     sizes = [np.abs(model.shapes[:tips]) for model in (sooner, dense)]
     assert sizes[0] == pytest.approx(sizes[1], abs=1e-7 * sizes[1].max())
+
+
+def families(model):
+    """Return the sum of phi phi^T over the tips, family by family of frequencies."""
+    ends = np.flatnonzero(np.diff(model.omega) > FAMILY * model.omega[1:]) + 1
+    tips = model.shapes[: 2 * BLADES + 2]
+    return [part @ part.T for part in np.split(tips, ends, axis=1)]
+
+
+@pytest.mark.parametrize("deviation", [0.05, 0.005, 1e-4])
+def test_with_rotation_families_are_those_that_dense_matrices_give(deviation):
+    """A single shape of two modes that are near is as wrong as round-off over the gap.
+
+    So shapes of 1e-4 differ by 5e-8, and what a family does to the tips by 1e-9.
+    """
+    disk, _ = held(deviation)
+    rotor = Rotor(blades=BLADES, elements=ELEMENTS)
+    near = bodies._held_modes(rotor, 10 + BLADES)
+    given = disk, 0.01, 10, rotation_of(rotor)  # Young's modulus changes no mass
+    sooner, dense = whole_model(*given, near=near), whole_model(*given)
+    assert sooner.omega == pytest.approx(dense.omega, rel=1e-9)
+    both = families(sooner), families(dense)
+    assert len(both[0]) == len(both[1])
+    largest = max(np.abs(part).max() for part in both[1])
+    for part, other in zip(*both, strict=True):
+        assert part == pytest.approx(other, abs=1e-8 * largest)
+
+
+@pytest.mark.parametrize("count", [9, 16, 24])
+def test_rough_modes_are_about_the_lowest_though_pairs_are_equal(count):
+    _, (mass, stiffness) = held(0.0)
+    rough = rough_modes(mass, stiffness, count)
+    exact = eigh(stiffness, mass, eigvals_only=True)[:count]
+    assert np.diff(exact).min() < 1e-9 * exact[0]  # what makes it hard
+    quotients = np.sort((rough * (stiffness @ rough)).sum(axis=0))
+    assert np.abs(rough.T @ mass @ rough - np.eye(count)).max() < 1e-12
+    assert quotients == pytest.approx(exact, rel=ROUGH)
+    squared = (rough * (stiffness @ rough)).sum(axis=0)
+    miss = rough - np.linalg.solve(stiffness, mass @ rough) * squared
+    assert (miss * (mass @ miss)).sum(axis=0).max() < ROUGH**2
+
+
+@pytest.mark.parametrize(("deviation", "count"), [(0.0, 8), (0.02, 13), (0.3, 16)])
+def test_begun_with_rough_modes_none_is_missing(deviation, count):
+    _, tuned = held(0.0)
+    _, (mass, stiffness) = held(deviation)
+    near = rough_modes(*tuned, count + BLADES)
+    squared, _ = found((mass, stiffness), near, count)
+    above = 1.0 + 1e-9
+    shifted = sparse.csc_array(stiffness - above * squared[-1] * mass)
+    assert negative_pivots(shifted) == count
+    dense = eigh(stiffness, mass, eigvals_only=True)
+    assert squared == pytest.approx(dense[:count], rel=1e-9)
+
+
+def test_engines_have_the_same_bits_in_any_order():
+    draws = np.random.default_rng(7).normal(0.0, 0.02, (3, 22))
+    rotors = [Rotor(mistuning=tuple(row)) for row in (0.0 * draws[0], *draws)]
+
+    def bits(order):
+        for cached in CACHES:
+            cached.cache_clear()
+        models = {i: bodies.rotor_model(rotors[i], 44) for i in order}
+        return [
+            models[i].shapes.tobytes() + models[i].omega.tobytes()
+            for i in sorted(order)
+        ]
+
+    asked = bits([0, 1, 2, 3])
+    assert bodies._held_modes.cache_info().misses == 1  # not by dense matrices
+    assert bits([3, 1, 0, 2]) == asked
+    assert bits([2]) == asked[2:3]
