@@ -32,13 +32,13 @@ def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
 def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
     """Return a forecast as plain data for JSON; parameters as of `tell`."""
     usual, wall = cost.wall(ranks)
-    hours = cost.range and [seconds / 3600 for seconds in cost.range]
+    hours = [seconds / 3600 for seconds in cost.range]
     facts: dict[str, Any] = {
         "cases": cost.cases,
         "left": cost.left,
         "swept": list(design.swept),
         "steps": cost.steps,
-        "microseconds_per_step": _step(cost),
+        "microseconds_per_step": _step(cost, cost.seconds),
         "core_hours": cost.seconds / 3600,
         "core_hours_range": hours,
         "core_hours_most": cost.most / 3600,
@@ -68,11 +68,16 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     usual, span = cost.wall(ranks)
     hours = f"{cost.seconds / 3600:.3g} core-hours, {_duration(usual)}"
     text = f"predicted {hours} ({_between(span)}) on {_on(ranks)}"
-    if span is None:
-        text = f"nominally {hours} on {_on(ranks)}, campaign --pilot 20 measures it"
+    if not cost.finished:
+        low, high = (seconds / 3600 for seconds in cost.range)
+        text = (
+            f"nominally {low:.3g} (no contact) to {high:.3g} core-hours (always in "
+            f"contact), {_between(span)} on {_on(ranks)}, campaign --pilot 20 measures "
+            "it"
+        )
     text += f"; --time {request.time}"
     enough = request.seconds - request.warning
-    if (span[1] if span else usual) <= enough:
+    if span[1] <= enough:
         return text
     whole = "may not be" if usual <= enough else "is not"
     again = f"it comes again up to {request.requeues} times (--requeues)"
@@ -81,17 +86,17 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     )
 
 
-def _between(span: tuple[float, float] | None) -> str:
-    return " to ".join(map(_duration, span)) if span else "nominal"
+def _between(span: tuple[float, float]) -> str:
+    return " to ".join(map(_duration, span))
 
 
 def _on(ranks: int) -> str:
     return f"{ranks} rank" + ("s" if ranks > 1 else "")
 
 
-def _step(cost: Forecast) -> float:
-    """Return the predicted time of a step, microseconds, if no case ends early."""
-    return 1e6 * cost.seconds / cost.steps if cost.steps else 0.0
+def _step(cost: Forecast, seconds: float) -> float:
+    """Return the time of a step, microseconds, if all cases left take `seconds`."""
+    return 1e6 * seconds / cost.steps if cost.steps else 0.0
 
 
 def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
@@ -101,16 +106,27 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
     lines = [f"{cases}{over}{rest}"]
     if design.grows:
         lines.append(_more(cost, design))
-    lines.append(f"{cost.steps:.4g} steps, {_step(cost):.2f} us each ({_how(cost)})")
-    if cost.range is None:
+    low, high = cost.range
+    if cost.finished:
+        each = f"{_step(cost, cost.seconds):.2f} us each"
         lines.append(
-            f"nominal: {cost.seconds / 3600:.3g} core-hours, if none ends early"
+            f"{cost.steps:.4g} steps, {each} (learned from {cost.finished} finished "
+            "cases)"
+        )
+        lines.append(
+            f"predicted: {cost.seconds / 3600:.3g} core-hours ({low / 3600:.3g} to "
+            f"{high / 3600:.3g}), {cost.most / 3600:.3g} if none ends early"
         )
     else:
-        low, high = (seconds / 3600 for seconds in cost.range)
+        first, last = (_step(cost, seconds) for seconds in cost.range)
         lines.append(
-            f"predicted: {cost.seconds / 3600:.3g} core-hours ({low:.3g} to "
-            f"{high:.3g}), {cost.most / 3600:.3g} if none ends early"
+            f"{cost.steps:.4g} steps, {first:.2g} us each where no blade touches to "
+            f"{last:.2g} where some always do (nominal; --pilot SECONDS computes some "
+            "of the cases and learns from them)"
+        )
+        lines.append(
+            f"nominal: {low / 3600:.3g} to {high / 3600:.3g} core-hours, if none ends "
+            "early"
         )
     lines.append(_wall(cost, ranks))
     disk = cost.disk
@@ -146,20 +162,14 @@ def _twins(design: Design) -> str:
     return f", and {twins.count} twins {of}, not counted here"
 
 
-def _how(cost: Forecast) -> str:
-    """Return a text that says from what the time of a step was predicted."""
-    if cost.finished:
-        return f"learned from {cost.finished} finished cases"
-    return "nominal; --pilot SECONDS computes some of the cases and learns from them"
-
-
 def _wall(cost: Forecast, ranks: int) -> str:
     """Return the line on the wall time and its serial part."""
     usual, span = cost.wall(ranks)
+    told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
     overhead = f"{1e3 * cost.overhead:.2g} ms a case beside its steps"
     return (
-        f"wall time on {_on(ranks)}: {_duration(usual)} ({_between(span)}); "
+        f"wall time on {_on(ranks)}: {told}; "
         f"{_duration(serial)} of it start, gather and map, {overhead}"
     )
 

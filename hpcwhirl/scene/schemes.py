@@ -41,6 +41,7 @@ class StepTimes:
 
 EQUAL = StepTimes(0.14, 1.0, 0.12, 1.25, 0.03, 0.0)
 UNEQUAL = StepTimes(0.133, 1.25, 0.25, 1.55, 0.0, 0.0029)
+FLYING = StepTimes(0.027, 0.4, 0.3, 1.25, 0.03, 0.0)  # `exact`
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ class Scheme:
     name : value of solver.scheme, and name of its file
     meaning : explanation for users
     order : order, in the time step, of the error of a free mode; infinite: no error
-    nominal : computing time of a step of 22 blades, s, assumed before any measurement,
-        of equal sectors if `splits`
+    nominal : computing time of a step of 22 blades, s, of the shares `USUAL`, assumed
+        before any measurement
     folds : whether one of many equal sectors may be computed alone; schemes that do
         not fold serve as reference for those that do
     settles : whether the rest of a run may be computed in closed form after a
@@ -64,7 +65,7 @@ class Scheme:
     stands : whether supports in the static frame may differ by direction
     points : whether tips may have several contact points
     turns : `nominal` with engine.rotation = "full", s, assumed for "auto", too
-    splits : whether a step of unequal sectors takes longer than one of equal ones
+    times : how that time depends on contact and blades, if no two sectors differ
     """
 
     name: str
@@ -79,31 +80,32 @@ class Scheme:
     stands: bool = True
     points: bool = True
     turns: float = 0.0
-    splits: bool = False
+    times: StepTimes = UNEQUAL
 
-    def step_seconds(self, rotation: str, blades: Any, *, uneven: bool) -> Any:
+    def step_seconds(
+        self, rotation: str, blades: Any, *, uneven: bool, share: float = USUAL[0]
+    ) -> Any:
         """Return the assumed computing time of a step, s, as `blades` one or (cases,).
 
         rotation, blades : engine.rotation, N
         uneven : whether blades differ
+        share : of steps in contact
         """
         own = self.nominal if rotation == "none" else self.turns
-        times = EQUAL if self.splits and not uneven else UNEQUAL
-        first = EQUAL if self.splits else UNEQUAL
-        share, part = USUAL
-        usual = first.step(NOMINAL_BLADES, share, part * NOMINAL_BLADES)
+        times, part = UNEQUAL if uneven else self.times, USUAL[1]
+        usual = self.times.step(NOMINAL_BLADES, USUAL[0], part * NOMINAL_BLADES)
         return own * times.step(blades, share, part * blades) / usual
 
 
 _TABLE = (
     Scheme(
         "modal", "cyclic amplitudes", 2, 0.25e-6, folds=True, settles=True,
-        turns=0.3e-6, splits=True,
+        turns=0.3e-6, times=EQUAL,
     ),
     Scheme(
         "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
         flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
-        splits=True,
+        times=FLYING,
     ),
     Scheme(
         "general",

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.cli import main
+from hpcwhirl.scene import schemes
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.store.directory.journal import Journal, read_records
 from hpcwhirl.store.directory.runs import write_run
@@ -109,8 +111,7 @@ def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
     design = design_of(SHORT | {"output": {"traces": "summary"}})
     before = forecast(design, tmp_path)
     assert (before.cases, before.left, before.finished) == (6, 6, 0)
-    assert before.range is before.wall(2)[1] is None  # nothing was measured
-    assert before.seconds > 0.0
+    assert 0.0 < before.range[0] < before.seconds < before.range[1]  # nominal
     prepare(design, tmp_path)
     run_campaign(design, tmp_path)
     more = SHORT["sweep"] | {"speed": [300.0, 350.0, 410.0]}
@@ -131,7 +132,9 @@ def test_a_dry_run_computes_nothing_and_leaves_nothing(tmp_path, monkeypatch, ca
     file.write_text("sweep = {speed = [300, 410]}\noutput = {traces = 'summary'}\n")
     words = ["campaign", str(file), "--out", str(tmp_path / "out"), "--dry-run"]
     assert main(words) == 0
-    assert "nominal; --pilot SECONDS" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "nominal; --pilot SECONDS" in out
+    assert re.search(r"\nnominal: \S+ to \S+ core-hours, if none ends early\n", out)
     assert [path.name for path in tmp_path.iterdir()] == ["c.toml"]
 
 
@@ -330,4 +333,22 @@ def test_the_nominal_cost_of_a_step_is_that_of_its_kind(sweep, distinct, tmp_pat
     design = design_of(document)
     each = [design.predicted(case)[1] for case in range(len(design.settings))]
     assert len(set(each)) == distinct
-    assert forecast(design, tmp_path).seconds == pytest.approx(sum(each))
+    found = forecast(design, tmp_path)
+    assert found.seconds == pytest.approx(sum(each))
+    limits = [sum(costs.costs_of(design, share=x).nominal) for x in (0.0, 1.0)]
+    assert found.range == pytest.approx(limits)
+
+
+@pytest.mark.parametrize("name", schemes.NAMES)
+def test_a_nominal_step_grows_in_proportion_to_the_share_of_contact(name):
+    def step(share, blades=22):
+        return schemes.SCHEMES[name].step_seconds(
+            "none", blades, uneven=False, share=share
+        )
+
+    usual = schemes.USUAL[0]
+    assert step(usual) == pytest.approx(schemes.SCHEMES[name].nominal)
+    for blades in (22, 88):
+        low, middle, high = (step(share, blades) for share in (0.0, usual, 1.0))
+        assert 0.0 < low < high
+        assert middle == pytest.approx(low + usual * (high - low))

@@ -427,15 +427,16 @@ def test_core_hours_are_told_beside_the_time_limit(capsys, monkeypatch):
     out, err = capsys.readouterr()
     assert out.startswith("#!/bin/bash\n")
     (cost,) = asked
-    hours = f"{cost.seconds / 3600:.3g}"
-    assert cost.seconds > 0.0
-    assert err.startswith(f"hpcwhirl: nominally {hours} core-hours, ")
+    low, high = (f"{seconds / 3600:.3g}" for seconds in cost.range)
+    assert 0.0 < cost.range[0] < cost.seconds < cost.range[1]
+    told = f"nominally {low} (no contact) to {high} core-hours (always in contact), "
+    assert err.startswith(f"hpcwhirl: {told}")
     assert err.endswith(
         " on 32 ranks, campaign --pilot 20 measures it; --time 24:00:00\n"
     )
     for day, told in ((1.5, "may not be enough"), (4.0, "is not enough")):
         low, *rest = (32 * 86400 * day * part for part in (0.5, 0.6, 1.0))
-        more = replace(cost, range=(low, rest[1]), seconds=rest[0])
+        more = replace(cost, range=(low, rest[1]), seconds=rest[0], finished=9)
         line = job_line(more, 32, request("slurm", time="24:00:00"))
         assert f" {told} for all: it comes again up to 20 times" in line
         assert f"predicted {rest[0] / 3600:.3g} core-hours" in line

@@ -70,7 +70,8 @@ class Forecast:
         "decided"` counts up to the next time at which its regime is determined
     most : upper bound of `seconds`: no case ends early, every undecided one runs to
         `longest`
-    range : lower and upper limit of `seconds` by finished cases; None: there are none
+    range : lower and upper limit of `seconds`, by finished cases; if there are none,
+        nominal ones, of no step in contact and of all
     computations : number of cases and twins left
     overhead : time of each computation beyond its kernel, s
     before, after : {stage: s} of the stages before and after the cases, whose time does
@@ -88,7 +89,7 @@ class Forecast:
     steps: float
     seconds: float
     most: float
-    range: tuple[float, float] | None
+    range: tuple[float, float]
     computations: float
     overhead: float
     before: dict[str, float]
@@ -100,16 +101,12 @@ class Forecast:
     more: tuple[int, int, int] = (0, 0, 0)
     beyond: int = 0
 
-    def wall(self, ranks: int) -> tuple[float, tuple[float, float] | None]:
-        """Return the wall time on a number of ranks, s, and its range (low, high).
-
-        The range is None before any case has ended.
-        """
-        usual = self._wall(self.seconds, ranks)
-        if self.range is None:
-            return usual, None
+    def wall(self, ranks: int) -> tuple[float, tuple[float, float]]:
+        """Return the wall time on a number of ranks, s, and its range (low, high)."""
         low, high = (self._wall(kernel, ranks) for kernel in self.range)
-        return usual, (low * (1.0 - APART), high * (1.0 + APART))
+        if self.finished:
+            low, high = low * (1.0 - APART), high * (1.0 + APART)
+        return self._wall(self.seconds, ranks), (low, high)
 
     def _wall(self, kernel: float, ranks: int) -> float:
         alone = sum(self.before.values()) + sum(self.after.values())
@@ -151,6 +148,10 @@ def forecast(
     most = float(whole.predict(left) @ spans[:, 1])
     each = costs.predict(left)
     seconds = float(each @ spans[:, 0])
+    if len(known):
+        span = _range(seconds, known)
+    else:
+        span = _nominal_range(design, step, (left, spans[:, 0]))
     overhead, first = _beside(folder, pace)
     found = Forecast(
         cases=len(mine),
@@ -158,7 +159,7 @@ def forecast(
         steps=float(np.asarray(costs.steps)[left] @ spans[:, 0]),
         seconds=seconds,
         most=most,
-        range=_range(seconds, known) if len(known) else None,
+        range=span,
         computations=float(spans[:, 0].sum()),
         overhead=overhead,
         before={"start": started, "plan": age() - since, "kernels": WARMED * pace,
@@ -217,6 +218,21 @@ def _range(seconds: float, factors: Floats) -> tuple[float, float]:
     return seconds * max(1.0 - SIDES * error, 0.0), seconds * (1.0 + SIDES * error)
 
 
+def _nominal_range(
+    design: Design, step: Floats, left: tuple[list[int], Floats]
+) -> tuple[float, float]:
+    """Return nominal times of cases left where no step is in contact and where all are.
+
+    step, left : result of `time_steps`; cases, and their engine time left over end time
+    """
+    cases, spans = left
+    low, high = (
+        float(costs_of(design, step, share).nominal[cases] @ spans)
+        for share in (0.0, 1.0)
+    )
+    return low, high
+
+
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
     """Return what cases would cost if all of them ran to their end.
 
@@ -252,15 +268,12 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
     most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
-    span = None
-    if found.range is not None:
-        low, high = found.range
-        span = low + beyond.seconds / spread, high + beyond.seconds * spread
+    low, high = found.range
     return replace(
         found,
         steps=found.steps + beyond.steps,
         seconds=found.seconds + beyond.seconds,
-        range=span,
+        range=(low + beyond.seconds / spread, high + beyond.seconds * spread),
         most=found.most + beyond.most_seconds,
         computations=found.computations + beyond.count,
         more=(beyond.count, least, min(most, beyond.most)),

@@ -24,7 +24,7 @@ from hpcwhirl.refinement.growth import Address
 from hpcwhirl.scene.batch_validation import Columns, Many, end_times
 from hpcwhirl.scene.files import MISTUNING
 from hpcwhirl.scene.rules import NO_BLADE
-from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.scene.schemes import SCHEMES, USUAL
 from hpcwhirl.scene.table import Values, listed
 
 Floats = NDArray[np.float64]
@@ -209,10 +209,16 @@ def _to_unit(values: Values) -> Floats:
     return np.array([APART * number[text] for text in texts])
 
 
-def costs_of(design: Design, step: Floats | None = None) -> Costs:
+def costs_of(
+    design: Design, step: Floats | None = None, share: float = USUAL[0]
+) -> Costs:
     """Return the nominal costs of a design.
 
+    Parameters
+    ----------
+    design : the campaign
     step : (cases,), result of `time_steps`, if known already
+    share : of steps in contact, assumed of every case
     """
     many, count = design.columns, len(design.settings)
     steps, seconds = np.zeros(count), np.zeros(count)
@@ -220,15 +226,16 @@ def costs_of(design: Design, step: Floats | None = None) -> Costs:
     for cases in many.chunks():
         get = many.all(cases)
         steps[cases] = end_times(get) / step[cases]
-        seconds[cases] = steps[cases] * _nominal(get)
+        seconds[cases] = steps[cases] * _nominal(get, share)
     steps[np.isnan(step)] = seconds[np.isnan(step)] = 0.0  # these cases will fail
     return Costs(seconds, Places(design), steps)
 
 
-def _nominal(get: Columns) -> Any:
+def _nominal(get: Columns, share: float) -> Any:
     """Return the nominal time of a step, s, one for all cases or (cases,).
 
     get : name of an input -> its value for all cases, or (cases,)
+    share : of steps in contact
     """
     schemes, rotations, blades, changes, lost = (
         np.asarray(get(name))
@@ -245,7 +252,7 @@ def _nominal(get: Columns) -> Any:
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))
-        * SCHEMES[scheme].step_seconds(rotation, blades, uneven=apart)
+        * SCHEMES[scheme].step_seconds(rotation, blades, uneven=apart, share=share)
         for scheme, rotation, apart in kinds
     )
 
