@@ -33,6 +33,7 @@ from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.rotating_waves import folds_well
 from hpcwhirl.dynamics.start import start_of
+from hpcwhirl.dynamics.tracks import empty_tracks
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
@@ -244,8 +245,8 @@ class March:
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        numbers = samples, samples if full else 0, rows, blades, width, rods
-        return empty_tracks(*numbers, self._columns)
+        kept_samples = samples, samples if full else 0
+        return empty_tracks(kept_samples, (rows, self._columns), blades, width, rods)
 
     @property
     def _columns(self) -> int:
@@ -489,34 +490,6 @@ class March:
         if not np.isfinite(ledger["residual"]):
             ledger = _ledger(self.tracks.closed)
         return {term: self.lean.model.folds * value for term, value in ledger.items()}
-
-
-def empty_tracks(
-    samples: int,
-    whole: int,
-    rows: int,
-    blades: int,
-    width: int,
-    rods: int = 0,
-    columns: int = contact.COLUMNS,
-) -> Tracks:
-    """Return empty tracks of a march.
-
-    Parameters
-    ----------
-    samples, whole : number of samples, and of samples with tips and casing
-    rows, columns : number of rows of evidence, and of their columns
-    blades, width : number of blades N; number of coordinates of the casing
-    rods : number of rods of a layer that wears, 0 without
-    """
-    numbers = [np.zeros(samples) for _ in range(5)]
-    energy, impulse, fed, lost, rubbed = numbers
-    return Tracks(
-        np.zeros((samples, 2)), energy, impulse, fed, lost,
-        np.zeros((whole, blades, 2)), np.zeros((whole, blades)), rubbed,
-        np.zeros((whole, width)), np.zeros((rows, columns)),
-        np.zeros(contact.CLOSED), np.zeros((whole, rods)),
-    )  # fmt: skip
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:

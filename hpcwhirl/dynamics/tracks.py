@@ -1,0 +1,35 @@
+"""What a march keeps of a motion while it computes it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.kernels.kernel_types import Tracks
+
+
+def empty_tracks(
+    samples: tuple[int, int],
+    evidence: tuple[int, int],
+    blades: int,
+    width: int,
+    rods: int,
+) -> Tracks:
+    """Return empty tracks of a march.
+
+    Parameters
+    ----------
+    samples : number of samples, and of those with tips and casing
+    evidence : number of rows of evidence, and of their columns
+    blades, width : number of blades N; number of coordinates of the casing
+    rods : number of rods of a layer that wears, 0 without
+    """
+    count, whole = samples
+    numbers = [np.zeros(count) for _ in range(5)]
+    energy, impulse, fed, lost, rubbed = numbers
+    return Tracks(
+        np.zeros((count, 2)), energy, impulse, fed, lost,
+        np.zeros((whole, blades, 2)), np.zeros((whole, blades)), rubbed,
+        np.zeros((whole, width)), np.zeros(evidence),
+        np.zeros(contact.CLOSED), np.zeros((whole, rods)),
+    )  # fmt: skip
