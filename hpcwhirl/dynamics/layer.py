@@ -12,16 +12,15 @@ from hpcwhirl.dynamics.kernels.kernel_types import Layer
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.scene.contact_laws import RIGID, rods_around
 
 Floats = NDArray[np.float64]
 
 
 def rod_area(scene: Scene) -> float:
-    """Return the area of a rod's end, which a tip presses: width times length, m^2."""
-    casing = scene.engine.casing
-    length = 2 * math.pi * scene.engine.rotor.radius / casing.layer_elements
-    return float(casing.layer_width * length)
+    """Return the area of a rod's end: width of the layer times length, m^2."""
+    length = 2 * math.pi * scene.engine.rotor.radius / rods_of(scene)
+    return float(scene.engine.casing.layer_width * length)
 
 
 def _flex(scene: Scene) -> float:
@@ -34,14 +33,16 @@ def _abradable(scene: Scene) -> Layer:
     """Return plastic rods: A E / l, limit A sigma_y, hardening A H / l."""
     casing, area = scene.engine.casing, rod_area(scene)
     growth = area * casing.layer_hardening / casing.layer_thickness
-    return Layer(_flex(scene), 1.0 / growth, 0.0, area * casing.layer_yield, growth)
+    limit, under = area * casing.layer_yield, casing.layer_rods
+    return Layer(_flex(scene), 1.0 / growth, 0.0, limit, growth, under)
 
 
 def _archard(scene: Scene) -> Layer:
     """Return elastic rods that wear by k N v dt / A a step, v = |Omega| R; k : 1/Pa."""
     casing, area = scene.engine.casing, rod_area(scene)
     way = scene.engine.rotor.radius * scene.solver.time_step
-    return Layer(_flex(scene), 0.0, casing.wear_coefficient * way / area, 0.0, 0.0)
+    rub = casing.wear_coefficient * way / area
+    return Layer(_flex(scene), 0.0, rub, 0.0, 0.0, casing.layer_rods)
 
 
 LAWS: dict[str, Callable[[Scene], Layer]] = {
@@ -56,14 +57,17 @@ def wears(scene: Scene) -> bool:
 
 
 def rods_of(scene: Scene) -> int:
-    """Return the number of rods of a scene's layer, 0 without one."""
-    return int(scene.engine.casing.layer_elements) if wears(scene) else 0
+    """Return the number M of rods of a scene's layer, 0 without one."""
+    if not wears(scene):
+        return 0
+    casing, radius = scene.engine.casing, scene.engine.rotor.radius
+    return int(rods_around(casing.layer_edge, radius, casing.layer_rods))
 
 
 def layer_of(scene: Scene) -> Layer:
     """Return the rods of a scene's contact law; not read where there are none."""
     if not wears(scene):
-        return Layer(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
     return LAWS[scene.engine.casing.contact_law](scene)
 
 

@@ -20,7 +20,8 @@ from hpcwhirl.scene.digests import fragment
 from hpcwhirl.scene.files import apply_settings, flatten, takes_list
 from hpcwhirl.scene.inputs import Inputs, Scene
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.rules import LASTS, Rule, end_time, last_end
+from hpcwhirl.scene.rule import Rule
+from hpcwhirl.scene.rules import LASTS, end_time, last_end
 from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
 
 Array = NDArray[Any]

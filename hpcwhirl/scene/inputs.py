@@ -22,6 +22,7 @@ from hpcwhirl.scene.over_time import table_over_time
 from hpcwhirl.scene.profile import profile_table
 from hpcwhirl.scene.quantity import given, quantity_of
 from hpcwhirl.scene.resolve_path import anchored, printable
+from hpcwhirl.scene.rule import Rule
 from hpcwhirl.scene.rules import (
     AS_THE_REST,
     NO_BLADE,
@@ -29,7 +30,6 @@ from hpcwhirl.scene.rules import (
     OF_ENGINE,
     OF_ROTOR,
     OF_SCENE,
-    Rule,
     end_time,
 )
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
@@ -439,13 +439,20 @@ class Casing(Inputs):
         f"contact of tips and casing; {contact_laws.MEANINGS}",
         later=True,
     )
-    layer_elements: int = given(
-        720,
-        "rods of a layer around the casing, M; at least two a blade; a tip presses one "
-        "of them, so that 2 pi R / M is the length of a tip's edge along the casing",
-        symbol="M",
-        ge=3,
-        le=100000,
+    layer_rods: int = given(
+        4,
+        "rods K of a layer under the edge of one tip; a numerical choice; around the "
+        "casing stand M = 2 pi R K / layer_edge of them, rounded",
+        symbol="K",
+        ge=1,
+        le=100,
+        later=True,
+    )
+    layer_edge: Positive = given(
+        4e-3,
+        "length a of a tip's edge along the casing, which rubs on a layer",
+        "m",
+        symbol="a",
         later=True,
     )
     layer_width: Positive = given(

@@ -7,46 +7,16 @@ one case, `batch_validation` on columns. The models of `inputs` list their rules
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
-from operator import attrgetter
 from typing import Any
 
 from hpcwhirl.errors import shown
 from hpcwhirl.scene import contact_laws
+from hpcwhirl.scene.rule import Rule
 
 AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
 MOST_STEPS = 1e13  # largest number of steps of a case
 MOST_GAP = 10.0  # largest gap over tip radius
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A condition on several inputs of a table, or of tables inside it.
-
-    Attributes
-    ----------
-    inputs : dotted names of the inputs, relative to the table
-    holds : function from their values, scalars or (cases,), to whether they are
-        allowed; a list is passed as its length
-    message : function from the values of a case that breaks the rule to its error
-    """
-
-    inputs: tuple[str, ...]
-    holds: Callable[..., Any]
-    message: Callable[..., str]
-
-    @cached_property
-    def _read(self) -> attrgetter[tuple[Any, ...]]:
-        return attrgetter(*self.inputs)
-
-    def check(self, table: object) -> None:
-        """Raise ValueError if the inputs of a table, an object, break the rule."""
-        values = [len(v) if isinstance(v, tuple) else v for v in self._read(table)]
-        if not self.holds(*values):
-            raise ValueError(self.message(*values))
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:
@@ -266,18 +236,6 @@ def _unchanged(name: str, usual: Any) -> Rule:
     )
 
 
-def _unless_rigid(name: str, usual: Any) -> Rule:
-    """Return the rule that an input must be `usual` where a layer wears."""
-    return Rule(
-        ("engine.casing.contact_law", name),
-        lambda law, value: (law == contact_laws.RIGID) | (value == usual),
-        lambda law, value: (
-            f"{name} must be {_told(usual)} where casing.contact_law is {law}, got "
-            f"{shown(value)}"
-        ),
-    )
-
-
 def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
     return (rate == 0.0) | (ramp == "linear") | ((end - speed) * rate > 0.0)
 
@@ -341,30 +299,7 @@ OF_SCENE = (
         | (lobes <= _most_lobes(by, elements, harmonics)),
         _lobes_refused,
     ),
-    Rule(
-        ("engine.casing.contact_law", "solver.scheme"),
-        contact_laws.is_known,
-        contact_laws.refused,
-    ),
-    Rule(
-        ("engine.casing.contact_law", "engine.casing.layer_elements",
-         "engine.rotor.blades"),
-        lambda law, rods, blades: (law == contact_laws.RIGID) | (rods >= 2 * blades),
-        lambda _, rods, blades: (
-            f"layer_elements must be >= {2 * blades}, two a blade, got {rods}"
-        ),
-    ),
-    Rule(
-        ("engine.casing.contact_law", "engine.casing.layer_elements", "speed",
-         "solver.time_step"),
-        lambda law, rods, speed, step: (law == contact_laws.RIGID)
-        | (rods * abs(speed) * step <= 2 * math.pi),
-        lambda _, rods, speed, step: (
-            f"layer_elements must be <= {int(2 * math.pi / (abs(speed) * step))}, so "
-            f"that no tip skips one in a time step, got {rods}"
-        ),
-    ),
-    *(_unless_rigid(*one) for one in (("output.chaos", 0), ("history", ""))),
+    *contact_laws.RULES,
     _at_constant_speed("friction_law", "constant"),
     Rule(
         ("engine.rotation", "gap_at"),

@@ -23,19 +23,22 @@ from hpcwhirl.scene import apply_settings, named_scene
 @njit
 def step(layer, worn, gaps, last, angles, rest):
     points, w, lam, opened, space, own, ledger = rest
-    if to_worn(angles[1], angles[0], points, worn, own, gaps) < 0.0:
+    if to_worn(angles[1], angles[0], points, worn, layer.under, own, gaps) < 0.0:
         none, index = np.zeros((0, 0)), np.zeros((len(gaps), 0), np.int64)
         shape, soft = np.zeros((len(gaps), 0)), layer.soft
         leave(layer, worn, last, ledger, own)
-        if press(layer, soft, worn, w, none, index, shape, lam, opened, space, own) < 0:
+        found = press(
+            layer, soft, worn, gaps, w, none, index, shape, lam, opened, space, own
+        )
+        if found < 0:
             raise ValueError
-        wear(layer, soft, worn, lam, opened, last, ledger, own)
+        wear(layer, soft, worn, lam, last, ledger, own)
     else:
         lam[:], opened[:] = 0.0, gaps
 
 
 STIFF, HARD, LIMIT = 3e6, 1e6, 20.0  # N/m, N/m, N of a rod
-PLASTIC = Layer(1 / STIFF, 1 / HARD, 0.0, LIMIT, HARD)
+PLASTIC = Layer(1 / STIFF, 1 / HARD, 0.0, LIMIT, HARD, 1)
 TANGENT = STIFF * HARD / (STIFF + HARD)
 
 
@@ -100,7 +103,7 @@ def test_the_rotation_does_the_work_of_wear_on_rods_that_a_tip_slides_onto():
 
 
 def test_wear_by_archard_is_force_times_sliding_distance():
-    rubbing = Layer(1 / STIFF, 1e-8, 0.0, 0.0, 0.0)
+    rubbing = Layer(1 / STIFF, 1e-8, 0.0, 0.0, 0.0, 1)
     found = pushed(np.linspace(0, 3e-5, 400), layer=rubbing)
     assert found.worn[0, found.rod] == pytest.approx(1e-8 * found.forces.sum(axis=0))
     work = 1e-8 * (found.forces**2).sum(axis=0)
@@ -196,8 +199,9 @@ def test_stribeck_friction_falls_from_that_at_rest():
     ("settings", "text"),
     [
         ({"scheme": "exact"}, "scheme must be 'modal', 'general' or 'paper' where cas"),
-        ({"layer_elements": 40}, "layer_elements must be >= 44, two a blade, got 40"),
-        ({"layer_elements": 99999}, "so that no tip skips one in a time step, got 999"),
+        ({"layer_edge": 0.08}, r"layer_edge must be <= 0.0714 m, half the distance of"),
+        ({"layer_edge": 1e-4}, "in which a tip moves by layer_edge"),
+        ({"layer_edge": 3e-4, "layer_rods": 100}, "layer_rods must be <= 95"),
         ({"output.chaos": 50}, "chaos must be 0 where casing.contact_law is abradable"),
     ],
 )
@@ -217,7 +221,8 @@ def test_numbers_of_wear_are_those_of_the_rods():
     made, told = march(scheme="general", **SOFT, **{"output.traces": "full"})
     numbers = wear_numbers(made.scene, told.layer)
     depth, work, turned = made.state.worn
-    volume = depth.sum() * 0.05 * 2 * math.pi * 0.5 / 720
+    assert len(depth) == round(2 * math.pi * 0.5 * 4 / 4e-3)
+    volume = depth.sum() * 0.05 * 2 * math.pi * 0.5 / len(depth)
     assert numbers["wear_volume"] == pytest.approx(volume, rel=1e-12)
     assert numbers["wear_depth"] == depth.max() > 0
     assert told.ledger["wear"] == pytest.approx(work.sum(), rel=1e-12)

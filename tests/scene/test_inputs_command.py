@@ -34,6 +34,9 @@ TOLD = {
     "gap": ("0.000128", "clearance", "m"),
     "gap_at": ('"speed"', "rest", "grow"),
     "friction": ("0.1", "Coulomb coefficient"),
+    "friction_law": ('"constant"', "stribeck", "friction_at_rest", "exp"),
+    "friction_at_rest": ("0.2", "Stribeck", "without sliding"),
+    "friction_speed": ("10", "m/s", "falls"),
     "force": ("75000", "F sin(pi t / tau)", "N"),
     "pulse": ("0.00063", "s", "10 time steps at least"),
     "direction": ('"squeeze"', "stretch", "theta = 0"),
@@ -99,6 +102,15 @@ TOLD = {
     "engine.casing.offset": ("0", "m", "axis", "narrower"),
     "engine.casing.offset_angle": ("0", "rad"),
     "engine.casing.profile_rise": ("0", "s", "fade in", "50 steps"),
+    "engine.casing.contact_law": ('"rigid"', "abradable", "archard", "penetrate"),
+    "engine.casing.layer_rods": ("4", "under the edge", "numerical"),
+    "engine.casing.layer_edge": ("0.004", "tip's edge", "m"),
+    "engine.casing.layer_width": ("0.05", "axial", "m"),
+    "engine.casing.layer_thickness": ("0.005", "thickness l", "m"),
+    "engine.casing.layer_young": ("1e+09", "Young's modulus", "Pa"),
+    "engine.casing.layer_yield": ("1e+06", "plastic", "Pa"),
+    "engine.casing.layer_hardening": ("1e+08", "plastic modulus", "Pa"),
+    "engine.casing.wear_coefficient": ("1e-12", "sliding distance", "1/Pa"),
     "engine.rotor.lost_blade": ("-1", "lost", "counted from 0", "unbalanced"),
     "engine.rotor.shaft": ('"springs"', "cantilever", "two bearings", "tilts"),
     "engine.rotor.shaft_length": ("0.6", "L_1", "m"),
@@ -185,7 +197,7 @@ def test_a_limit_told_is_the_limit_held(name, sign, limit):
 
 def test_words_allowed_are_the_words_taken():
     words = {n: f.allowed for n, f in catalogue().items() if " | " in f.allowed}
-    assert len(words) == 14
+    assert len(words) == 16
     for name, allowed in words.items():
         with pytest.raises(InputError, match="must be one of") as refused:
             apply_settings(Scene(), {name: "sideways"})
@@ -195,7 +207,7 @@ def test_words_allowed_are_the_words_taken():
 def test_units_are_no_part_of_the_meaning():
     facts = catalogue().values()
     units = {fact.unit for fact in facts} - {""}
-    assert len(units) == 15
+    assert len(units) == 17
     assert not any(fact.meaning.endswith(tuple(f", {u}" for u in units))
                    for fact in facts)  # fmt: skip
 

@@ -52,6 +52,8 @@ WORDS = {
     "speed_table": "time,speed;0.0,1.0;1.0,2.0",
     "gap_table": "time,gap;0.0,1.0;1.0,2.0",
     "branch": "up",
+    "engine.casing.contact_law": "archard",
+    "friction_law": "stribeck",
     "history": "speed = 300.0",
     "engine.rotor.shaft": "cantilever",
     "engine.casing.profile": "harmonic,amplitude,phase;2.0,1e-05,0.5",
@@ -143,6 +145,7 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
     values |= {**CHANGING}  # not with chaos or a history
+    values |= {"engine.casing.contact_law": "rigid", "friction_law": "constant"}  # nor
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values

@@ -32,7 +32,7 @@ from hpcwhirl.planner.planner import Jobs
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
-from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.scene.contact_laws import RIGID, rods_around
 from hpcwhirl.store.directory.blades import DETAIL, LAW
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
@@ -52,7 +52,7 @@ BESIDE = 1e-3  # s, time of a case beyond its kernel, before any has ended
 GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
 DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
-RODS = "engine.casing.layer_elements"
+RODS = ("engine.casing.layer_edge", "engine.rotor.radius", "engine.casing.layer_rods")
 KEEPING = ("orbit", "full")  # values of output.traces that keep traces
 Floats = NDArray[np.float64]
 
@@ -391,5 +391,6 @@ def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
                 found.add(int(cases[design.columns.values(name)[cases].argmax()]))
         worn = cases[laws[cases] != RIGID]
         if len(worn):
-            found.add(int(worn[design.columns.values(RODS)[worn].argmax()]))
+            of = (design.columns.values(name)[worn] for name in RODS)
+            found.add(int(worn[rods_around(*of).argmax()]))
     return found

@@ -136,7 +136,7 @@ def layer_space(blades):
     """Return the work space of `layer`."""
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
-        np.zeros(blades), np.zeros((blades, blades)), np.zeros(blades, np.int64),
+        np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
     )  # fmt: skip
 
 
@@ -205,7 +205,7 @@ def march_bodies(
         )
         if layered:
             started = angle_at(wall, speed, now)
-            lowest = to_worn(turned, started, points, worn, own_rods, gaps)
+            lowest = to_worn(turned, started, points, worn, layer.under, own_rods, gaps)
             leave(layer, worn, last, ledger, own_rods)
         counter[STEP] += 1
         if counter[STEP] >= counter[NEXT_LOOK]:
@@ -217,8 +217,8 @@ def march_bodies(
             space.have[:] = 0  # W changes as the blades pass
             if layered:
                 active = press(
-                    layer, softness, worn, w_rotor, compliance, index, shape, lam,
-                    opened, space, own_rods,
+                    layer, softness, worn, gaps, w_rotor, compliance, index, shape,
+                    lam, opened, space, own_rods,
                 )  # fmt: skip
             else:
                 active = complementarity(
@@ -229,7 +229,7 @@ def march_bodies(
                 return
             closing = older
             if layered:
-                wear(layer, softness, worn, lam, opened, last, ledger, own_rods)
+                wear(layer, softness, worn, lam, last, ledger, own_rods)
                 closed_by(older, opened, own_rods.shifted)
                 closing = own_rods.shifted
             if lost >= 0:

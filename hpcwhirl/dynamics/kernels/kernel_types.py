@@ -200,6 +200,7 @@ class Layer(NamedTuple):
     soft, rub : wear of a step by force beyond the limit, m/N; that per rad/s of the
         speed, m s/(N rad)
     limit, growth : N, of a rod as made; N/m, by which wear raises it
+    under : number of rods under the edge of a tip
     """
 
     flex: float
@@ -207,6 +208,7 @@ class Layer(NamedTuple):
     rub: float
     limit: float
     growth: float
+    under: int
 
 
 class LayerSpace(NamedTuple):
@@ -214,18 +216,18 @@ class LayerSpace(NamedTuple):
 
     Attributes
     ----------
-    rod, left : (N,), rod of each blade at the end and at the start of a step
-    clear, shifted : (N,), m, gaps to the worn surface; of the linear problem
+    rod, left : (N,), first rod under each tip at the end and at the start of a step
+    sunk : (N,), m, depth s of tips below the surface as made
+    give, shifted : (N,), m/N and m, 1 / P' and the gaps of the linear problem
     w : (N, N), m/N, W of the rotor with the rods
-    wears : (N,), whether a blade's rod wears in this step
     """
 
     rod: Integers
     left: Integers
-    clear: Floats
+    sunk: Floats
+    give: Floats
     shifted: Floats
     w: Floats
-    wears: Integers
 
 
 class Contact(NamedTuple):

@@ -1,140 +1,220 @@
 """Layer on the casing that wears: rods side by side around it, one an element of angle.
 
-A rod is pushed in by e = flex N, elastic, and wears by w. A step with force N beyond
-the limit L = limit + growth w wears it by soft (N - L). An abradable, plastic rod has
-soft = 1 / growth; by Archard's law L = 0 and soft is proportional to the sliding
-distance of a step. In both laws the shortening of a rod over a step is an increasing,
-piecewise linear function of the force: a compliance on the diagonal of the contact
-problem, which remains one of complementarity, solved implicitly.
+A tip presses all rods under its edge down to the same depth s below the surface as
+made. A rod is pushed in by e = flex N, elastic, and wears by w. A step with force N
+beyond the limit L = limit + growth w wears it by soft (N - L). An abradable, plastic
+rod has soft = 1 / growth; by Archard's law L = 0 and soft is proportional to the
+sliding distance of a step. In both laws the force on a tip, the sum over its rods, is
+an increasing, piecewise linear function P(s): a compliance on the diagonal of the
+contact problem, solved implicitly with all tips at once by Newton's method.
 
 A tip that slides onto a higher rod pushes it down to where the tip is. The rotation
-does the work of that, V(s) over s = -g_n - w, by the slope of the layer's surface, as
-it does on the slope of a casing; V is the area below the curve of a push into the rod.
-Further pushing is the tip's own. What a rod left behind held elastically returns.
+does the work of that, V(s - w) with the depth s before the step, by the slope of the
+layer's surface, as it does on the slope of a casing; V is the area below the curve of a
+push into the rod. Further pushing is the tip's own. What a rod left behind held
+elastically returns.
 """
 
 from __future__ import annotations
 
 import math
 
-from hpcwhirl.dynamics.kernels.compiled import rare
+from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
 
-NEAR = 1e-11  # of the limit: within it, a rod stays as it is
 DEPTH, WORK, CUT = 0, 1, 2  # rows of the state
-ATTEMPTS = 3  # times N: changes of all blades at once before one at a time
+EQUAL = 1e-11  # of the largest force: as P(s) must agree with the multiplier
+ROUND = 1e-15  # of s: its round-off
+ATTEMPTS, PATIENCE = 300, 20  # Newton steps; those before they are halved
 
 
 @rare
-def to_worn(turned, before, points, worn, space, gaps):
-    """Set the rods of the blades and their gaps to the worn surface; the lowest, m.
+def to_worn(turned, before, points, worn, under, space, gaps):
+    """Set the rods under the blades; return the lowest gap to the worn surface, m.
 
     Parameters
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
     points : `kernel_types.Points`
     worn : (3, M), see `kernel_types.BodiesState`
-    space : `kernel_types.LayerSpace`; out: `rod`, `left`, `clear`
+    under : rods under a tip
+    space : `kernel_types.LayerSpace`; out: `rod`, `left`
     gaps : (N,), m, to the surface as made
     """
     lowest, size = 1.0, worn.shape[1]
     for j in range(len(gaps)):
         own = points.angle[j]
-        space.rod[j] = rod_at(turned + own, size)
-        space.left[j] = rod_at(before + own, size)
-        space.clear[j] = gaps[j] + worn[DEPTH, space.rod[j]]
-        lowest = min(lowest, space.clear[j])
+        space.rod[j] = first_rod(turned + own, size, under)
+        space.left[j] = first_rod(before + own, size, under)
+        if gaps[j] < 0.0:
+            lowest = min(lowest, gaps[j] + highest(worn, space.rod[j], under))
     return lowest
 
 
 @rare
-def rod_at(angle, size):
-    """Return the rod at an angle, rad, of `size` rods."""
+def first_rod(angle, size, under):
+    """Return the first of the rods under a tip at an angle, rad, of `size` rods."""
     part = angle / (2.0 * math.pi)
-    return min(int((part - math.floor(part)) * size), size - 1)
+    centred = (part - math.floor(part)) * size - 0.5 * (under - 1)
+    return math.floor(centred) % size
+
+
+@inlined
+def covers(first, rod, size, under):
+    """Return whether a tip on the rods from `first` on presses a rod."""
+    return (rod - first) % size < under
+
+
+@inlined
+def highest(worn, first, under):
+    """Return the least worn depth of the rods under a tip, m."""
+    least = worn[DEPTH, first]
+    for i in range(1, under):
+        least = min(least, worn[DEPTH, (first + i) % worn.shape[1]])
+    return least
+
+
+@inlined
+def limit_of(layer, depth):
+    """Return the force beyond which a rod of this worn depth wears, N."""
+    return layer.limit + layer.growth * depth
+
+
+@inlined
+def rod_force(layer, softness, depth, sunk):
+    """Return the force of a rod, N, and its slope, N/m, under a tip `sunk` by s, m."""
+    way = sunk - depth
+    if way <= 0.0:
+        return 0.0, 0.0
+    limit = limit_of(layer, depth)
+    if way <= layer.flex * limit:
+        return way / layer.flex, 1.0 / layer.flex
+    slope = 1.0 / (layer.flex + softness)
+    return (way + softness * limit) * slope, slope
 
 
 @rare
-def press(layer, softness, worn, w_rotor, compliance, index, shape, lam, opened, space,
-          own):  # fmt: skip
-    """Solve the contact with the layer; return as `contact.complementarity`.
+def tip_force(layer, softness, worn, first, sunk):
+    """Return P(s), the force on a tip, N, and its slope, N/m."""
+    force, slope = 0.0, 0.0
+    for i in range(layer.under):
+        rod = (first + i) % worn.shape[1]
+        one, steep = rod_force(layer, softness, worn[DEPTH, rod], sunk)
+        force += one
+        slope += steep
+    return force, slope
+
+
+@rare
+def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
+          space, own):  # fmt: skip
+    """Solve lam = P(-g - W lam); return as `contact.complementarity`.
 
     Parameters
     ----------
     layer, softness : `kernel_types.Layer`; m/N, wear of a step by force beyond a limit
     worn : (3, M), see `kernel_types.BodiesState`
-    lam, opened : (N,), out: multipliers, N, and gaps to the worn surface of before, m,
-        with what rods are pushed in and wear
-    own : `kernel_types.LayerSpace`; in `clear` gaps to the worn surface
+    gaps : (N,), m, predicted, to the surface as made
+    lam, opened : (N,), out: multipliers, N, and gaps to the surface as made, m
+    own : `kernel_types.LayerSpace`; out: `sunk`
     """
-    wears, blades, most = own.wears, len(own.clear), ATTEMPTS * len(own.clear)
+    blades = len(gaps)
     for j in range(blades):
-        wears[j] = 0
-    for attempt in range(2 * most + 200):
+        own.sunk[j] = -gaps[j]
+    for attempt in range(ATTEMPTS):
         for j in range(blades):
-            for i in range(blades):
-                own.w[j, i] = w_rotor[j, i]
-            own.w[j, j] += layer.flex
-            own.shifted[j] = own.clear[j]
-            if wears[j] == 1:
-                own.w[j, j] += softness
-                own.shifted[j] -= softness * limit_of(layer, worn[DEPTH, own.rod[j]])
+            linearize(layer, softness, worn, gaps, w_rotor, own, j)
             space.have[j] = 0
         active = complementarity(
             own.shifted, own.w, compliance, index, shape, lam, opened, space
         )
         if active < 0:
             return active
-        changed = 0
-        for j in range(blades):
-            limit = limit_of(layer, worn[DEPTH, own.rod[j]])
-            band = (NEAR if wears[j] == 0 else -NEAR) * limit
-            now = 1 if lam[j] > limit + band else 0
-            if now != wears[j] and (attempt < most or changed == 0):
-                wears[j] = now
-                changed += 1
-        if changed == 0:
+        share = 0.5 ** (attempt // PATIENCE)
+        if agree(layer, softness, worn, gaps, lam, opened, share, own):
             return active
     return -1
 
 
 @rare
-def limit_of(layer, depth):
-    """Return the force beyond which a rod of this worn depth wears, N."""
-    return layer.limit + layer.growth * depth
+def linearize(layer, softness, worn, gaps, w_rotor, own, j):
+    """Set row j of the contact problem linear about s_j: s = lam / P' + `shifted` - g.
+
+    A tip above all its rods would press the highest one first.
+    """
+    force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
+    offset = own.sunk[j]
+    if slope == 0.0:
+        offset, slope = highest(worn, own.rod[j], layer.under), 1.0 / layer.flex
+    for i in range(len(gaps)):
+        own.w[j, i] = w_rotor[j, i]
+    own.give[j] = 1.0 / slope
+    own.w[j, j] += own.give[j]
+    own.shifted[j] = gaps[j] + (offset - force * own.give[j])
 
 
 @rare
-def wear(layer, softness, worn, lam, opened, last, ledger, own):
+def agree(layer, softness, worn, gaps, lam, opened, share, own):
+    """Move s by a share of the way to the solution; return whether lam = P(s) there.
+
+    If so, s is the solution and `opened` (N,) becomes -s.
+    """
+    largest, alike = 0.0, True
+    for j in range(len(lam)):
+        largest = max(largest, lam[j])
+    for j in range(len(lam)):
+        solved = (own.shifted[j] - gaps[j]) + lam[j] * own.give[j] - opened[j]
+        force, slope = tip_force(layer, softness, worn, own.rod[j], solved)
+        steep = max(slope, 1.0 / own.give[j])
+        apart = abs(force - lam[j])
+        alike = alike and apart <= EQUAL * largest + ROUND * steep * abs(solved)
+        own.shifted[j] = solved
+    for j in range(len(lam)):
+        if alike:
+            own.sunk[j] = own.shifted[j]
+            opened[j] = -own.sunk[j]
+        else:
+            own.sunk[j] += share * (own.shifted[j] - own.sunk[j])
+    return alike
+
+
+@rare
+def wear(layer, softness, worn, lam, last, ledger, own):
     """Bring the rods up to date, and enter the works of wear in the ledger.
 
-    The gaps become those to the surface as made. IMPACT includes WEAR.
+    IMPACT includes WEAR.
 
     last : (N,), m, gaps to the surface as made at the start of the step
     """
+    size = worn.shape[1]
     for j in range(len(lam)):
-        rod = own.rod[j]
-        depth = worn[DEPTH, rod]
-        opened[j] -= depth
         if lam[j] <= 0.0:
             continue
-        deeper = softness * max(lam[j] - limit_of(layer, depth), 0.0)
-        opened[j] = -(depth + deeper + layer.flex * lam[j])
-        worn[DEPTH, rod] = depth + deeper
-        work = (lam[j] - 0.5 * layer.growth * deeper) * deeper
-        worn[WORK, rod] += work
-        ledger[WEAR] += work
-        if own.left[j] != rod and -last[j] > depth:
-            turn(work_to_push(layer, depth, -last[j] - depth), worn, rod, ledger)
+        for i in range(layer.under):
+            rod = (own.rod[j] + i) % size
+            depth = worn[DEPTH, rod]
+            force, _ = rod_force(layer, softness, depth, own.sunk[j])
+            deeper = softness * max(force - limit_of(layer, depth), 0.0)
+            worn[DEPTH, rod] = depth + deeper
+            work = (force - 0.5 * layer.growth * deeper) * deeper
+            worn[WORK, rod] += work
+            ledger[WEAR] += work
+            if -last[j] > depth and not covers(own.left[j], rod, size, layer.under):
+                turn(work_to_push(layer, depth, -last[j] - depth), worn, rod, ledger)
 
 
 @rare
 def leave(layer, worn, last, ledger, own):
     """Return to the rotation what rods hold elastically that tips slide off."""
+    size = worn.shape[1]
     for j in range(len(own.rod)):
-        way = -last[j] - worn[DEPTH, own.left[j]]
-        if own.left[j] != own.rod[j] and way > 0.0:
-            turn(-0.5 * way * way / layer.flex, worn, own.left[j], ledger)
+        if own.left[j] == own.rod[j] or last[j] >= 0.0:
+            continue
+        for i in range(layer.under):
+            rod = (own.left[j] + i) % size
+            way = -last[j] - worn[DEPTH, rod]
+            if way > 0.0 and not covers(own.rod[j], rod, size, layer.under):
+                turn(-0.5 * way * way / layer.flex, worn, rod, ledger)
 
 
 @rare

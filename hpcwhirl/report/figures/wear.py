@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.wear import lobes_of
+from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.store.reading.results_file import Results
@@ -19,7 +20,7 @@ MOST_ROWS = 400  # of the map, along time
 def draw_wear(cases: Results, case: int) -> Any:
     """Return the worn depth over the angle: at the end, and over time."""
     traces, row = cases.traces(case), cases.rows[case]
-    depth = MICRO * traces["worn"][:, : cases.scene(case).engine.casing.layer_elements]
+    depth = MICRO * traces["worn"][:, : rods_of(cases.scene(case))]
     if not np.nan_to_num(depth[-1]).any():
         msg = "no rod of the layer was worn"
         raise InputError(msg)
