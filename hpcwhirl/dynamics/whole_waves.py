@@ -17,8 +17,10 @@ with F the modal forces of the multipliers, which act at the step's start.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,18 +182,27 @@ class WholeWaves:
         return rows, beta.T @ self.form @ beta + numbers
 
 
-def whole_waves(model: Model, scene: Scene) -> WholeWaves:
-    """Return the waves of central differences of a rotor with terms of rotation."""
+def whole_waves(model: Model, scene: Scene, blocks: Sequence[Any] = ()) -> WholeWaves:
+    """Return the waves of central differences of a rotor with terms of rotation.
+
+    blocks : (m, n) each, orthonormal combinations of the modes that the equations do
+        not couple to others, real or with their conjugates; none: all are coupled
+    """
     step, shapes = scene.solver.time_step, model.rotor.shapes
     own, terms = turning(model, scene, shapes), turning_terms(model, scene, shapes)
     whole = terms.stiffness + terms.push
-    mass = terms.mass - step**2 / 4 * whole
-    roots, found = roots_of(mass, terms.damping + terms.gyro, whole)
-    chosen = roots.imag >= 0.0
-    roots, found = roots[chosen], found[:, chosen]
-    ahead = roots * step / (1 - roots * step / 2)
+    matrices = terms.mass - step**2 / 4 * whole, terms.damping + terms.gyro, whole
+    parts = []
+    for block in blocks or [np.eye(len(whole))]:
+        back, real = block.conj().T, np.isrealobj(block)
+        roots, found = roots_of(*(back @ matrix @ block for matrix in matrices))
+        chosen = (roots.imag >= 0.0) | (not real)
+        paired = (roots.imag > 0.0) | (not real)
+        parts.append((roots[chosen], (block @ found)[:, chosen].T, paired[chosen]))
+    roots, found, paired = (np.concatenate(each) for each in zip(*parts, strict=True))
+    ahead, found = roots * step / (1 - roots * step / 2), found.T
     return WholeWaves(
-        step, ahead, found, found * ahead / (1 + ahead), roots.imag > 0.0,
+        step, ahead, found, found * ahead / (1 + ahead), paired,
         own.inverse, own.damping, own.stiffness, own.push,
     )  # fmt: skip
 

@@ -63,6 +63,15 @@ def place_of(j, blades, wide):
     return j if 2 * j <= blades else wide + blades - j
 
 
+@inlined
+def blade_at(i, blades, wide):
+    """Return the blade at place i of a folded row."""
+    half = i if i < wide else i - wide
+    if 2 * half > blades or half == 0:
+        return 0
+    return half if i < wide else blades - half
+
+
 @rare
 def remember(where, size, blades, wide, known, inverse, rows, stride):
     """Invert and keep the part of W of the blades where[:size]."""

@@ -14,6 +14,7 @@ on which works depend, and what a gap has read two steps before, are rows of the
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -48,14 +49,26 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.cyclic import angle_of, flush
 from hpcwhirl.dynamics.kernels.general import sum_modes
-from hpcwhirl.dynamics.kernels.keep_inverse import place_of, recall
+from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import (
     Arrays,
     CyclicState,
+    PointRows,
     PointsSpace,
+    SectorRows,
+    Wanted,
 )
 from hpcwhirl.dynamics.kernels.opening import note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import copy_to
+from hpcwhirl.dynamics.kernels.point_rows import (
+    begin_moves,
+    book_points,
+    clear_forces,
+    push_points,
+    read_close,
+    read_every,
+)
+from hpcwhirl.dynamics.kernels.sectors import room_of_sectors
 from hpcwhirl.dynamics.kernels.shape import faded
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -67,13 +80,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.whole import (
     add_one,
-    add_rows,
     drift_of,
     lower_all,
     moved_by,
     open_whole,
-    read_all,
-    read_near,
     tip_by_waves,
     turn_waves,
 )
@@ -116,53 +126,10 @@ def open_tips(push, where, active, opening, tips):
         store(tips, v, tip)
 
 
-@inlined
-def begin_moves(s, q, modes):
-    """Set s (width,) to the amplitudes q before any force, without forces."""
-    for m in range(0, modes, FOUR):
-        store(s, m, load(q, m))
-    for m in range(modes, len(s), FOUR):
-        store(s, m, broadcast(0.0))
-
-
-@inlined
-def book_points(rotor, push, where, active, s, modes, mu, step, gaps, row, before, sums,
-                held):  # fmt: skip
-    """Book the works of the multipliers, and set gaps of the active points before.
-
-    Those that were also in contact two steps before were closed.
-
-    Parameters
-    ----------
-    s : (width,), what `opens` and `slides` are rows of, with all forces
-    gaps, row : clearances of step n - 1
-    before : (points,), out
-    sums, held : as of `whole.push_waves`
-    """
-    points, width = len(before), len(s)
-    wide, padded = len(gaps) // 6, len(held) // 4
-    now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
-    for i in range(active):
-        j = where[i]
-        before[j] = 0.0
-        if held[then + j] != step:
-            was = tip_by_waves(rotor.before, j, s, modes)
-            before[j] = gaps[row + place_of(j, points, wide)] + was
-        held[now + j] = step + 2
-        opened = moved_by(rotor.opens, j * width, s, modes)
-        held[j] = moved_by(rotor.slides, j * width, s, modes)
-        sums[0] += push[i] * opened
-        sums[1] += push[i] * held[j]
-        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
-
-
 @rare
 def farthest_point(limit, q, rotor, points):
     """Return the largest displacement of a point, m, or a bound below `NEAR` of it."""
-    modes = len(rotor.ahead)
-    half, bound = modes // 2, 0.0
-    for m in range(half):
-        bound += rotor.reach[m] * math.hypot(q[m], q[half + m])
+    modes, bound = len(rotor.ahead), drift_of(q, rotor.reach)
     if not bound > NEAR * limit:
         return bound
     far = 0.0
@@ -197,7 +164,7 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
     counter, ledger, q = state.counter, state.ledger, state.rotor
     points, tips, out, again = len(state.last), space.tips, space.out, space.again
     if judge and counter[LAST] == counter[STEP]:
-        read_all(rotor.read, q, points, out)
+        read_every(rotor.rows, q, points, out, space.spectra)
         reach = 0.0
         for i in range(len(out)):
             again[i] = state.gaps[row + i] + out[i]
@@ -228,26 +195,48 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
 def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     """Return the work space of a march, which need not be saved to resume it."""
     rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
-    modes, width = len(rotor.ahead), len(rotor.slides) // points
+    modes, width = len(rotor.ahead), len(rotor.kicked) // 2
     for name, rows, wanted in (
         ("rotor", state.rotor, modes), ("drift", rotor.drift, modes // 2),
-        ("read", rotor.read, points * modes), ("before", rotor.before, points * modes),
-        ("push", rotor.push, (points + 2) * modes),
-        ("opens", rotor.opens, (points + 2) * width),
-        ("slides", rotor.slides, points * width), ("hub", rotor.hub, 2 * modes),
+        ("kick", rotor.kick, 2 * modes), ("hub", rotor.hub, 2 * modes),
+        ("radial", rotor.radial, points * modes),
+        ("along", rotor.along, points * modes),
         ("clear", arrays.contact.clear, 2 * wide),
+        *sizes_of_rows(rotor.rows, points, modes, width),
     ):  # fmt: skip
         if rows.size != wanted:
             msg = f"{name} of the kernel of points: {rows.size} values, not {wanted}"
             raise ModelError(msg)
     solver = constant_space(points, wide, arrays.contact.w, state.known)
-    spare, out, again, opened = all_aligned(
-        [np.zeros(width), *(np.zeros(2 * wide) for _ in range(3))]
-    )
+    room = room_of_sectors(rotor.rows) if isinstance(rotor.rows, SectorRows) else 0
+    sizes = width, room, *(2 * wide,) * 3
+    spare, spectra, out, again, opened = all_aligned([*map(np.zeros, sizes)])
     return PointsSpace(
-        spare, np.zeros(points), solver, out, again, opened, np.zeros((points + 1, 2)),
-        np.zeros(len(rotor.casing)), np.zeros_like(state.ledger),
+        spare, spectra, np.zeros(points), solver, out, again, opened,
+        np.zeros((points + 1, 2)), np.zeros(len(rotor.casing)),
+        np.zeros_like(state.ledger),
     )  # fmt: skip
+
+
+def sizes_of_rows(
+    rows: PointRows | SectorRows, points: int, modes: int, width: int
+) -> Wanted:
+    """Return the sizes of rows, see `kernel_types`."""
+    if isinstance(rows, PointRows):
+        short, long = points * modes, points * width
+        wanted = [short, short, short, long, long]
+        return list(zip(rows._fields, rows, wanted, strict=True))
+    alike, waves = rows.single + rows.pairs, rows.single + 2 * rows.pairs
+    slot, forces = len(rows.move) // alike, points * (width - modes)
+    blades = points // rows.each
+    wanted = [
+        rows.each * alike * slot, rows.each * alike * slot,
+        rows.each * rows.single * slot, rows.each * waves * slot, alike * slot,
+        2 * rows.pairs * slot, forces, forces, blades * slot,
+        -(-blades // FOUR) * FOUR * slot,
+    ]  # fmt: skip
+    arrays: Any = rows[: len(wanted)]  # numbers stand behind them
+    return list(zip(rows._fields[: len(wanted)], arrays, wanted, strict=True))
 
 
 @kernel
@@ -277,30 +266,32 @@ def march_points(
         time, along, across = counter[STEP] * step, 0.0, 0.0
         if thrust != 0.0:
             begin_moves(spare, s_b, modes)
+            clear_forces(spare, modes)
             angle = angle_of(wall, speed, time)
             along, across = thrust * math.cos(angle), -thrust * math.sin(angle)
-            add_one(rotor.push, points * modes, along, s_b, modes)
-            add_one(rotor.push, (points + 1) * modes, across, s_b, modes)
+            add_one(rotor.kick, 0, along, s_b, modes)
+            add_one(rotor.kick, modes, across, s_b, modes)
         row, gap = counter[STEP] % 3 * 2 * wide, gap_at(wall, time)
         write_clear(contact.clear, gap, gaps, row, wide)
         if len(wall.orders) > 0:
             add_shape(wall, time, speed, contact.waves, gaps, row, wide)
         looks = counter[STEP] >= counter[NEXT_LOOK]
         judge = counter[STEP] % strides.evidence == 0
-        ready, every = False, looks or judge or fresh or thrust != 0.0
+        ready, every = False, judge or fresh or thrust != 0.0
         lowest = lower_all(out, drift, gaps, row, whole)
         if not every and not lowest > 0.0:
-            lowest, ready = read_near(
-                rotor.read, s_b, points, gaps, row, known, out, whole
+            lowest, ready = read_close(
+                rotor.rows, s_b, points, gaps, row, known, out, whole, space.spectra
             )
             if lowest < 0.0 and ready:
                 active = guess(whole, row - row, lowest, points, wide, solver)
                 ready = active > 0
             every = lowest < 0.0 and not ready
         if every:
-            read_all(rotor.read, s_b, points, out)
-            lowest = open_whole(out, gaps, row, whole)
-            fresh, drift = False, drift_of(s_b, rotor.drift)
+            read_every(rotor.rows, s_b, points, out, space.spectra)
+            lowest, fresh = open_whole(out, gaps, row, whole), False
+        if every or looks:
+            drift = drift_of(s_b, rotor.drift)
         if looks:
             watch(farthest_point(limit, s_b, rotor, points), limit, counter)
         if lowest < 0.0:
@@ -309,28 +300,26 @@ def march_points(
             if active < 0:
                 counter[STOP] = COMPLEMENTARITY
                 return
-            if thrust == 0.0:
-                begin_moves(spare, s_b, modes)
+            clear_forces(spare, modes)
             spare[modes + points], spare[modes + points + 1] = along, across
             for i in range(active):
                 spare[modes + where[i]] = push[i]
             older = (counter[STEP] + 1) % 3 * 2 * wide
             open_tips(push, where, active, solver.rows, out)
+            free = s_b if thrust == 0.0 else spare[:modes]
             book_points(
-                rotor, push, where, active, spare, modes, mu, counter[STEP], gaps,
-                older, before, sums, held,
+                rotor.rows, push, where, active, free, spare, mu, counter[STEP], gaps,
+                older, before, sums, held, space.spectra,
             )  # fmt: skip
-            add_rows(rotor.push, push, where, active, s_b, modes)
+            push_points(rotor.rows, push, where, active, s_b, space.spectra)
             drift = drift_of(s_b, rotor.drift)
             book_contacts(
                 push, where, active, before, last, counter, ledger, impulse, step
             )
         if thrust != 0.0:
             spare[modes + points], spare[modes + points + 1] = along, across
-            width = len(spare)
-            moved = along * moved_by(rotor.opens, points * width, spare, modes)
-            at = (points + 1) * width
-            moved += across * moved_by(rotor.opens, at, spare, modes)
+            moved = along * moved_by(rotor.kicked, 0, spare, modes)
+            moved += across * moved_by(rotor.kicked, len(spare), spare, modes)
             ledger[PULSE] += 0.5 * moved
             sums[2] += 0.5 * moved
         if counter[STEP] % FLUSH_EVERY == 0:

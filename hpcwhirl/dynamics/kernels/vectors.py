@@ -166,6 +166,13 @@ def higher_of(typing: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
+def magnitude(typing: Any, a: Any) -> Any:
+    """Return the absolute values."""
+    del typing, a
+    return _intrinsic("fabs", 1)
+
+
+@intrinsic
 def root(typing: Any, a: Any) -> Any:
     """Return the square roots."""
     del typing, a

@@ -54,6 +54,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     higher_of,
     load,
     lower_of,
+    magnitude,
     store,
 )
 
@@ -166,18 +167,22 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole):
 
 
 @inlined
-def drift_of(q, drift):
-    """Return a bound of the motion of a tip in each of the next steps, m.
+def size_of(q, half, m):
+    """Return bounds of four |a| <= max(|re|, |im|) + min(|re|, |im|) / 2."""
+    re, im = load_both(q, half, m)
+    re, im = magnitude(re), magnitude(im)
+    return broadcast(0.5) * (higher_of(re, im) + (re + im))
 
-    |a| <= max(|re|, |im|) + min(|re|, |im|) / 2
-    """
-    half, zero, total = len(drift), broadcast(0.0), broadcast(0.0)
-    for m in range(0, half, FOUR):
-        re, im = load_both(q, half, m)
-        re, im = higher_of(re, zero - re), higher_of(im, zero - im)
-        size = fma(broadcast(0.5), lower_of(re, im), higher_of(re, im))
-        total = fma(load(drift, m), size, total)
-    return total_of(total)
+
+@inlined
+def drift_of(q, drift):
+    """Return a bound of the motion of a tip in each of the next steps, m."""
+    half = len(drift)
+    first = second = broadcast(0.0)
+    for m in range(0, half, EIGHT):
+        first = fma(load(drift, m), size_of(q, half, m), first)
+        second = fma(load(drift, m + FOUR), size_of(q, half, m + FOUR), second)
+    return total_of(first + second)
 
 
 @inlined

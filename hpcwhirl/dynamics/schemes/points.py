@@ -21,7 +21,8 @@ from hpcwhirl.dynamics.kernels.points import (
 from hpcwhirl.dynamics.kernels.whole import HELD
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.point_waves import PointWaves, point_arrays, point_waves
+from hpcwhirl.dynamics.point_arrays import point_arrays
+from hpcwhirl.dynamics.point_waves import PointWaves, point_waves
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Floats,
@@ -67,7 +68,8 @@ def _turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
 
 
 def _march(model: Model, scene: Scene, waves: PointWaves) -> Integrator:
-    arrays, step = point_arrays(model, scene, waves), scene.solver.time_step
+    arrays, waves = point_arrays(model, scene, waves)
+    step = scene.solver.time_step
     points, kernel = model.contacts, cast(Any, march_points)
     padded = padded_blades(points)
     sizes = 2 * waves.half, 0, HELD * padded, 3

@@ -1,0 +1,404 @@
+"""Several contact points a tip of equal sectors: their rows as spectra.
+
+What a point of blade j reads of a wave of nodal diameter n is that of blade 0 times
+e^{i n theta_j}. So the waves of a slot add up to one term of a spectrum for each of the
+n_c points of a tip, from which four blades are read at once, and multipliers act by
+their spectrum, see `SectorRows`.
+
+A mode of a body at rest is two waves that points read alike, and on which forces act
+alike but for a factor: they are read, moved and pushed as one.
+
+Each gap is computed in the same way wherever it is read, so that the choice of those
+that are read changes no bit.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hpcwhirl.dynamics.kernels.compiled import does, inlined, part
+from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
+from hpcwhirl.dynamics.kernels.kernel_types import SectorRows
+from hpcwhirl.dynamics.kernels.passes import total_of
+from hpcwhirl.dynamics.kernels.point_rows import (
+    book_points,
+    push_points,
+    read_close,
+    read_every,
+)
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    fma,
+    fnma,
+    get,
+    load,
+    store,
+)
+from hpcwhirl.dynamics.kernels.whole import put
+
+
+@inlined
+def slots_of(rows):
+    """Return k, the number of slots."""
+    return len(rows.move) // (2 * (rows.single + rows.pairs))
+
+
+@inlined
+def times(rows, at, k, re, im, total):
+    """Return total + a row (2, k), begun at `at`, times four re + i im."""
+    a, b = load(rows, at), load(rows, at + k)
+    real, imag = fma(a, re, total[0]), fma(a, im, total[1])
+    return fnma(b, im, real), fma(b, re, imag)
+
+
+@inlined
+def layout(rows):
+    """Return where, in `spectra`, n_c spectra of gaps begin, and flags of the points.
+
+    Waves and pairs stand before them, twice: what they are or have moved, and what
+    forces change. Spectra of motion along the casing and of multipliers follow; behind
+    the flags marks of n_c times N / 4 blades, and four tips.
+    """
+    k = slots_of(rows)
+    first = 4 * k * (rows.single + rows.pairs)
+    return first, first + 6 * k * rows.each
+
+
+@inlined
+def groups_of(rows):
+    """Return the number of groups of four blades."""
+    return len(rows.lanes) // (2 * slots_of(rows) * FOUR)
+
+
+def room_of_sectors(rows: SectorRows) -> int:
+    """Return how many numbers `spectra` has, see `layout`."""
+    k = len(rows.move) // (2 * (rows.single + rows.pairs))
+    groups = len(rows.lanes) // (2 * k * FOUR)
+    marks = -(-rows.each * (groups + 1) // FOUR) * FOUR
+    return 2 * k * (2 * (rows.single + rows.pairs) + 3 * rows.each) + marks + FOUR
+
+
+@inlined
+def add_alike(rows, q, spectra):
+    """Set the first (alike, 2, k) of `spectra` to waves and to sums of pairs."""
+    k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
+    for f in range(rows.single):
+        for c in range(0, k, FOUR):
+            store(spectra, 2 * f * k + c, load(q, f * k + c))
+            store(spectra, 2 * f * k + k + c, load(q, half + f * k + c))
+    for f in range(rows.single, rows.single + pairs):
+        for c in range(0, k, FOUR):
+            one, two = f * k + c, (f + pairs) * k + c
+            store(spectra, 2 * f * k + c, load(q, one) + load(q, two))
+            im = load(q, half + one) + load(q, half + two)
+            store(spectra, 2 * f * k + k + c, im)
+
+
+@inlined
+def move_alike(rows, q, spectra):
+    """Set the first (alike, 2, k) of `spectra` to d' + d of waves and pairs.
+
+    The factors of a pair are conjugates.
+    """
+    k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
+    for f in range(rows.single):
+        for c in range(0, k, FOUR):
+            m, at = f * k + c, 2 * f * k + c
+            re, im = load(q, m), load(q, half + m)
+            total = times(rows.move, at, k, re, im, (zero, zero))
+            store(spectra, at, total[0])
+            store(spectra, at + k, total[1])
+    for f in range(rows.single, rows.single + pairs):
+        for c in range(0, k, FOUR):
+            m, at = f * k + c, 2 * f * k + c
+            a, b = load(rows.move, at), load(rows.move, at + k)
+            re, other = load(q, m), load(q, m + pairs * k)
+            im, beside = load(q, half + m), load(q, half + m + pairs * k)
+            store(spectra, at, fnma(b, im - beside, a * (re + other)))
+            store(spectra, at + k, fma(b, re - other, a * (im + beside)))
+
+
+@inlined
+def products(a, b, value, sums):
+    """Return the four sums with a + i b times a value (re, im)."""
+    re, im = value
+    straight, across, crossed, along = sums
+    straight, across = fma(a, re, straight), fma(b, im, across)
+    return straight, across, fma(a, im, crossed), fma(b, re, along)
+
+
+@inlined
+def spectrum_of(table, p, alike, k, spectra, to):
+    """Set a spectrum (2, k) at `to` to rows p of a table times the first of spectra."""
+    zero = broadcast(0.0)
+    for c in range(0, k, FOUR):
+        one = zero, zero, zero, zero
+        at, there = p * alike * 2 * k + c, c
+        for _ in range(alike):
+            value = load(spectra, there), load(spectra, there + k)
+            one = products(load(table, at), load(table, at + k), value, one)
+            at, there = at + 2 * k, there + 2 * k
+        store(spectra, to + c, one[0] - one[1])
+        store(spectra, to + k + c, one[2] + one[3])
+
+
+@inlined
+def begin_or_add(fresh, spectra, at, k):
+    """Return four numbers (re, im) at `at` of spectra, or 0 if nothing is there yet."""
+    zero = broadcast(0.0)
+    if fresh:
+        return zero, zero
+    return load(spectra, at), load(spectra, at + k)
+
+
+@inlined
+def act_on(rows, p, fresh, mu, spectra, to, along, lam):
+    """Set the spectra of point p's motion, and add what its multipliers do to waves.
+
+    Forces on a pair are the conjugates of the rows by which it is read.
+
+    Parameters
+    ----------
+    fresh : whether no other point has added anything
+    to, along, lam : where spectra of gaps, of motion along the casing and of
+        multipliers begin
+    """
+    k, single, zero, rub = slots_of(rows), rows.single, broadcast(0.0), broadcast(mu)
+    alike = single + rows.pairs
+    for c in range(0, k, FOUR):
+        one = two = zero, zero, zero, zero
+        force = load(spectra, lam + c), load(spectra, lam + k + c)
+        for f in range(alike):
+            here, row = 2 * f * k + c, (p * alike + f) * 2 * k + c
+            moved = load(spectra, here), load(spectra, here + k)
+            a, b = load(rows.read, row), load(rows.read, row + k)
+            one = products(a, b, moved, one)
+            r, t = load(rows.slide, row), load(rows.slide, row + k)
+            two = products(r, t, moved, two)
+            there = here + 2 * alike * k
+            change = begin_or_add(fresh, spectra, there, k)
+            if f < single:
+                row = (p * single + f) * 2 * k + c
+                change = times(rows.push, row, k, force[0], force[1], change)
+            else:
+                a, b = fma(rub, r, a), fma(rub, t, b)
+                real, imag = fma(a, force[0], change[0]), fma(a, force[1], change[1])
+                change = fma(b, force[1], real), fnma(b, force[0], imag)
+            store(spectra, there, change[0])
+            store(spectra, there + k, change[1])
+        store(spectra, to + c, one[0] - one[1])
+        store(spectra, to + k + c, one[2] + one[3])
+        store(spectra, along + c, two[0] - two[1])
+        store(spectra, along + k + c, two[2] + two[3])
+
+
+@inlined
+def four_tips(lanes, g, k, spectra, at):
+    """Return what blades 4 g .. 4 g + 3 read of a spectrum at `at`."""
+    zero = broadcast(0.0)
+    one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
+    for c in range(0, 2 * k, FOUR):
+        this = place + c * FOUR
+        one = fma(load(lanes, this), broadcast(get(spectra, at + c)), one)
+        two = fma(load(lanes, this + 4), broadcast(get(spectra, at + c + 1)), two)
+        three = fma(load(lanes, this + 8), broadcast(get(spectra, at + c + 2)), three)
+        last = fma(load(lanes, this + 12), broadcast(get(spectra, at + c + 3)), last)
+    return (one + two) + (three + last)
+
+
+@inlined
+def at_blade(turns, blade, k, spectra, at):
+    """Return what a blade reads of a spectrum at `at`."""
+    even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
+    for c in range(0, k, FOUR):
+        even = fma(load(turns, row + c), load(spectra, at + c), even)
+        odd = fma(load(turns, row + k + c), load(spectra, at + k + c), odd)
+    return total_of(even + odd)
+
+
+@inlined
+def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
+    """Set the tips of point p of four blades; what they are is also in `spectra`."""
+    each, behind = rows.each, len(spectra) - FOUR
+    store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
+    for i in range(min(FOUR, blades - FOUR * g)):
+        j = (FOUR * g + i) * each + p
+        put(tips, j, blades * each, wide, spectra[behind + i])
+
+
+@does(read_every, SectorRows)
+@part
+def read_every_sector(rows, q, points, tips, spectra):
+    """Apply `read_every` to equal sectors."""
+    k, each, wide = slots_of(rows), rows.each, len(tips) // 2
+    alike, blades, (to, _) = rows.single + rows.pairs, points // each, layout(rows)
+    add_alike(rows, q, spectra)
+    for p in range(each):
+        spectrum_of(rows.read, p, alike, k, spectra, to)
+        for g in range(groups_of(rows)):
+            put_four(rows, p, g, k, spectra, to, blades, wide, tips)
+
+
+@inlined
+def read_group(rows, j, points, gaps, row, tips, whole, spectra):
+    """Set tips and gaps of four blades at point j's place; return the lowest gap, m.
+
+    That of those that have been read already is infinite.
+    """
+    k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
+    first, flags = layout(rows)
+    alike, blades, groups = rows.single + rows.pairs, points // each, groups_of(rows)
+    p, g, behind = j % each, j // each // FOUR, len(spectra) - FOUR
+    mark, at = flags + each + p * groups + g, first + 2 * k * p
+    if spectra[mark] == 1.0:
+        return least
+    spectra[mark] = 1.0
+    if spectra[flags + p] == 0.0:
+        spectrum_of(rows.read, p, alike, k, spectra, at)
+        spectra[flags + p] = 1.0
+    store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
+    for i in range(min(FOUR, blades - FOUR * g)):
+        other = (FOUR * g + i) * each + p
+        place, tip = place_of(other, points, wide), spectra[behind + i]
+        gap = gaps[row + place] + tip
+        tips[place], whole[place], least = tip, gap, min(least, gap)
+        if other == 0 or 2 * other == points:  # these have further places
+            put(tips, other, points, wide, tip)
+            put(whole, other, points, wide, gap)
+    return least
+
+
+@does(read_close, SectorRows)
+@part
+def read_close_sector(rows, q, points, gaps, row, known, tips, whole, spectra):
+    """Apply `read_close` to equal sectors, four blades at once."""
+    wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
+    for i in range(flags, len(spectra) - FOUR):
+        spectra[i] = 0.0
+    add_alike(rows, q, spectra)
+    for i in range(2 * wide):
+        if not whole[i] > 0.0:
+            j = blade_at(i, points, wide)
+            gap = read_group(rows, j, points, gaps, row, tips, whole, spectra)
+            least = min(least, gap)
+    if least < 0.0:
+        for s in range(known[points]):
+            if whole[place_of(known[s], points, wide)] > 0.0:
+                read_group(rows, known[s], points, gaps, row, tips, whole, spectra)
+    return least, known[points] > 0
+
+
+@inlined
+def gap_before(rows, p, blade, k, q):
+    """Return what point p of a blade has read two steps before."""
+    half, waves, total = len(q) // 2, rows.single + 2 * rows.pairs, broadcast(0.0)
+    for c in range(0, k, FOUR):
+        term = broadcast(0.0), broadcast(0.0)
+        for f in range(waves):
+            m, at = f * k + c, (p * waves + f) * 2 * k + c
+            term = times(rows.before, at, k, load(q, m), load(q, half + m), term)
+        row = blade * 2 * k + c
+        total = fma(load(rows.turns, row), term[0], total)
+        total = fma(load(rows.turns, row + k), term[1], total)
+    return total_of(total)
+
+
+@inlined
+def by_forces(table, at, push, where, active, spare, modes, points):
+    """Return a row of a table, begun at `at`, times multipliers and the pulse."""
+    total = table[at + points] * spare[modes + points]
+    total += table[at + points + 1] * spare[modes + points + 1]
+    for i in range(active):
+        total += table[at + where[i]] * push[i]
+    return total
+
+
+@inlined
+def turn_back(rows, push, where, active, k, spectra):
+    """Set the spectra of the multipliers, and flags of the points that have any."""
+    first, flags = layout(rows)
+    lam = first + 4 * k * rows.each
+    for m in range(lam, flags, FOUR):
+        store(spectra, m, broadcast(0.0))
+    for p in range(rows.each):
+        spectra[flags + p] = 0.0
+    for i in range(active):
+        blade = where[i] // rows.each
+        p, force = where[i] - blade * rows.each, broadcast(push[i])
+        at, spectra[flags + p] = lam + 2 * k * p, 1.0
+        for c in range(0, 2 * k, FOUR):
+            turn = load(rows.turns, blade * 2 * k + c)
+            store(spectra, at + c, fma(turn, force, load(spectra, at + c)))
+
+
+@inlined
+def act_on_all(rows, push, where, active, mu, spectra):
+    """Set what waves in contact have moved, and what multipliers do to them."""
+    k, (first, flags) = slots_of(rows), layout(rows)
+    turn_back(rows, push, where, active, k, spectra)
+    fresh, apart = True, 2 * k * rows.each
+    for p in range(rows.each):
+        if spectra[flags + p] != 0.0:
+            at = first + 2 * k * p
+            act_on(rows, p, fresh, mu, spectra, at, at + apart, at + 2 * apart)
+            fresh = False
+
+
+@does(book_points, SectorRows)
+@inlined
+def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
+                 held, spectra):  # fmt: skip
+    """Apply `book_points` to equal sectors."""
+    points, modes, each = len(before), len(q), rows.each
+    wide, padded, k = len(gaps) // 6, len(held) // 4, slots_of(rows)
+    now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
+    width, (first, _) = len(rows.opens) // points, layout(rows)
+    move_alike(rows, q, spectra)
+    act_on_all(rows, push, where, active, mu, spectra)
+    for i in range(active):
+        j = where[i]
+        blade = j // each
+        p = j - blade * each
+        at, along = first + 2 * k * p, first + 2 * k * (each + p)
+        before[j] = 0.0
+        if held[then + j] != step:
+            was = gap_before(rows, p, blade, k, q)
+            before[j] = gaps[row + place_of(j, points, wide)] + was
+        held[now + j] = step + 2
+        opened = at_blade(rows.turns, blade, k, spectra, at)
+        held[j] = at_blade(rows.turns, blade, k, spectra, along)
+        forces, begun = (push, where, active, spare, modes, points), j * width
+        opened += by_forces(rows.opens, begun, *forces)
+        held[j] += by_forces(rows.slides, begun, *forces)
+        sums[0] += push[i] * opened
+        sums[1] += push[i] * held[j]
+        sums[2] += 0.5 * push[i] * (opened + mu * held[j])
+
+
+@inlined
+def add_wave(q, half, m, change):
+    """Add four complex numbers to amplitudes m .. m + 3."""
+    store(q, m, load(q, m) + change[0])
+    store(q, half + m, load(q, half + m) + change[1])
+
+
+@does(push_points, SectorRows)
+@inlined
+def push_sectors(rows, _push, _where, _active, q, spectra):
+    """Apply `push_points` to equal sectors, with what `book_sectors` has found."""
+    k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
+    alike = rows.single + pairs
+    for f in range(rows.single):
+        for c in range(0, k, FOUR):
+            here = 2 * (alike + f) * k + c
+            change = load(spectra, here), load(spectra, here + k)
+            add_wave(q, half, f * k + c, change)
+    for f in range(rows.single, alike):
+        for c in range(0, k, FOUR):
+            here, at = 2 * (alike + f) * k + c, 2 * (f - rows.single) * k + c
+            re, im = load(spectra, here), load(spectra, here + k)
+            first = times(rows.give, at, k, re, im, (zero, zero))
+            add_wave(q, half, f * k + c, first)
+            second = times(rows.give, at + 2 * pairs * k, k, re, im, (zero, zero))
+            add_wave(q, half, (f + pairs) * k + c, second)

@@ -1,0 +1,285 @@
+"""Arrays of `kernels.points`, from the waves of both bodies, see `point_waves`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.certificate import LESS
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    Load,
+    PointRows,
+    PointsContact,
+    PointsRotor,
+    SectorRows,
+)
+from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
+from hpcwhirl.dynamics.point_sectors import (
+    FEWEST,
+    SAME,
+    BladeRows,
+    diameters_of,
+    sector_rows,
+    slots_of,
+)
+from hpcwhirl.dynamics.point_waves import PointWaves
+from hpcwhirl.dynamics.slots import ring_pairs
+from hpcwhirl.dynamics.walls import wall_of
+from hpcwhirl.dynamics.whole_waves import padded_blades
+from hpcwhirl.reduction.bodies import centre_rows, contact_rows
+from hpcwhirl.reduction.model import Model
+from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
+
+
+def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
+    """Return w and u at all points from the casing's modes, (P, m) each.
+
+    angle : rad, of blade 0
+    """
+    if model.casing is None or not isinstance(model.ring, FourierOperator):
+        none = np.zeros((model.contacts, 0))
+        return none, none
+    rows = model.ring.rows(angle + model.angles, model.stations)
+    w, u = (row @ model.casing.shapes for row in rows)
+    return w, u
+
+
+def _pulse_rows(model: Model, scene: Scene) -> Floats:
+    """Return the pulse's load on cos and sin of its harmonic by modes, (2, m)."""
+    if model.casing is None:
+        return np.zeros((2, 0))
+    rows = np.zeros((2, len(model.casing.omega)))
+    rows[0] = pulse_load(model, scene) @ model.casing.shapes
+    for _, (one, *other) in ring_pairs(model):
+        if other:
+            rows[1, other[0]] = rows[0, one]
+    return rows
+
+
+@dataclass(frozen=True)
+class _Reads:
+    """What points read of modes of rotor and casing, and the forces on these modes.
+
+    Attributes
+    ----------
+    waves : of both bodies
+    out, side, w, u : (P, m) each, of the rotor's modes and of the casing's: gaps, and
+        motion of the casing relative to the tip along the rotation
+    past : (P, m), w at the angles of two steps before
+    forces : of both bodies, (m, P + 2), of unit multipliers with friction and of the
+        pulse's cos and sin
+    friction : mu, with the sign of the speed
+    """
+
+    waves: PointWaves
+    out: Floats
+    side: Floats
+    w: Floats
+    u: Floats
+    past: Floats
+    forces: tuple[Floats, Floats]
+    friction: float
+
+    def read(self, rotor: Floats, casing: Floats) -> Complexes:
+        """Return the rows of displacements from waves; both (r, m), of modes."""
+        b, c = self.waves.rotor, self.waves.casing
+        return np.hstack([rotor @ b.shapes, casing @ c.shapes])
+
+    def moved(self, rotor: Floats, casing: Floats) -> Complexes:
+        """Return the rows of d' + d from waves before any force."""
+        b, c = self.waves.rotor, self.waves.casing
+        return np.hstack([rotor @ b.moves, casing @ c.moves])
+
+    def change(self, rotor: Floats, casing: Floats) -> Floats:
+        """Return what unit forces change of displacements, (r, P + 2)."""
+        b, c = self.waves.rotor, self.waves.casing
+        return np.asarray(
+            rotor @ b.give @ self.forces[0] + casing @ c.give @ self.forces[1]
+        )
+
+    def numbers(self, rotor: Floats, casing: Floats) -> Floats:
+        """Return `change`, padded, which is that of d' + d, too."""
+        points = len(self.out)
+        extra = padded_blades(points + 2) - points - 2
+        return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
+
+    def long(self, rotor: Floats, casing: Floats) -> Floats:
+        """Return the real rows of d' + d from amplitudes and forces, (r, width)."""
+        moved = self.waves.spread(self.moved(rotor, casing))
+        return np.hstack([moved, self.numbers(rotor, casing)])
+
+    def before(self) -> Complexes:
+        """Return the rows of gaps two steps before."""
+        b, c = self.waves.rotor, self.waves.casing
+        return np.hstack(
+            [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
+        )
+
+    def push(self) -> Complexes:
+        """Return what unit forces change of the amplitudes, (P + 2, w)."""
+        bodies = self.waves.rotor, self.waves.casing
+        given = (b.gives @ f for b, f in zip(bodies, self.forces, strict=True))
+        return np.hstack([one.T for one in given])
+
+    def ahead(self) -> tuple[Floats, Floats]:
+        """Return z - 1, re then im, and the bound of a step's motion of any gap."""
+        waves = self.waves
+        ahead, most = (np.zeros(waves.half, dtype=t) for t in (complex, float))
+        ahead[waves.index] = np.append(waves.rotor.ahead, waves.casing.ahead)
+        most[waves.index] = np.abs(self.read(self.out, self.w)).max(axis=0)
+        growth = np.maximum(np.abs(1 + ahead), 1.0) ** LOOK_EVERY
+        return np.append(ahead.real, ahead.imag), most * np.abs(ahead) * growth / LESS
+
+    def rows(self) -> PointRows:
+        """Return the kernel's rows, one a point."""
+        points = len(self.out)
+        rows = (
+            self.waves.spread(self.read(self.out, self.w)),
+            self.waves.spread(self.before()),
+            self.waves.spread(self.push()[:points].conj()),
+            self.long(self.out, self.w), self.long(self.side, self.u),
+        )  # fmt: skip
+        return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
+
+    def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
+        """Return the same by slots, and the kernel's rows; None: not of equal sectors.
+
+        The conjugates stand for waves of negative nodal diameter.
+        """
+        if blades < FEWEST:
+            return None
+        points, both = len(self.out), self._told()
+        back = diameters_of(both, blades) < 0
+        own, beside = np.split(back, [len(self.waves.rotor.ahead)])
+        waves = replace(
+            self.waves,
+            rotor=self.waves.rotor.conjugated(own),
+            casing=self.waves.casing.conjugated(beside),
+        )
+        turned = replace(self, waves=waves)
+        told, each = turned._told(), points // blades
+        diameter, push = diameters_of(told, blades), turned.push()[:points]
+        if not (
+            _is_turned(told, diameter, blades) and _is_turned(push, -diameter, blades)
+        ):
+            return None
+        move = turned._moves()
+        if move is None:
+            return None
+        blade = BladeRows(
+            turned.read(self.out, self.w)[:each],
+            turned.read(self.side, self.u)[:each],
+            turned.before()[:each], push[:each], move, self.friction,
+        )  # fmt: skip
+        slots = slots_of(blades, diameter, blade)
+        placed = replace(waves, index=slots.index, size=slots.size)
+        numbers = self.numbers(self.out, self.w), self.numbers(self.side, self.u)
+        rows = sector_rows(slots, blade, numbers)
+        return replace(turned, waves=placed), rows
+
+    def _told(self) -> Complexes:
+        """Return what the points of each blade read of waves, both ways, (2 P, w)."""
+        blades_last = [
+            self.read(rotor, casing)
+            for rotor, casing in ((self.out, self.w), (self.side, self.u))
+        ]
+        return np.stack(blades_last, axis=1).reshape(2 * len(self.out), -1)
+
+    def _moves(self) -> Complexes | None:
+        """Return d' + d of waves over their displacements, (w,); None: no factor."""
+        out = []
+        for body in (self.waves.rotor, self.waves.casing):
+            size = (np.abs(body.shapes) ** 2).sum(axis=0)
+            factor = (body.shapes.conj() * body.moves).sum(axis=0)
+            factor = factor / np.where(size > 0.0, size, 1.0)
+            miss = np.abs(body.moves - factor * body.shapes).max(initial=0.0)
+            if miss > SAME * np.abs(body.moves).max(initial=0.0):
+                return None
+            out.append(factor)
+        return np.concatenate(out)
+
+
+def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
+    """Return whether rows of a blade are those of blade 0, turned by n theta_j."""
+    each = rows.reshape(blades, -1, rows.shape[1])
+    angle = 2 * np.pi * (np.outer(np.arange(blades), diameter) % blades) / blades
+    miss = np.abs(each - each[:1] * np.exp(1j * angle)[:, None]).max(axis=(0, 1))
+    return bool((miss <= SAME * np.abs(rows).max()).all())
+
+
+def point_arrays(
+    model: Model, scene: Scene, waves: PointWaves
+) -> tuple[Arrays, PointWaves]:
+    """Return the arrays of `kernels.points.march_points`, and the waves they are of."""
+    mu, hub = friction_with_sign(scene), centre_rows(model.rotor, model.blades)
+    out, side = (-rows for rows in contact_rows(model.rotor, model.blades))
+    w, u = _rows_of_casing(model, 0.0)
+    past, _ = _rows_of_casing(model, -2.0 * scene.speed * scene.solver.time_step)
+    kick, still = _pulse_rows(model, scene), np.zeros_like(w)
+    none = np.zeros((2, out.shape[1]))
+    forces = np.vstack([out + mu * side, none]).T, np.vstack([w + mu * u, kick]).T
+    own = _Reads(waves, out, side, w, u, past, forces, mu)
+    found = own.by_slots(model.blades)
+    own, rows = (own, own.rows()) if found is None else found
+    waves, points = own.waves, model.contacts
+    reach, shapes = np.zeros(waves.half), waves.rotor.shapes
+    farthest = (np.abs(rows @ shapes).max(axis=0) for rows in (out, side))
+    reach[waves.index[: shapes.shape[1]]] = np.hypot(*farthest)
+    ahead, drift = own.ahead()
+    spread = waves.spread
+    flat = (
+        ahead, drift, spread(own.push()[points:].conj()), own.long(none, kick),
+        spread(own.read(-out, still)), spread(own.read(-side, still)),
+        spread(own.read(hub, still[:2])), reach,
+    )  # fmt: skip
+    first, second, *rest = all_aligned([np.ravel(array) for array in flat])
+    rotor = PointsRotor._make(
+        [first, second, rows, *rest, *_entries(waves), *_casing_entries(waves)]
+    )
+    w_of_both = np.ascontiguousarray(own.change(out, w)[:, :points])
+    loading = Load(scene.force, scene.pulse, kick[0])
+    return Arrays(loading, rotor, (), _contact(model, scene, w_of_both)), waves
+
+
+def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
+    chosen = folded(model.contacts, widths(model.contacts)[1])
+    orders = wall_of(model, scene).orders
+    phases = np.multiply.outer(orders, model.angles[chosen])
+    waves = np.stack([np.cos(phases), np.sin(phases)], axis=1)
+    return PointsContact(
+        compliance, *all_aligned([model.clearances(0.0)[chosen], waves.ravel()])
+    )
+
+
+def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
+    """Return the entries of the energy that are not 0, those of the rotor first."""
+    pairs, values, count = [], [], []
+    for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):
+        upper = np.triu(body.form) + np.triu(body.form, 1)
+        rows, columns = np.nonzero(upper)
+        pairs.append(np.column_stack([place[rows], place[columns]]))
+        values.append(upper[rows, columns])
+        count.append(len(rows))
+    return np.vstack(pairs).astype(np.int64), np.concatenate(values), count[0]
+
+
+def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
+    """Return the two amplitudes of which each mode of the casing is the sum."""
+    rows, place = waves.casing.real(waves.casing.shapes), waves.places()[1]
+    index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))
+    for m, row in enumerate(rows):
+        there = np.flatnonzero(row)
+        index[m, : len(there)], shares[m, : len(there)] = place[there], row[there]
+    return index, shares

@@ -1,0 +1,263 @@
+"""Equal sectors with several points a tip: which waves are of one nodal diameter.
+
+A rotation by one sector maps modes of equal frequency to one another: T, of X_j T =
+X_{j+1}, the motion X_j of the points of blade j. Its eigenvectors u, of e^{2 pi i n /
+N}, are waves that travel around the rotor: X_j u = e^{i n theta_j} X_0 u.
+
+Waves are told by what all points read of them and by what forces do to them: a rotor,
+casing or wave that has no nodal diameter by that measure has rows of its own for each
+point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import schur
+
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import SectorRows
+from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
+from hpcwhirl.dynamics.slots import transforms
+from hpcwhirl.reduction.bodies import contact_rows
+from hpcwhirl.reduction.degenerate import runs
+from hpcwhirl.reduction.model import Model
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
+FEWEST = 3  # sectors for which waves have a direction
+SAME = 1e-11  # relative difference of frequencies, and of sectors, that counts as none
+CLOSE = 1e-3  # of frequencies whose modes round-off may mix
+ALIKE = 1e-13  # of what points read of two waves
+
+
+def travelling(model: Model) -> list[Any]:
+    """Return blocks (m, n) of modes at rest, one a nodal diameter.
+
+    Those of simple harmonics are real, others complex: their conjugates are the waves
+    that travel the other way. One real block has all modes if sectors are not equal.
+    """
+    body, blades = model.rotor, model.blades
+    size, squared = len(body.omega), body.omega**2
+    whole, found = [np.eye(size)], dict[int, list[Any]]()
+    if blades < FEWEST or (np.diff(body.omega) < 0.0).any():
+        return whole
+    moved = np.stack(contact_rows(body, blades)).reshape(2, blades, -1, size)
+    tips = moved.swapaxes(0, 1).reshape(blades, -1, size)
+    same = list(runs(body.omega, CLOSE * body.omega))
+    alone = np.setdiff1d(np.arange(size), np.concatenate([[], *same]).astype(int))
+    for group in [*same, *alone[:, None]]:
+        if np.ptp(body.ratios[group]) > SAME:
+            return whole
+        for n, own in _turned(tips[:, :, group], blades, squared[group]):
+            wide = np.zeros((size, own.shape[1]), own.dtype)
+            wide[group] = own
+            found.setdefault(n, []).append(wide)
+    blocks = [np.hstack(found[n]) for n in sorted(found)]
+    counted = sum(block.shape[1] for block in with_conjugates(blocks))
+    return blocks if counted == size else whole
+
+
+def _turned(tips: Floats, blades: int, squared: Floats) -> list[tuple[int, Any]]:
+    """Return (n, columns (g, c)) of g modes of close frequencies; none: not turned.
+
+    An eigensolver mixes modes of close frequencies by round-off; those of one n are
+    separated by their frequencies again.
+
+    tips : (N, points, g), what each blade's points read of the modes
+    squared : (g,), omega^2
+    """
+    size = tips.shape[-1]
+    rows, ahead = tips.reshape(-1, size), np.roll(tips, -1, axis=0).reshape(-1, size)
+    turn = np.linalg.lstsq(rows, ahead, rcond=None)[0]
+    if not tips.any():
+        turn = np.eye(size)
+    values, columns = schur(turn, output="complex")
+    number = np.rint(np.angle(np.diag(values)) * blades / (2 * np.pi)).astype(int)
+    number = np.where(2 * number == -blades, blades // 2, number)
+    out = []
+    for n in np.unique(number[number >= 0]).tolist():
+        own: Any = columns[:, number == n]
+        if 2 * n % blades == 0:
+            own = np.linalg.svd(np.hstack([own.real, own.imag]))[0][:, : own.shape[1]]
+        own = own @ np.linalg.eigh((own.conj().T * squared) @ own)[1]
+        one = ((np.abs(own) ** 2).T * squared).sum(axis=1)
+        if np.abs(squared[:, None] * own - one * own).max() > SAME * squared.max():
+            return []
+        out.append((n, own))
+    return out
+
+
+def are_apart(blocks: Sequence[Any], matrices: Sequence[Floats]) -> bool:
+    """Return whether matrices (m, m) do not couple blocks of modes, or conjugates."""
+    every = with_conjugates(blocks)
+    mixed = np.hstack(every)
+    number = np.repeat(np.arange(len(every)), [block.shape[1] for block in every])
+    across = np.not_equal.outer(number, number)
+    coupled = (np.abs(mixed.conj().T @ matrix @ mixed) for matrix in matrices)
+    return all(m[across].max(initial=0.0) <= SAME * m.max() for m in coupled)
+
+
+def with_conjugates(blocks: Sequence[Any]) -> list[Any]:
+    """Return blocks and the conjugates of those that are complex."""
+    return [c for b in blocks for c in ([b, b.conj()] if np.iscomplexobj(b) else [b])]
+
+
+def diameters_of(rows: Complexes, blades: int) -> Integers:
+    """Return n of each wave, -N/2 < n <= N/2; rows : (P, w), what points read of it."""
+    tips = rows.reshape(blades, -1, rows.shape[1])
+    product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
+    number = np.rint(np.angle(product) * blades / (2 * np.pi)).astype(int)
+    return np.where(2 * number == -blades, blades // 2, number)
+
+
+@dataclass(frozen=True)
+class Slots:
+    """Waves among slots, see `kernels.kernel_types.SectorRows`.
+
+    Attributes
+    ----------
+    blades : N
+    diameter, row : (w,), slot of each wave, and its row
+    single, pairs : numbers of rows
+    other : (w,), the wave with which it is a pair, or -1
+    """
+
+    blades: int
+    diameter: Integers
+    row: Integers
+    single: int
+    pairs: int
+    other: Integers
+
+    @property
+    def k(self) -> int:
+        """Number of slots, padded."""
+        return widths(self.blades)[0]
+
+    @property
+    def index(self) -> Integers:
+        """Places (w,) of the waves among the kernel's complex amplitudes."""
+        return np.asarray(self.row * self.k + self.diameter)
+
+    @property
+    def size(self) -> int:
+        """Number of the kernel's complex amplitudes, before padding."""
+        return (self.single + 2 * self.pairs) * self.k
+
+    def laid(self, values: Complexes, rows: int) -> Floats:
+        """Return values (r, w) of waves by slots, (r, rows, 2, k) flat."""
+        out = np.zeros((len(values), rows, 2, self.k))
+        there = self.row < rows
+        place = self.row[there], slice(None), self.diameter[there]
+        parts = np.stack([values[:, there].real, values[:, there].imag], axis=-1)
+        out[(slice(None), *place)] = parts.swapaxes(0, 1)
+        return out.ravel()
+
+
+@dataclass(frozen=True)
+class BladeRows:
+    """What the n_c points of blade 0 read of waves, and what forces do to these.
+
+    Attributes
+    ----------
+    read, slide, before, push : (n_c, w), gaps, motion of the casing along the rotation,
+        gaps two steps before, and change of the amplitudes
+    move : (w,), d' + d of a wave over its displacement
+    friction : mu, with the sign of the speed
+    """
+
+    read: Complexes
+    slide: Complexes
+    before: Complexes
+    push: Complexes
+    move: Complexes
+    friction: float
+
+    def gives(self) -> Complexes:
+        """Return the change of each wave by its conjugate row of forces, (w,).
+
+        It is that at the point where the row is largest.
+        """
+        force = (self.read + self.friction * self.slide).conj()
+        most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
+        there = np.abs(force[most]) > 0.0
+        return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
+
+    def by_rows(self) -> NDArray[np.bool_]:
+        """Return whether forces act on a wave by its conjugate row, (w,)."""
+        told = self.gives() * (self.read + self.friction * self.slide).conj()
+        miss = np.abs(self.push - told).max(axis=0)
+        return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
+
+    def twin(self, i: int, others: Integers) -> int:
+        """Return which of other waves is a pair with wave i, or -1.
+
+        Points read it alike, and it moves and is pushed by conjugate factors.
+        """
+        told = np.vstack([self.read, self.slide])
+        factors = np.vstack([self.move, self.gives()])
+        rows = np.abs(told[:, others] - told[:, [i]]).max(axis=0)
+        apart = np.abs(factors[:, others] - factors[:, [i]].conj())
+        rows, apart = rows / np.abs(told[:, i]).max(), apart / np.abs(factors[:, [i]])
+        worst = np.maximum(rows, apart.max(axis=0))
+        return int(others[worst.argmin()]) if worst.min() <= ALIKE else -1
+
+
+def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
+    """Return the slots of waves, of nodal diameters (w,)."""
+    other, plain = np.full(len(diameter), -1), blade.by_rows()
+    moving = np.abs(blade.read).max(axis=0) > 0.0
+    for i in np.flatnonzero(plain & moving).tolist():
+        free = plain & moving & (diameter == diameter[i]) & (other < 0)
+        others = np.flatnonzero(free)
+        others = others[others > i]
+        if other[i] < 0 and len(others):
+            found = blade.twin(i, others)
+            if found >= 0:
+                other[i], other[found] = found, i
+    lower, row = other > np.arange(len(other)), np.zeros_like(diameter)
+    each = [
+        (
+            np.flatnonzero((diameter == n) & lower),
+            np.flatnonzero((diameter == n) & (other < 0) & plain),
+            np.flatnonzero((diameter == n) & (other < 0) & ~plain),
+        )
+        for n in range(blades // 2 + 1)
+    ]
+    pairs = max(len(own) + len(alone) for own, alone, _ in each)
+    single = max(len(others) for *_, others in each)
+    for own, alone, others in each:
+        row[others] = np.arange(len(others))
+        row[own] = single + np.arange(len(own))
+        row[other[own]] = row[own] + pairs
+        row[alone] = single + len(own) + np.arange(len(alone))
+    return Slots(blades, diameter, row, single, pairs, other)
+
+
+def sector_rows(
+    slots: Slots, blade: BladeRows, numbers: tuple[Floats, Floats]
+) -> SectorRows:
+    """Return the kernel's rows of equal sectors.
+
+    numbers : (P, padded) each, d' + d by forces, of gaps and along the casing
+    """
+    single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
+    alike, groups = single + pairs, -(-blades // FOUR)
+    gives = slots.laid(blade.gives()[None], alike + pairs).reshape(alike + pairs, -1)
+    turns, _ = transforms(blades)
+    lanes = np.zeros((groups * FOUR, 2 * k))
+    lanes[:blades] = turns.reshape(blades, 2 * k)
+    arrays = (
+        slots.laid(blade.read, alike), slots.laid(blade.slide, alike),
+        slots.laid(blade.push, single), slots.laid(blade.before, alike + pairs),
+        slots.laid(blade.move[None], alike), gives[single:], *numbers, turns,
+        lanes.reshape(groups, FOUR, 2 * k).swapaxes(1, 2),
+    )  # fmt: skip
+    flat = all_aligned([np.ravel(array) for array in arrays])
+    return SectorRows._make([*flat, len(blade.read), single, pairs])
