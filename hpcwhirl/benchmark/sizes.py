@@ -1,14 +1,15 @@
 """Steps by number of blades, held against what the machine can do.
 
 Timed are steps far from any casing, those of a given motion and of one that rubs in
-every step, and, of unequal sectors, steps in which all blades press on the casing.
+every step, and, of unequal sectors, steps in which all blades press on the casing. Of
+few blades the first three also with several contact points a tip.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from hpcwhirl.benchmark.bench import (
@@ -25,6 +26,8 @@ from hpcwhirl.dynamics.kernels.kernel_types import (
     CyclicRotor,
     CyclicState,
     GeneralRotor,
+    PointsRotor,
+    SectorRows,
     UncoupledRotor,
     WaveRotor,
     WholeRotor,
@@ -33,11 +36,13 @@ from hpcwhirl.dynamics.kernels.transform import products, span_of
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.schemes import DEFAULT
 
 ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # read of a mode in a step without contact
 SIZES = 22, 44, 88, 176
+MOST_SEVERAL = 44  # blades that are also timed with several points a tip
 CYCLIC, UNEQUAL = "equal", "unequal"
 FLIGHT, GIVEN, RUBS, PRESSED = "in flight", "as given", "rubs", "all press"
 RUBBING = "mostly_damped"  # a scene whose blades touch in every step once they have
@@ -63,7 +68,7 @@ class Row:
 
     Attributes
     ----------
-    blades : N
+    blades, points : N, n_c
     sectors : `CYCLIC` or `UNEQUAL`
     motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
     timing : of its steps
@@ -74,6 +79,7 @@ class Row:
     """
 
     blades: int
+    points: int
     sectors: str
     motion: str
     timing: Timing
@@ -95,8 +101,19 @@ def sized(scene: Scene, blades: int) -> Scene:
     return apply_settings(scene, {"blades": blades, "modes": modes})
 
 
-def rows_of(scene: Scene, sizes: Sequence[int], repeats: int, peak: float) -> list[Row]:
-    """Return the rows of a scene by number of blades; peak : GFLOP/s.
+def rows_of(
+    scene: Scene,
+    sizes: Sequence[int],
+    repeats: int,
+    peak: float,
+    several: Callable[[Scene], Scene],
+) -> list[Row]:
+    """Return the rows of a scene by number of blades.
+
+    Parameters
+    ----------
+    peak : GFLOP/s
+    several : returns a scene with several contact points a tip of its engine
 
     Raises
     ------
@@ -106,31 +123,41 @@ def rows_of(scene: Scene, sizes: Sequence[int], repeats: int, peak: float) -> li
     if scene.engine.file or scene.engine.rotor.is_uneven:
         msg = "sizes are those of a built-in engine with equal blades"
         raise InputError(msg)
-    return [row for n in sizes for row in _of_size(scene, n, repeats, peak)]
+    return [row for n in sizes for row in _of_size(scene, n, repeats, peak, several)]
 
 
-def _of_size(scene: Scene, blades: int, repeats: int, peak: float) -> list[Row]:
+def _of_size(
+    scene: Scene,
+    blades: int,
+    repeats: int,
+    peak: float,
+    several: Callable[[Scene], Scene],
+) -> list[Row]:
     motions, asked = [FLIGHT], [_asked(scene, blades, CYCLIC, FLIGHT, "exact")]
     for sectors in (CYCLIC, UNEQUAL):
         # of equal sectors all that press are one
         more = [FLIGHT, GIVEN, RUBS] + [PRESSED] * (sectors == UNEQUAL)
         motions += more
-        asked += [_asked(scene, blades, sectors, motion) for motion in more]
+        single = [_asked(scene, blades, sectors, motion) for motion in more]
+        asked += single
+        if blades <= MOST_SEVERAL:
+            motions += more[:3]
+            asked += [replace(one, scene=several(one.scene)) for one in single[:3]]
     marches = settled_all(asked)
     timings = time_marches(asked, marches, repeats)
     flights = {
-        t.engine: t
-        for t, motion in zip(timings, motions, strict=True)
+        (t.engine, march.model.each): t
+        for march, t, motion in zip(marches, timings, motions, strict=True)
         if motion == FLIGHT and t.scheme == DEFAULT
     }
     rows = []
     for march, motion, timing in zip(marches, motions, timings, strict=True):
-        flight = flights[timing.engine]
+        flight = flights[timing.engine, march.model.each]
         spent = apart(flight, timing)[1] if timing.contact else 0.0
         counts = Counts(0.0, 0.0)
         if timing.scheme == DEFAULT:
             counts = counts_of(march, timing.contact * timing.touching)
-        rows.append(_row(blades, motion, timing, spent, counts, peak))
+        rows.append(_row(march.model, motion, timing, spent, counts, peak))
     return rows
 
 
@@ -149,7 +176,7 @@ def _asked(
 
 
 def _row(
-    blades: int, motion: str, timing: Timing, spent: float, counts: Counts, peak: float
+    model: Model, motion: str, timing: Timing, spent: float, counts: Counts, peak: float
 ) -> Row:
     peak_share = bandwidth = 0.0
     if counts.bytes:
@@ -157,8 +184,9 @@ def _row(
         peak_share = rate * counts.operations / peak
         bandwidth = rate * counts.bytes / read_bandwidth(counts.bytes)
     return Row(
-        blades, timing.engine, motion, timing, spent, counts, peak_share, bandwidth
-    )
+        model.blades, model.each, timing.engine, motion, timing, spent, counts,
+        peak_share, bandwidth,
+    )  # fmt: skip
 
 
 def counts_of(march: March, touching: float = 0.0) -> Counts:
@@ -170,7 +198,8 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     rotation, one of a whole rotor 8, whose tips are read every `LOOK_EVERY` steps.
     Equal sectors without rotation have no transform far from the casing. A blade in
     contact adds its rows of tips, forces and works; what finds the multipliers is not
-    counted, nor what else a pass over modes reads then.
+    counted, nor what else a pass over modes reads then. Of several points a tip see
+    `_of_points`.
 
     Raises
     ------
@@ -181,6 +210,8 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
         msg = "the operations are counted for rings of harmonics and rigid casings only"
         raise InputError(msg)
     arrays, state = march.scheme.arrays, march.state
+    if isinstance(arrays.rotor, PointsRotor):
+        return _of_points(arrays.rotor, len(state.last), touching)
     blades, rotor = len(state.last), arrays.rotor
     k, wide = cyclic.widths(blades)
     read, rows = _rotor_rows(rotor)
@@ -196,6 +227,27 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     if not waves:
         size += ITEMS_OF_ROTOR / passes.ITEMS * rotor[0].nbytes
     return Counts(step + 2 * row * touching, size + 8 * row * touching)
+
+
+def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
+    """Return the counts of several points a tip, both bodies as waves.
+
+    A wave takes 8 operations, a point 3. In contact a row of a touching point is read,
+    pushed and booked. Of equal sectors each of the n_c points that touches takes 36 a
+    row and slot, once for all blades, and all waves 16 more.
+    """
+    rows, folded = rotor.rows, 2.0 * cyclic.widths(points)[1]
+    step, size = 4 * len(rotor.ahead) + 3 * folded, 2 * len(rotor.ahead) + 5 * folded
+    if isinstance(rows, SectorRows):
+        own = min(rows.each, touching)
+        turned = 6 * len(rows.turns) / (points // rows.each) * touching
+        all_waves = (touching > 0.0) * (len(rows.move) + len(rows.give))
+        step += 18 * own * len(rows.read) / rows.each + 8 * all_waves + 2 * turned
+        size += own * (2 * len(rows.read) + len(rows.push)) / rows.each
+        return Counts(step, 8 * (size + all_waves + turned))
+    own_rows = rows.read, rows.push, rows.opens, rows.slides
+    more = sum(map(len, own_rows)) * touching / points
+    return Counts(step + 2 * more, 8 * (size + more))
 
 
 def _turned(rotor: Any, state: CyclicState) -> float:
@@ -223,7 +275,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 def table(rows: Sequence[Row]) -> list[list[str]]:
     """Return the head and the lines of a table."""
     head = [
-        "blades", "sectors", "scheme", "motion", "in contact", "touching",
+        "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",
         "of the bandwidth",
     ]  # fmt: skip
@@ -234,7 +286,7 @@ def _line(row: Row) -> list[str]:
     time, counts = row.timing, row.counts
     touches, jumps = time.contact > 0.0, counts.operations == 0
     return [
-        str(row.blades), row.sectors, time.scheme, row.motion,
+        str(row.blades), str(row.points), row.sectors, time.scheme, row.motion,
         f"{time.contact:.0%}" if touches else "",
         f"{time.touching:.1f}" if touches else "",
         f"{time.microseconds_per_step:.3f}",
@@ -243,3 +295,23 @@ def _line(row: Row) -> list[str]:
         "" if jumps else f"{counts.bytes / 1e3:.0f}",
         "" if jumps else f"{row.peak:.0%}", "" if jumps else f"{row.bandwidth:.0%}",
     ]  # fmt: skip
+
+
+def over_single(rows: Sequence[Row]) -> list[str]:
+    """Return a line for each engine: its steps with several points over one point's."""
+    of = {
+        (row.blades, row.sectors, row.motion, row.points): row
+        for row in rows
+        if row.timing.scheme == DEFAULT
+    }
+    lines: dict[str, list[str]] = {}
+    for (blades, sectors, motion, points), row in of.items():
+        if points == 1:
+            continue
+        single, touches = of[blades, sectors, motion, 1], motion != FLIGHT
+        spent = row.step_in_contact if touches else row.timing.microseconds_per_step
+        own = single.timing.microseconds_per_step
+        own = single.step_in_contact if touches else own
+        name = f"{points} points a tip over one, {blades} blades, {sectors} sectors"
+        lines.setdefault(name, []).append(f"{motion} {spent / own:.2f}")
+    return [f"{name}: {', '.join(each)}" for name, each in lines.items()]

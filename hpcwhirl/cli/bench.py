@@ -10,8 +10,11 @@ import sys
 import tempfile
 import time
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from hpcwhirl.cli.options import add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
@@ -27,6 +30,10 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
 COUNTED = (DEFAULT, "general")  # schemes whose floating-point operations are counted
+TWIST = 0.3  # of three points a tip, and where these stand: m, rad, m
+CHORD = {
+    "station": [-0.02, 0.0, 0.02], "angle": [-0.01, 0.0, 0.01], "gap": [2e-6, 0.0, 4e-6]
+}  # fmt: skip
 START = (
     "import sys\n"
     "from hpcwhirl.case.resolve import resolve\n"
@@ -59,7 +66,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sizes", type=int, nargs="*", metavar="N",
         help="instead, time the default scheme by number of blades (default 22 44 88 "
-        "176), equal and unequal, and what of the machine's limits it reaches",
+        "176), equal and unequal, up to 44 also with three contact points a tip, and "
+        "what of the machine's limits it reaches",
     )  # fmt: skip
     parser.add_argument(
         "--compile",
@@ -99,13 +107,16 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
         msg = f"--sizes takes numbers of blades >= 1, got {min(chosen)}"
         raise InputError(msg)
     peak = bench.fma_peak(args.repeats)
-    rows = sizes.rows_of(scene, chosen, args.repeats, peak)
+    with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
+        several = partial(with_points, Path(folder))
+        rows = sizes.rows_of(scene, chosen, args.repeats, peak, several)
     if args.json:
         print_json({"fma_peak_gflops": peak, "rows": [asdict(row) for row in rows]})
         return 0
     head, *lines = sizes.table(rows)
     for words in (head, ["---"] * len(head), *lines):
         print(f"| {' | '.join(words)} |")
+    print("", *sizes.over_single(rows), sep="\n")
     print(f"\nMeasured peak of multiply-adds: {peak:.1f} GFLOP/s.")
     return 0
 
@@ -168,6 +179,35 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
         engines[FULL] = apply_settings(scene, full)
         engines[f"{FULL}, mistuned"] = apply_settings(mistuned, full)
     return engines
+
+
+def with_points(folder: Path, scene: Scene) -> Scene:
+    """Return a scene whose engine, written to a file, has three points a tip.
+
+    Its modes move the ends of a tip by `TWIST` more or less than the middle, those of
+    odd rank the other way round, as blades that twist.
+    """
+    from hpcwhirl.case.resolve import resolve
+    from hpcwhirl.cli.export_model import arrays_of
+    from hpcwhirl.store.results.single import write_arrays
+
+    body = (model := resolve(scene).model).rotor
+    arrays = arrays_of(model)
+    names = "omega", "damping_ratio", "modal_centre"
+    out = {f"rotor/{name}": arrays[f"rotor/{name}"] for name in names}
+    sign = np.where(body.rank % 2, -1.0, 1.0)
+    twist = 1.0 + TWIST * np.outer([-1.0, 0.0, 1.0], sign)
+    radial, along = (
+        arrays[f"rotor/modal_tip_{name}"] for name in ("radial", "tangential")
+    )
+    out |= {
+        "rotor/modal_tip_radial": radial[:, None] * twist,
+        "rotor/modal_tip_tangential": np.repeat(along[:, None], 3, axis=1),
+        **{f"rotor/tip_{name}": np.array(place) for name, place in CHORD.items()},
+    }
+    path = folder / f"{len(list(folder.iterdir()))}.h5"
+    write_arrays(path, out, {})
+    return apply_settings(scene, {"mistuning": [], "file": str(path)})
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
