@@ -37,11 +37,11 @@ YOUNG, POISSON, DENSITY = 114e9, 0.33, 4430.0  # titanium
 SHEAR = YOUNG / (2 * (1 + POISSON))
 LAME = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
 SHAFT = 4e7  # N/m
-SPEEDS = 300.0, 600.0  # rad/s, at which the stiffness is given
+SPEEDS = 420.0, 600.0  # rad/s, at which the stiffness is given
 FINE = (6, 2, 3, 22, 12)  # elements around, across a blade, out, along, and axial
 COARSE = (4, 2, 1, 3, 4)
 POINTS = 3  # of a tip
-MODES = BLADES  # fixed-interface modes, beside the points and what speed adds
+MODES = 6 * BLADES  # fixed-interface modes, beside the points and what speed adds
 EDGES = 1e-4  # m, clearance of the chord's ends beyond that of its middle
 NEWTON, LOADED = 1e-10, 12  # relative residual, most iterations
 CHUNK = 64  # solids at a time
@@ -156,7 +156,9 @@ class Sector:
         except ImportError:
             raise SystemExit("jobs/stage.py needs: pip install scikit-fem") from None
         self.fem = skfem
-        mesh = skfem.MeshHex(np.ascontiguousarray(points), np.ascontiguousarray(corners))
+        mesh = skfem.MeshHex(
+            np.ascontiguousarray(points), np.ascontiguousarray(corners)
+        )
         element = skfem.ElementVector(skfem.ElementHex2())
         self.basis = basis = skfem.Basis(mesh, element, intorder=4)
         axis = np.empty(basis.N, dtype=int)
@@ -328,9 +330,7 @@ def main() -> None:
     rotor = folder / "rotor.h5"
     if not rotor.exists():
         sector = folder / "sector.toml"
-        subprocess.run(
-            [*hpcwhirl, "import-model", sector, "--out", rotor], check=True
-        )
+        subprocess.run([*hpcwhirl, "import-model", sector, "--out", rotor], check=True)
     campaign = folder / "map.toml", "--out", folder / "map"
     whole = [mpirun, "-n", str(args.ranks), *hpcwhirl, "campaign", *campaign]
     subprocess.run(whole, check=True)

@@ -73,6 +73,7 @@ def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
         "blades": rotor.blades,
         "coordinates": len(rotor.omega),
         "modes": rotor.kept,
+        "modes_at_speed": rotor.added,
         "highest_hz": rotor.highest / (2 * np.pi),
         "frequencies_hz": hertz.tolist(),
         "rigid_modes": rotor.rigid,
@@ -125,6 +126,7 @@ def _show(out: Path, facts: dict[str, Any]) -> None:
     print(
         f"coordinates {facts['coordinates']}: {facts['blades']} tips, "
         f"{facts['modes']} fixed-interface modes, all to {facts['highest_hz']:.5g} Hz"
+        + (f", {facts['modes_at_speed']} more for all speeds" if facts["turns"] else "")
     )
     print(f"lowest frequencies {lowest} Hz")
     print(f"time-step limit of the rotor {facts['time_step_limit']:.3g} s")

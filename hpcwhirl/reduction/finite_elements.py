@@ -31,7 +31,9 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.sparse_modes import (
     PAIR,
     Condensed,
+    Project,
     condensed,
+    for_all_speeds,
     lowest_ritz,
     whole_pairs,
 )
@@ -60,7 +62,8 @@ class Imported:
     spin : terms of rotation, if the wheel has them
     blades : N
     centre : whether x_o, y_o exist
-    kept : number of fixed-interface modes
+    kept : number of fixed-interface modes at rest
+    added : number of coordinates more, so that the basis serves all speeds
     highest : highest omega of these modes, rad/s; no mode below it is missing
     omega : (n,), rad/s, ascending, frequencies of the rotor
     rigid : number of frequencies that are 0, apart from round-off
@@ -76,6 +79,7 @@ class Imported:
     blades: int
     centre: bool
     kept: int
+    added: int
     highest: float
     omega: Floats
     rigid: int
@@ -87,13 +91,17 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Reduced M, K and terms of rotation, omega^2 of the last mode, worst condition."""
+    """Reduced M, K and terms of rotation, omega^2 of the last mode, worst condition.
+
+    added : number of coordinates that speed adds to the basis at rest
+    """
 
     mass: Floats
     stiffness: Floats
     spin: Spin | None
     last: float
     condition: float
+    added: int
 
 
 class _Map:
@@ -197,19 +205,27 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     rest = np.setdiff1d(np.arange(size), _named(wheel))
     lift.add(rest, lift.fresh(len(rest)), 1.0)
     turned = lift.matrix(size)
-    piece = condensed(partial(_projected, wheel, turned), boundary, wheel.modes, tell)
+    project = partial(_projected, wheel, turned)
+    piece = condensed(project, boundary, wheel.modes, tell)
     count = whole_pairs(piece.squared, piece.reach, wheel.modes)
-    kept = np.ix_(piece.kept(count), piece.kept(count))
-    last = float(piece.squared[:count].max(initial=0.0))
-    spin = None
+    still = piece.lowest(count)
+    piece = _finished(wheel, still, project, tell)
+    last, spin = float(piece.squared.max(initial=0.0)), None
     if wheel.turning:
-        coriolis, first, *second = (a[kept] for a in piece.turning)
+        coriolis, first, *second = piece.turning
         load = piece.loaded(turned.T @ wheel.turning["centrifugal_load"])
-        quartic = second[0] if second else None
-        spin = Spin(coriolis, first, load[piece.kept(count)], quartic)
-    return _Reduced(
-        piece.mass[kept], piece.stiffness[kept], spin, last, piece.condition
-    )
+        spin = Spin(coriolis, first, load, second[0] if second else None)
+    matrices = piece.mass, piece.stiffness, spin
+    return _Reduced(*matrices, last, piece.condition, len(piece.mass) - len(still.mass))
+
+
+def _finished(
+    wheel: FiniteElements, piece: Condensed, project: Project, tell: Tell
+) -> Condensed:
+    """Return a reduction at rest, of kept modes, with the terms of rotation, if any."""
+    if not wheel.turning:
+        return piece
+    return for_all_speeds(piece, project, wheel.turning.get("speeds", ()), tell)
 
 
 def _named(wheel: FiniteElements) -> Integers:
@@ -267,9 +283,18 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
             for k, piece in pieces.items()
             if piece.reach <= last * (1 + PAIR)
         }
-    matrices = _spread(wheel, cut, pieces, counts)
+    added = 0
+    for k, piece in pieces.items():
+        if wheel.turning:
+            tell(f"nodal diameter {k} of {blades // 2}: shapes at speed")
+        project = partial(_projected, wheel, _sector_map(wheel, cut, k)[0])
+        rest = piece.lowest(counts[k])
+        pieces[k] = _finished(wheel, rest, project, tell)
+        more = len(pieces[k].mass) - len(rest.mass)
+        added += more if is_simple(k, blades) else 2 * more
+    matrices = _spread(wheel, cut, pieces)
     condition = max(piece.condition for piece in pieces.values())
-    return _Reduced(*matrices, last, condition)
+    return _Reduced(*matrices, last, condition, added)
 
 
 def _shared(
@@ -292,7 +317,6 @@ def _spread(
     wheel: FiniteElements,
     cuts: Cut,
     pieces: dict[int, Condensed],
-    counts: dict[int, int],
 ) -> tuple[Floats, Floats, Spin | None]:
     """Return (M, K, terms) in tips, centre and real amplitudes, from all diameters."""
     blades, none, own = wheel.blades, np.zeros((0, 0)), 2 * wheel.each
@@ -300,19 +324,18 @@ def _spread(
     structure = CyclicStructure(none, none, blades, own, tuple(range(own)), hub)
     blocks, nothing = [], np.zeros((0, 0), dtype=np.complex128)
     for k, piece in pieces.items():
-        kept = piece.kept(counts[k])
-        cut, simple = np.ix_(kept, kept), is_simple(k, blades)
+        simple = is_simple(k, blades)
         mass, stiffness, *turning = (
-            a[cut] + 0j for a in (piece.mass, piece.stiffness, *piece.turning)
+            a + 0j for a in (piece.mass, piece.stiffness, *piece.turning)
         )
         block = Block(k, simple, mass, stiffness, np.zeros(0), nothing)
         if wheel.turning:
             coriolis, first, *second = turning
-            load = np.zeros(len(kept), dtype=np.complex128)
+            load = np.zeros(len(mass), dtype=np.complex128)
             if k == 0:
                 pushed = _sector_map(wheel, cuts, 0)[0].conj().T
                 whole = pushed @ wheel.turning["centrifugal_load"]
-                load += np.sqrt(blades) * piece.loaded(whole)[kept]
+                load += np.sqrt(blades) * piece.loaded(whole)
             block = replace(
                 block,
                 coriolis=coriolis,
@@ -356,7 +379,8 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
         spin=spin,
         blades=wheel.blades,
         centre=centre is not None,
-        kept=len(mass) - 2 * len(places) - (2 if centre else 0),
+        kept=len(mass) - 2 * len(places) - (2 if centre else 0) - reduced.added,
+        added=reduced.added,
         highest=float(np.sqrt(reduced.last)),
         omega=np.sqrt(np.maximum(squared, 0.0)),
         rigid=int(np.count_nonzero(rigid)),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import eigh, eigh_tridiagonal
+from scipy.linalg import eigh, eigh_tridiagonal, solve
 from scipy.sparse.linalg import (
     ArpackNoConvergence,
     LinearOperator,
@@ -19,7 +19,6 @@ from scipy.sparse.linalg import (
 )
 
 from hpcwhirl.errors import ModelError
-from hpcwhirl.reduction.craig_bampton import lacking, mass_norms
 from hpcwhirl.reduction.factors import Solve, Tell, factored, scaled_norm
 from hpcwhirl.reduction.modes import REACH
 
@@ -33,6 +32,7 @@ WORST = 1e14  # largest condition number; beyond it solutions are only round-off
 RESIDUAL = 1e-7  # largest |x - omega^2 K^-1 M x| / |x| of a mode
 SAME = 1e-6  # relative difference of omega^2 up to which modes may be the same one
 PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
+LACKING = 1e-4  # share of a mode's energy that a basis for all speeds may lack
 STEPS = 60  # steps of the Lanczos process that searches a negative eigenvalue
 SEED = 17  # seed of starting vectors, so that the same file gives the same rotor
 
@@ -43,13 +43,13 @@ class Condensed:
 
     Attributes
     ----------
-    mass, stiffness : (b + m, b + m), symmetric or Hermitian
+    mass, stiffness : (b + m + c, b + m + c), symmetric or Hermitian; c coordinates
+        more, 0 or those of a basis that serves all speeds
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
-    more : c, number of further coordinates, for a basis that serves all speeds
-    turning : reduced C, K_1 and, if any, K_2
-    lift : (n, b + m + c), the basis
+    lift : (n, b + m + c), the basis, where there are terms of rotation
+    turning : reduced C, K_1 and, if any, K_2 of a basis that serves all speeds
     """
 
     mass: Matrix
@@ -57,16 +57,20 @@ class Condensed:
     squared: Floats
     reach: float
     condition: float
-    more: int = 0
+    lift: Matrix
     turning: tuple[Matrix, ...] = ()
-    lift: Matrix = field(default_factory=lambda: np.zeros((0, 0)))
 
-    def kept(self, count: int) -> NDArray[np.intp]:
-        """Return the coordinates with `count` of the fixed-interface modes."""
-        size, modes = len(self.mass), len(self.squared)
-        first = size - self.more - modes
-        every = np.arange(size)
-        return np.concatenate([every[: first + count], every[first + modes :]])
+    def lowest(self, count: int) -> Condensed:
+        """Return the reduction at rest to the lowest `count` fixed-interface modes."""
+        size = len(self.mass) - len(self.squared) + count
+        return replace(
+            self,
+            mass=self.mass[:size, :size],
+            stiffness=self.stiffness[:size, :size],
+            squared=self.squared[:count],
+            reach=float(np.r_[self.squared, self.reach][count]),
+            lift=self.lift[:, :size].copy(),
+        )
 
     def loaded(self, load: Matrix) -> Matrix:
         """Return the reduced form of a load (n,) on the projected coordinates."""
@@ -115,7 +119,7 @@ def whole_pairs(squared: Floats, reach: float, most: int) -> int:
 
 
 def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Condensed:
-    """Return the Craig-Bampton reduction to the first DoF and the lowest modes.
+    """Return the Craig-Bampton reduction to the first DoF and the lowest modes at rest.
 
     Parameters
     ----------
@@ -133,34 +137,54 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     """
     mass, stiffness, *turning = project()
     if mass.shape[0] == boundary:
-        whole, *rest = (a.toarray() for a in (stiffness, *turning))
-        kept = np.zeros(0), np.inf, 1.0, 0, tuple(rest), np.eye(boundary)
-        return Condensed(mass.toarray(), whole, *kept)
-    inside = slice(boundary, None)
-    k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
-    coupling = stiffness[inside, :boundary].toarray()
+        whole = mass.toarray(), stiffness.toarray()
+        return Condensed(*whole, np.zeros(0), np.inf, 1.0, np.eye(boundary))
+    turns = bool(turning)
+    own = _interior(mass, stiffness, boundary)
     del mass, stiffness, turning
-    lift, squared, reach, condition = _lift(k_ii, m_ii, coupling, count, tell)
-    del k_ii, m_ii
+    lift, squared, reach, condition = _lift(*own, count, tell)
+    del own
     # SciPy's ARPACK leaves its operator in a cycle of references, and with it
     # the factor: 1.1 GB instead of 0.25 over 12 diameters of 23,000 unknowns.
     gc.collect()
-    mass, stiffness, *turning = project()
-    more = 0
-    if turning:
-        count = whole_pairs(squared, reach, len(squared))
-        reach = float(np.r_[squared, reach][count])
-        lift, squared = lift[:, : boundary + count], squared[:count]
-        extra = _for_all_speeds(lift, boundary, (mass, stiffness, turning), count, tell)
-        lift, more = np.hstack([lift, extra]), extra.shape[1]
+    mass, stiffness, *_ = project()
     parts = _reduced(mass, lift), _reduced(stiffness, lift)
-    added = tuple(
-        _reduced(a, lift, -1.0 if place == 0 else 1.0)
-        for place, a in enumerate(turning)
+    if not turns:
+        lift = np.zeros((0, lift.shape[1]))
+    return Condensed(*parts, squared, reach, condition, lift)
+
+
+def for_all_speeds(
+    piece: Condensed, project: Project, speeds: Sequence[float], tell: Tell
+) -> Condensed:
+    """Return a reduction at rest with what speed adds to its basis, and to the terms.
+
+    Parameters
+    ----------
+    piece : the reduction, of the modes that are kept
+    project, tell : see `condensed`
+    speeds : rad/s, at which the basis is to be as good as at rest; none: at `REACH`
+        times the first frequency
+    """
+    mass, stiffness, *turning = project()
+    lift = piece.lift
+    boundary = lift.shape[1] - len(piece.squared)
+    if lift.shape[1] < len(lift):
+        for speed in speeds if len(speeds) else (_reference(piece),):
+            taut = _taut(mass, stiffness, turning, speed)
+            at = mass, taut, speed**2
+            more = _lacking(lift, boundary, len(piece.squared), at, tell)
+            lift = np.hstack([lift, more])
+    signs = -1.0, *np.ones(len(turning) - 1)
+    return replace(
+        piece,
+        mass=_reduced(mass, lift),
+        stiffness=_reduced(stiffness, lift),
+        lift=lift,
+        turning=tuple(
+            _reduced(a, lift, sign) for a, sign in zip(turning, signs, strict=True)
+        ),
     )
-    if not turning:
-        return Condensed(*parts, squared, reach, condition)
-    return Condensed(*parts, squared, reach, condition, more, added, lift)
 
 
 def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
@@ -169,42 +193,80 @@ def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
     return np.asarray((whole + sign * whole.conj().T) / 2)
 
 
-def _for_all_speeds(
+def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matrix]:
+    """Return K_ii, M_ii and the stiffness K_ib that couples it to the boundary."""
+    inside = slice(boundary, None)
+    k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
+    return k_ii, m_ii, stiffness[inside, :boundary].toarray()
+
+
+def _reference(piece: Condensed) -> float:
+    """Return `REACH` times the first frequency that is not 0, rad/s."""
+    squared = eigh(piece.stiffness, piece.mass, eigvals_only=True)
+    return REACH * float(np.sqrt(squared[squared > RIGID * squared[-1]][0]))
+
+
+def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
+    """Return K(Omega) + Omega^2 M, with the modes of K(Omega) but positive definite.
+
+    turning : [C, K_1] or [C, K_1, K_2]
+    """
+    _, first, *second = turning
+    taut = stiffness + speed**2 * (first + mass)
+    for quartic in second:
+        taut = taut + speed**4 * quartic
+    return taut
+
+
+def _lacking(
     lift: Matrix,
     boundary: int,
-    matrices: tuple[Any, Any, list[Any]],
     count: int,
+    matrices: tuple[Any, Any, float],
     tell: Tell,
 ) -> Matrix:
-    """Return the columns (n, c) that a basis at rest lacks at speed, 0 on the boundary.
+    """Return the columns (n, c) that a basis lacks at a speed, 0 on the boundary.
 
-    They are `craig_bampton.lacking` of the basis at the speed `REACH` times the first
-    frequency. Its fixed-interface modes are computed without the spin softening
-    -Omega^2 M, which changes no shape of these modes, so that their stiffness matrix is
-    positive definite.
+    The modes x of the Craig-Bampton basis at that speed are approximated in the given
+    basis with the least energy of the error e. By Rayleigh's quotient that energy, over
+    that of x, bounds the relative error of omega^2 there. Parts of e that have more
+    than `LACKING` of it are added, orthonormalised.
 
     Parameters
     ----------
-    lift : (n, b + m), the basis at rest
+    lift : (n, m), whose first b columns are unit motions of the boundary
     boundary : b
-    matrices : M, K and [C, K_1] or [C, K_1, K_2]
-    count, tell : see `condensed`
+    count : number of fixed-interface modes
+    matrices : M, K(Omega) + Omega^2 M and Omega^2
+    tell : see `condensed`
     """
-    mass, stiffness, (_, first, *second) = matrices
-    slow = eigh(_reduced(stiffness, lift), _reduced(mass, lift), eigvals_only=True)
-    square = REACH**2 * slow[slow > RIGID * slow[-1]][0]
-    taut = stiffness + square * (first + mass)
-    for quartic in second:
-        taut = taut + square**2 * quartic
-    inside = slice(boundary, None)
-    k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (taut, mass))
-    coupling = taut[inside, :boundary].toarray()
-    other, squared, reach, _ = _lift(k_ii, m_ii, coupling, count, tell)
+    mass, taut, shift = matrices
+    own = _interior(mass, taut, boundary)
+    other, squared, reach, _ = _lift(*own, count, tell)
     other = other[:, : boundary + whole_pairs(squared, reach, count)]
     gc.collect()
-    whole = mass_norms(mass, lift[:, :boundary])
-    found = lacking(m_ii, lift[boundary:], other[boundary:], whole)
-    return np.vstack([np.zeros((boundary, found.shape[1])), found])
+    energy = taut + shift * mass  # definite, though a free wheel may translate
+    squared, mix = eigh(_reduced(energy, other), _reduced(mass, other))
+    shapes = other @ (mix / np.sqrt(squared))
+    strain, inner = energy @ lift, _reduced(energy, lift)
+    for _ in range(2):  # twice, since small parts have much round-off
+        shapes = shapes - lift @ solve(inner, strain.conj().T @ shapes, assume_a="pos")
+    part, mix = np.linalg.eigh(_reduced(energy, shapes))
+    shapes = shapes @ mix[:, part > LACKING]
+    shapes = (shapes - lift[:, :boundary] @ shapes[:boundary])[boundary:]
+    modes = lift[boundary:, boundary:]
+    more = np.zeros((len(lift), shapes.shape[1]), dtype=lift.dtype)
+    more[boundary:] = _orthonormal(own[1], modes, shapes)
+    return more
+
+
+def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
+    """Return shapes (i, c), orthonormal to modes (i, m) and each other by M."""
+    for _ in range(2):
+        shapes = shapes - modes @ (modes.conj().T @ (m_ii @ shapes))
+        squared, mix = np.linalg.eigh(_hermitian(shapes.conj().T @ (m_ii @ shapes)))
+        shapes = shapes @ (mix / np.sqrt(squared))
+    return shapes
 
 
 def _lift(

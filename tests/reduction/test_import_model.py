@@ -265,6 +265,7 @@ def test_a_shaft_s_mass_is_part_of_all_terms(turned, capsys):
 
 
 def test_a_wheel_told_at_two_speeds_is_the_same(turned, tmp_path, capsys):
+    """To what both bases may lack, `sparse_modes.LACKING` of the energy of a mode."""
     disk, added = bladed_disk(ROTOR), rotation_of(ROTOR)
     one = rotor_from(str(imported(turned("wheel"), capsys)[1]), N, 0.0, turns=True)
     keys = {"speeds": [200.0, 500.0], "stress_stiffness": None, "softening": None}
@@ -277,7 +278,7 @@ def test_a_wheel_told_at_two_speeds_is_the_same(turned, tmp_path, capsys):
     other = rotor_from(str(imported(path, capsys)[1]), N, 0.0, turns=True)
     for speed in (0.0, 350.0, 700.0):
         lines = [own_lines(model, speed) for model in (one, other)]
-        assert np.array(lines[1]) == pytest.approx(np.array(lines[0]), rel=1e-5)
+        assert np.array(lines[1]) == pytest.approx(np.array(lines[0]), rel=2e-4)
 
 
 def skewed(place, sign):
