@@ -33,6 +33,7 @@ RESIDUAL = 1e-7  # largest |x - omega^2 K^-1 M x| / |x| of a mode
 SAME = 1e-6  # relative difference of omega^2 up to which modes may be the same one
 PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
 LACKING = 1e-4  # share of a mode's energy that a basis for all speeds may lack
+CLOSER = 2  # steps of inverse iteration from the modes at rest to those at a speed
 STEPS = 60  # steps of the Lanczos process that searches a negative eigenvalue
 SEED = 17  # seed of starting vectors, so that the same file gives the same rotor
 
@@ -227,10 +228,11 @@ def _lacking(
 ) -> Matrix:
     """Return the columns (n, c) that a basis lacks at a speed, 0 on the boundary.
 
-    The modes x of the Craig-Bampton basis at that speed are approximated in the given
-    basis with the least energy of the error e. By Rayleigh's quotient that energy, over
-    that of x, bounds the relative error of omega^2 there. Parts of e that have more
-    than `LACKING` of it are added, orthonormalised.
+    The modes x of the Craig-Bampton basis at that speed, by subspace iteration from the
+    modes at rest, are approximated in the given basis with the least energy of the
+    error e. By Rayleigh's quotient that energy, over that of x, bounds the relative
+    error of omega^2 there. Parts of e that have more than `LACKING` of it are added,
+    orthonormalised.
 
     Parameters
     ----------
@@ -241,10 +243,13 @@ def _lacking(
     tell : see `condensed`
     """
     mass, taut, shift = matrices
-    own = _interior(mass, taut, boundary)
-    other, squared, reach, _ = _lift(*own, count, tell)
-    other = other[:, : boundary + whole_pairs(squared, reach, count)]
-    gc.collect()
+    k_ii, m_ii, coupling = _interior(mass, taut, boundary)
+    inverse, modes = factored(k_ii, tell), lift[boundary:, boundary:]
+    near = modes[:, :count]
+    for _ in range(CLOSER):
+        near = _ritz(k_ii, m_ii, inverse(m_ii @ near))[1]
+    other = _with_boundary(-inverse(coupling), near)
+    del inverse, k_ii
     energy = taut + shift * mass  # definite, though a free wheel may translate
     squared, mix = eigh(_reduced(energy, other), _reduced(mass, other))
     shapes = other @ (mix / np.sqrt(squared))
@@ -254,9 +259,8 @@ def _lacking(
     part, mix = np.linalg.eigh(_reduced(energy, shapes))
     shapes = shapes @ mix[:, part > LACKING]
     shapes = (shapes - lift[:, :boundary] @ shapes[:boundary])[boundary:]
-    modes = lift[boundary:, boundary:]
     more = np.zeros((len(lift), shapes.shape[1]), dtype=lift.dtype)
-    more[boundary:] = _orthonormal(own[1], modes, shapes)
+    more[boundary:] = _orthonormal(m_ii, modes, shapes)
     return more
 
 
@@ -285,12 +289,14 @@ def _lift(
         )
         raise ModelError(msg)
     squared, modes, reach = _fixed_modes(k_ii, m_ii, solve, count)
-    boundary = coupling.shape[1]
-    lift = np.zeros((len(modes) + boundary, boundary + len(squared)), dtype=modes.dtype)
-    lift[:boundary, :boundary] = np.eye(boundary)
-    lift[boundary:, :boundary] = -solve(coupling)
-    lift[boundary:, boundary:] = modes
-    return lift, squared, reach, condition
+    return _with_boundary(-solve(coupling), modes), squared, reach, condition
+
+
+def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
+    """Return the basis (b + i, b + m) of static modes (i, b), then modes (i, m)."""
+    boundary = static.shape[1]
+    rows = np.eye(boundary, boundary + modes.shape[1])
+    return np.vstack([rows, np.hstack([static, modes])])
 
 
 def _hermitian(matrix: Matrix) -> Matrix:
