@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.profile import departure, is_round, shape_of
+from hpcwhirl.case.release import check_release
 from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
@@ -55,6 +56,7 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_turn(model, scene)
     check_wall(scene)
     check_change(scene, model)
+    check_release(model, scene)
 
 
 def check_points(model: Model, scene: Scene) -> None:

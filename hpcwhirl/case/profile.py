@@ -59,6 +59,18 @@ def shape_of(scene: Scene) -> Shape:
     return _shape(casing.profile, casing.profile_scale, *shift)
 
 
+def profile_of(scene: Scene) -> Shape:
+    """Return the part of the shape that a table gives, without the offset."""
+    casing = scene.engine.casing
+    return _shape(casing.profile, casing.profile_scale, 0.0, 0.0)
+
+
+def offset_of(scene: Scene) -> Shape:
+    """Return the part of the shape that the offset gives, which no release ends."""
+    casing = scene.engine.casing
+    return _shape("", 1.0, casing.offset, casing.offset_angle)
+
+
 def room_of(scene: Scene) -> float:
     """Return the least gap over all angles, m; of a gap that changes, at the start."""
     return scene.gap - shape_of(scene).depth

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.case.limits import beat_of, shortest_limits, step_counts
 from hpcwhirl.case.plan import Marched
+from hpcwhirl.case.release import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.case.unbalance import centre_of, circle, swing
@@ -96,6 +97,7 @@ class March:
             self.stride = (self.total // self.beat + 1) * self.beat
         self.seconds = 0.0
         self.schedule = schedule_of(scene, self.model)
+        self.let_go = release_step(scene)
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
@@ -115,7 +117,9 @@ class March:
     def _refresh(self, state: Any) -> None:
         """Set arrays, and a state unless it is None, to the interval of this step."""
         scene = self.lean.scene
-        self.wall, self.speed = wall_of(self.lean.model, scene), scene.speed
+        free = NEVER < self.let_go <= self.steps
+        self.wall = wall_of(self.lean.model, scene, released=free)
+        self.speed = scene.speed
         if self.schedule is None:
             return
         now = self.schedule.interval(self.steps // self.schedule.every)
@@ -155,7 +159,7 @@ class March:
         if law_of(scene) is not None:  # its closed form is that of a constant speed
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
-        self._look_after(first if scene.is_loaded else 1)
+        self._look_after(max(first if scene.is_loaded else 1, self.let_go + 1))
         coast = FreeDecay(self.scheme, model.blades, scene.solver.time_step)
         return coast if coast.possible else None
 
@@ -303,19 +307,37 @@ class March:
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any division into slices gives the same bits."""
         start, goal = time.perf_counter(), min(self.steps + steps, self.total)
-        if self.schedule is None:
+        if self.schedule is None and self.let_go == NEVER:
             self._call(goal - self.steps)
         else:
-            self._through_intervals(self.schedule.every, goal)
+            self._through_intervals(goal)
         self.seconds += time.perf_counter() - start
 
-    def _through_intervals(self, every: int, goal: int) -> None:
+    def _through_intervals(self, goal: int) -> None:
         """March to step `goal`; a state at an interval's end is that of the next."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
-            begun = self.steps
-            self._call(min(goal - begun, every - begun % every))
-            if self.steps % every == 0 and self.steps > begun:
-                self._refresh(self.state)
+            cut = self._next_cut()
+            self._call(min(goal, cut) - self.steps)
+            if self.steps < cut:
+                continue
+            self._refresh(self.state)
+            if cut == self.let_go:
+                self._release()
+
+    def _next_cut(self) -> int:
+        """Return the step at which the present interval ends, or a casing is let go."""
+        steps = self.steps
+        ends = [] if self.schedule is None else [self.schedule.every]
+        cuts = [steps - steps % every + every for every in ends]
+        cuts += [self.let_go] if steps < self.let_go else []
+        return min(cuts, default=self.total)
+
+    def _release(self) -> None:
+        """Let the casing go: its shape becomes a displacement, its energy a load's."""
+        state, places = self.state, held_displacement(self.model, self.scene)
+        before = self.scheme.balance(state).energy
+        self.scheme.release(state, places, self.steps)
+        state.ledger[contact.PULSE] += self.scheme.balance(state).energy - before
 
     def _call(self, steps: int) -> None:
         """Call the kernel for some steps."""

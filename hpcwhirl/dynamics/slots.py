@@ -399,6 +399,17 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     return q
 
 
+def ring_turned(model: Model, q: Floats, angle: float) -> Floats:
+    """Return amplitudes (m,), static frame, as a frame at an angle, rad, sees them."""
+    out = q.copy()
+    for place in _ring_modes(model):
+        own = list(place.members)
+        pair = [*q[own], 0.0][:2]
+        value = (pair[0] - 1j * pair[1]) * np.exp(1j * place.harmonic * angle)
+        out[own] = [value.real, -value.imag][: len(own)]
+    return out
+
+
 @lru_cache(maxsize=MOST_RUBBED)
 def _rubbed(
     model: Model, step: float, mu: str, *, flies: bool

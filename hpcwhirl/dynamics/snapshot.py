@@ -20,6 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.case.release import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics import kernels
 from hpcwhirl.dynamics.kernels import contact
@@ -41,6 +42,8 @@ def fingerprint(march: March) -> str:
     if march.schedule is not None:
         schedule = march.schedule
         digest.update(repr((schedule.every, laws_of(schedule.scene))).encode())
+    if march.let_go != NEVER:
+        digest.update(repr(told_of_release(march.scene)).encode())
     if march.start is not None:
         _feed(digest, march.start)
     return digest.hexdigest()

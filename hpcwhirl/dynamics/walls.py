@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hpcwhirl.case.profile import is_round, room_of, shape_of
+from hpcwhirl.case.profile import is_round, offset_of, shape_of
 from hpcwhirl.dynamics.flights import can_fly
 from hpcwhirl.dynamics.kernels.kernel_types import Wall
 from hpcwhirl.dynamics.slots import fold
@@ -14,14 +14,16 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 
-def wall_of(model: Model, scene: Scene) -> Wall:
+def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
     """Return the gap and the shape of a casing that is not round, or distorted.
 
     Of a rigid casing, its lobes -A0 e^{sigma t} cos k theta come first.
 
     model, scene : of all sectors, or of one, where the harmonics are multiples of g
+    released : whether the casing has been let go, so that its profile is a displacement
     """
-    casing, shape = scene.engine.casing, shape_of(scene)
+    casing = scene.engine.casing
+    shape = offset_of(scene) if released else shape_of(scene)
     rows = [
         (h // model.folds, a, b, 0.0, casing.profile_rise)
         for h, a, b in zip(*(part.tolist() for part in shape[:3]), strict=True)
@@ -38,7 +40,9 @@ def wall_of(model: Model, scene: Scene) -> Wall:
     signs = np.array([sign for _, sign in folded], dtype=float)
     cosine, sine, growth, rise = (part.copy() for part in numbers.T)
     shaped = orders, slots, signs, cosine, sine, growth, rise
-    return Wall(scene.gap, scene.nodal_diameter, *shaped, room_of(scene))
+    return Wall(
+        scene.gap, scene.nodal_diameter, *shaped, scene.gap - shape.depth
+    )  # fmt: skip
 
 
 def ready_at(scene: Scene) -> int:

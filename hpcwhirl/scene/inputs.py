@@ -434,6 +434,13 @@ class Casing(Inputs):
         "s",
         later=True,
     )
+    profile_release: NonNegative = given(
+        0.0,
+        "time at which an elastic casing that is held at its profile is let go, to "
+        "swing freely; 0: never",
+        "s",
+        later=True,
+    )
     contact_law: contact_laws.LawName = given(
         contact_laws.RIGID,
         f"contact of tips and casing; {contact_laws.MEANINGS}",

@@ -172,6 +172,21 @@ OF_CASING = (
             f"families must be all on a ring of {kind}, got {families}"
         ),
     ),
+    Rule(
+        ("profile_release", "profile_rise"),
+        lambda time, rise: (time == 0.0) | (time >= rise),
+        lambda time, rise: (
+            f"profile_release must be 0 or >= profile_rise ({rise} s), got {time}"
+        ),
+    ),
+    Rule(
+        ("profile_release", "kind", "discretization"),
+        lambda time, kind, by: (time == 0.0) | ((kind == "ring") & (by == "fourier")),
+        lambda time, kind, by: (
+            "profile_release must be 0 where the casing is no ring of harmonics "
+            f"(kind {kind}, discretization {by}), got {time}"
+        ),
+    ),
 )
 OF_ENGINE = (
     *(_of_turning(name, 0) for name in STANDING),
@@ -275,6 +290,12 @@ OF_SCENE = (
         | (scheme != "exact"),
         lambda *_: "scheme must be 'modal', 'general' or 'paper' where speed or gap "
         "change in time, got 'exact'",
+    ),
+    Rule(
+        ("engine.casing.profile_release", "solver.scheme"),
+        lambda time, scheme: (time == 0.0) | (scheme != "exact"),
+        lambda *_: "scheme must be 'modal', 'general' or 'paper' where a casing is let "
+        "go (profile_release), got 'exact'",
     ),
     Rule(
         ("acceleration", "speed_table", "solver.scheme", "engine.rotation"),

@@ -17,6 +17,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     balance_of,
     motions_in_slots,
     reader,
+    releaser,
     ring_reader,
     with_space,
 )
@@ -90,6 +91,7 @@ def cyclic_march(
         begin=begin,
         casing_width=2 * ring_rows * k,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
+        release=releaser(model, ring_places),
         ended=ended,
         refresh=lambda state, now: turn_ring(
             model, scene, arrays.casing.items, state, model.folds * now.turn

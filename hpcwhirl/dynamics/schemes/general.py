@@ -36,6 +36,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     ended_by,
     motions_in_slots,
     reader,
+    releaser,
     ring_reader,
     with_space,
 )
@@ -168,6 +169,7 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
         begin=begin,
         casing_width=2 * len(c_c) // passes.ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
+        release=releaser(model, held.ring),
         ended=ended,
         refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.turn),
     )

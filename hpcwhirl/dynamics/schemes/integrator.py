@@ -17,10 +17,11 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, WaveRotor
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes
+from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.places import (
     Held,
+    RingPlaces,
     nothing_booked,
     write_gaps,
 )
@@ -73,6 +74,8 @@ class Integrator:
     refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays to an
         interval of a changing speed, and the state to its coordinates; None where only
         what the kernel is given changes
+    release : (state, (n,), m, casing's displacement, steps) -> None; adds it to a state
+        at rest: of a casing that is let go
     ended : state -> copies of the arrays of rotor, ring and their sums, with the step
         completed that the kernel has left pending; None for kernels that leave none
     """
@@ -85,6 +88,7 @@ class Integrator:
     begin: Callable[[Motion], bool]
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
+    release: Callable[[Any, Floats, int], None]
     ended: Callable[[CyclicState], Ended] | None = None
     refresh: Callable[[Any, Interval], None] | None = None
 
@@ -236,6 +240,21 @@ def motions_in_slots(
         return True
 
     return motion, begin
+
+
+def releaser(
+    model: Model, ring: RingPlaces
+) -> Callable[[CyclicState, Floats, int], None]:
+    """Return the function `Integrator.release` of a ring in the rotating frame."""
+
+    def release(state: CyclicState, places: Floats, steps: int) -> None:
+        body = model.casing
+        if body is None:
+            raise TypeError(body)
+        lift = model.lifts[1] if model.lifts else body.shapes
+        ring.add(state.ring, lowering(body, lift) @ places, steps)
+
+    return release
 
 
 def reader(

@@ -20,7 +20,12 @@ from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.motion import Amplitudes, Steps, gaps_of, modal_steps
-from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, rotor_amplitudes
+from hpcwhirl.dynamics.slots import (
+    ring_amplitudes,
+    ring_slots,
+    ring_turned,
+    rotor_amplitudes,
+)
 from hpcwhirl.dynamics.slots import rotor_slots as slots_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -129,6 +134,18 @@ class RingPlaces:
         old = -(new[:size] + 1j * new[size:]) / np.where(there, turn, 1.0)
         state[:] = np.concatenate([now, new, old.real, old.imag])
         return q - d
+
+    def add(self, state: Floats, q: Floats, count: int) -> None:
+        """Add amplitudes (n,), static frame, at rest, to a state after `count` steps.
+
+        The increments before are changed, too, so that the works of the step that is
+        pending, which depend on the sum of both, are not.
+        """
+        step, other = self.scene.solver.time_step, np.zeros_like(state)
+        angle = float(angle_at(self.scene, count, step))
+        self.write(other, ring_turned(self.model, q, angle), np.zeros_like(q))
+        parts = other.reshape(3, -1)
+        state += parts[[0, 2, 1] if count & 1 else [0, 1, 2]].ravel()
 
 
 class Held(NamedTuple):

@@ -168,6 +168,11 @@ def two_bodies(
         state.ledger[PULSE] = balance(state).energy
         return True
 
+    def release(state: BodiesState, places: Floats, _: int) -> None:
+        y = c.lower() @ places
+        state.q_c[: len(y)] += y
+        state.d_c[: len(y)] += c.steps.increments(y, 0.0 * y)
+
     def balance(state: BodiesState) -> Balance:
         energy = sum(energies_of(arrays.rotor, arrays.casing, state, step))
         return Balance(energy, float(state.loss_b.sum() + state.loss_c.sum()))
@@ -181,4 +186,5 @@ def two_bodies(
         begin=begin,
         casing_width=len(arrays.casing.keep),
         casing_waves=reader(model, scene, lambda q, _: waves_of_modes(model, q)),
+        release=release,
     )

@@ -25,6 +25,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     ended_by,
     motions_in_slots,
     reader,
+    releaser,
     ring_reader,
     with_space,
 )
@@ -173,6 +174,7 @@ def _march(
         begin=begin,
         casing_width=2 * len(c_c) // ITEMS,
         casing_waves=reader(model, scene, ring_reader(model, scene)),
+        release=releaser(model, ring_places),
         ended=ended,
         refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.turn),
     )

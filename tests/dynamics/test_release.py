@@ -1,0 +1,151 @@
+"""A casing that is held deformed and let go."""
+
+import numpy as np
+import pytest
+
+from hpcwhirl.case.profile import departure, profile_of
+from hpcwhirl.case.release import held_displacement
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.speed import USUAL
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.motion import Motion
+from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
+from hpcwhirl.dynamics.timestep import recursion
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene import apply_settings, named_scene
+
+HEAD = "harmonic,amplitude,phase"
+OVAL = f"{HEAD};0,8e-5,0;2,9e-5,0.4;3,5e-5,1.1;5,2e-5,2"
+STEP, AT = 1e-6, 1501  # s, the step of the release: an odd one
+HELD = {
+    "time_step": STEP, "duration": 6e-3, "interval": 1e-5, "traces": "full",
+    "force": 0.0, "profile": OVAL, "profile_release": AT * STEP,
+}  # fmt: skip
+CLEAR, TIGHT = {"gap": 2e-3}, {"gap": 1.1e-4, "offset": 1e-5}
+KINDS = {
+    "cyclic": {},
+    "folded": {"profile": f"{HEAD};0,8e-5,0;2,9e-5,0.4"},
+    "general": {"scheme": "general"},
+    "paper": {"scheme": "paper"},
+    "unequal": {"mistuning": [0.03 * float(np.sin(7.0 * j)) for j in range(22)]},
+    "full": {"rotation": "full"},
+    "run-up": {"acceleration": 200.0},
+}
+
+
+def march_of(**settings):
+    return March(resolve(apply_settings(named_scene("table2"), HELD | settings)))
+
+
+def swing_of(march, times):
+    """Return (n, H + 1, 2), m: each mode a damped cosine from rest, by its recursion.
+
+    q_n = Re A z^n, z^2 - (1 + keep - pull) z + keep = 0, q_1 = q_-1.
+    """
+    body, ring = march.model.casing, march.model.ring
+    keep, pull, _ = recursion(body.omega, body.ratios, STEP)
+    half = (1.0 + keep - pull) / 2
+    z = half + 1j * np.sqrt(keep - half**2)
+    x = held_displacement(march.model, march.scene)
+    q = body.shapes.T @ body.mass @ x
+    turned = z - 1.0 / z  # Re A = q, Re A (z - 1 / z) = 0
+    amplitude = q * (1.0 + 1j * turned.real / turned.imag)
+    steps = np.rint(np.asarray(times) / STEP).astype(int) - AT
+    moved = (amplitude * z ** steps[:, None]).real @ body.shapes[ring.radial].T
+    out = np.zeros((len(steps), ring.harmonics + 1, 2))
+    out[:, 0, 0], out[:, 1:, 0], out[:, 1:, 1] = (
+        moved[:, 0], moved[:, 1::2], moved[:, 2::2],
+    )  # fmt: skip
+    return out * (steps > 0)[:, None, None]
+
+
+def test_the_displacement_is_the_profile():
+    march = march_of()
+    angles = np.linspace(0.0, 6.0, 50)
+    x = held_displacement(march.model, march.scene)
+    found = march.model.ring.rows(angles)[0] @ x
+    want = departure(profile_of(march.scene), angles)
+    assert np.abs(found - want).max() < 1e-12 * np.abs(want).max()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_casing_let_go_swings_as_damped_cosines(kind):
+    march = march_of(**CLEAR, **KINDS[kind])
+    history = march.run()
+    want = swing_of(march, history.time)
+    assert history.contacts == 0
+    assert (history.casing[history.time < AT * STEP] == 0.0).all()
+    near = USUAL if kind == "run-up" else 1e-9  # by lines, of the angle of the rotor
+    assert np.abs(history.casing - want).max() < near * np.abs(want).max()
+    body = march.model.casing
+    x = held_displacement(march.model, march.scene)
+    strain = 0.5 * float(x @ body.stiffness @ x)
+    assert history.ledger["pulse"] == pytest.approx(strain, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_ledger_closes_and_slices_change_no_bit(kind):
+    given = TIGHT | KINDS[kind] | {"duration": 4e-3}
+    whole = march_of(**given)
+    whole.reach(whole.total)
+    history = whole.history()
+    assert history.contacts > 0
+    assert history.last_contact > AT * STEP
+    largest = max(map(abs, history.ledger.values()))
+    assert abs(history.ledger["residual"]) < 1e-10 * largest
+    assert history.gap_error < 1e-12
+    for before in (AT,) if kind == "full" else (AT - 1, AT, AT + 1):
+        cut, other = march_of(**given), march_of(**given)
+        cut.advance(before - 7)
+        cut.advance(7)
+        saved = {name: np.copy(array) for name, array in snapshot(cut).items()}
+        assert fingerprint(other) == fingerprint(cut) == fingerprint(whole)
+        assert restore(other, saved)
+        other.reach(other.total)
+        for name, array in snapshot(whole).items():
+            if name != "seconds":
+                assert array.tobytes() == snapshot(other)[name].tobytes(), name
+
+
+@pytest.mark.parametrize("kind", ["cyclic", "paper"])
+def test_a_release_is_the_start_of_a_displaced_casing(kind):
+    given = KINDS[kind] | {"gap": 1.1e-4, "speed": 0.0, "duration": 4e-3}
+    march = march_of(**given)
+    history = march.run()
+    x = held_displacement(march.model, march.scene)
+    rotor = np.zeros(len(march.model.rotor.shapes))
+    round_ = {"profile": "", "profile_release": 0.0, "duration": 4e-3 - AT * STEP}
+    free = resolve(apply_settings(named_scene("table2"), HELD | given | round_))
+    begun = March(free, Motion(rotor, rotor, x, 0.0 * x))
+    other = begun.run()
+    assert history.contacts == other.contacts > 0
+    size = np.abs(begun.motion().rotor).max()
+    assert np.abs(march.motion().rotor - begun.motion().rotor).max() < 1e-9 * size
+
+
+def test_a_certificate_waits_for_the_release_and_counts_the_swing():
+    given = {"speed": 200.0, "duration": 0.3, "traces": "summary", "interval": 1e-3,
+             "time_step": 4e-6, "profile_release": 0.02, "force": 1.0}  # fmt: skip
+    near = march_of(**given, gap=1.3e-4)
+    history = near.run()
+    assert history.last_contact > 0.02
+    wide = march_of(**given, gap=4e-4).run()
+    assert wide.contacts == 0
+    assert wide.certificate > 0.02
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"scheme": "exact"}, "got 'exact'"),
+        ({"kind": "rigid"}, "kind rigid"),
+        ({"casing.discretization": "elements"}, "discretization elements"),
+        ({"profile": f"{HEAD};21,1e-5,0"}, "in which the casing cannot swing: 21"),
+        ({"profile_rise": 2e-3}, "profile_release must be 0 or >= profile_rise"),
+    ],
+)
+def test_what_cannot_be_let_go_is_refused_in_one_line(settings, told):
+    with pytest.raises(InputError) as refused:
+        march_of(**{"gap": 1e-3} | settings)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
