@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from hpcwhirl.case.profile import is_round
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.speed import changes
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP, TOUCHED
 from hpcwhirl.dynamics.kernels.peak import CHAINS, multiply_add, total_again
 from hpcwhirl.dynamics.march import March
@@ -20,6 +22,11 @@ from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 SETTLE = 0.02  # s, simulated before timing: the pulse is over, blades touch
 OWN = "as given"  # name of the scene's own engine
 FULL = "rotation full"  # prefix of the names of variants with rotation
+OPERATION: dict[str, dict[str, float | str]] = {  # {name of a variant: its inputs}
+    "speed that changes": {"acceleration": 100.0},
+    "gap that closes": {"gap_closure": 1e-6, "gap_time": 0.1},
+    "casing not round": {"profile": "harmonic,amplitude,phase;2,1e-6,0;3,5e-7,1"},
+}
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
 FAR = 1.0  # m, a gap that no blade crosses
 STEPS = 5_000  # steps timed in a repeat, the same each time, so with the same contacts
@@ -70,6 +77,7 @@ def restore(march: March, saved: Sequence[object]) -> None:
     """Set the state of a march to saved arrays."""
     for array, value in zip(march.state, saved, strict=True):
         array[...] = value
+    march.recall()
 
 
 @dataclass(frozen=True)
@@ -163,21 +171,36 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     ]
 
 
+def in_operation(scene: Scene) -> dict[str, Scene]:
+    """Return {name: scene} of `OPERATION`; none where a scene allows no such inputs."""
+    spin = resolve(scene).model.rotor.spin
+    plain = spin is None or (spin.support.is_plain and spin.released is None)
+    alike = scene.solver.until == "end" and scene.engine.rotation != "auto"
+    if not plain or not alike or changes(scene) or not is_round(scene):
+        return {}
+    return {name: apply_settings(scene, own) for name, own in OPERATION.items()}
+
+
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {engine: ratios of a step's time with rotation to that without}.
+    """Return {engine: ratios of a step's time with a feature to that without}.
+
+    Features are the rotation, of each engine, and those of `OPERATION`.
 
     They are measured with the default scheme:
 
     `in_flight` : ratio for steps without contact
     `in_contact` : ratio for steps in which blades touch; mean times of all steps are
         not compared, since the shares of such steps differ
-    `shares` : share of timed steps with contact, with rotation and without
+    `shares` : share of timed steps with contact, with the feature and without
     `touching` : mean number of blades in contact in such a step, with and without
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
-    for name in dict.fromkeys(t.engine for t in timings if t.engine.startswith(FULL)):
+    for name in dict.fromkeys(t.engine for t in timings):
+        if not name.startswith(FULL) and name not in OPERATION:
+            continue
         plain = name.removeprefix(FULL).removeprefix(", ") or OWN
+        plain = OWN if name in OPERATION else plain
         pairs = [
             (of[DEFAULT, engine, False], of[DEFAULT, engine, True])
             for engine in (name, plain)

@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.benchmark.bench import OPERATION
 from hpcwhirl.cli import main
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.model import folded, spans_of
@@ -294,12 +295,13 @@ def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     others += ("rotation full", "rotation full, mistuned")
     engines += [("modal", e) for e in others]
     engines.insert(-1, ("exact", "rotation full"))
+    engines += [("modal", name) for name in OPERATION]
     assert rows == [(*pair, touches) for pair in engines for touches in (False, True)]
     for row in found["rows"]:
         assert row.keys() >= {"microseconds_per_step", "spread"}
         assert row["microseconds_per_step"] > 0
-    over = found["rotation_over_none"]
-    assert list(over) == ["rotation full", "rotation full, mistuned"]
+    over = found["over_none"]
+    assert list(over) == ["rotation full", "rotation full, mistuned", *OPERATION]
     for ratios in over.values():  # coupled modes took 150 times as long
         assert max(ratios["in_flight"], ratios["in_contact"]) < 20.0
         assert all(0.0 < share <= 1.0 for share in ratios["shares"])
