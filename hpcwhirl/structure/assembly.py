@@ -49,7 +49,11 @@ def add_element(
 
     A DoF that occurs twice in `dofs` (in a ring of one sector) gets both contributions.
     """
-    block = transform.T @ element @ transform
+    add_block(target, transform.T @ element @ transform, dofs)
+
+
+def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
+    """Add a block at `dofs` of `target`, in place; see `add_element`."""
     np.add.at(target, (dofs[:, None], dofs[None, :]), block)
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import itertools
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
-from hpcwhirl.structure.assembly import CyclicStructure, add_element, turn
+from hpcwhirl.scene.rules import NO_BLADE
+from hpcwhirl.structure.assembly import CyclicStructure, add_block, add_element, turn
 from hpcwhirl.structure.beams import Section, beam
 from hpcwhirl.structure.tilting import tilt_of
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 NODE = 3  # DoF of a node: radial, tangential, rotation
 GHOST = 1e-6  # share of mass and stiffness that is kept of a lost blade
 MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
@@ -82,6 +85,24 @@ def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
     return 2 * rotor.disk_radius * np.sin(half), section, transform
 
 
+@lru_cache(maxsize=4)
+def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
+    """Return (DoF, (M, K)) of spoke and rim beam of each sector of a tuned rotor."""
+    size, blades = NODE * (rotor.elements + 1), rotor.blades
+    hub, out = blades * size + np.arange(2), []
+    for j in range(blades):
+        root = j * size + np.arange(NODE)
+        after = (j + 1) % blades * size + np.arange(NODE)
+        beams = [(np.r_[hub, root], spoke(rotor, 2 * np.pi * j / blades))]
+        if blades > 1:
+            beams.append((np.r_[root, after], rim(rotor)))
+        out.append([
+            (dofs, tuple(turned.T @ a @ turned for a in beam(length, section)))
+            for dofs, (length, section, turned) in beams
+        ])  # fmt: skip
+    return out
+
+
 def bladed_disk(rotor: Rotor) -> CyclicStructure:
     """Return the bladed disk in the rotating frame (reference §1).
 
@@ -107,20 +128,16 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     total = blades * size + 2  # the centre is assembled, then dropped if clamped
     matrices = np.zeros((total, total)), np.zeros((total, total))
     (inertia, elastic), hub = blade(rotor), np.array([total - 2, total - 1])
-    for j, change in enumerate(rotor.mistuning or (0.0,) * blades):
+    tuned = rotor.model_copy(update={"mistuning": (), "lost_blade": NO_BLADE})
+    changes = rotor.mistuning or (0.0,) * blades
+    for j, (change, joints) in enumerate(zip(changes, _joints(tuned), strict=True)):
         left = GHOST if j == rotor.lost_blade else 1.0
         blade_matrices = left * inertia, left * (1 + change) * elastic
-        root = j * size + np.arange(NODE)
-        after = (j + 1) % blades * size + np.arange(NODE)
-        length, section, spoke_turn = spoke(rotor, 2 * np.pi * j / blades)
-        arms = beam(length, section)
-        for target, part, arm in zip(matrices, blade_matrices, arms, strict=True):
-            target[j * size : (j + 1) * size, j * size : (j + 1) * size] += part
-            add_element(target, arm, np.r_[hub, root], spoke_turn)
-        if blades > 1:
-            length, section, rim_turn = rim(rotor)
-            for target, part in zip(matrices, beam(length, section), strict=True):
-                add_element(target, part, np.r_[root, after], rim_turn)
+        own = slice(j * size, (j + 1) * size)
+        for i, target in enumerate(matrices):
+            target[own, own] += blade_matrices[i]
+            for dofs, parts in joints:
+                add_block(target, parts[i], dofs)
     mass, stiffness = matrices
     radii = np.linspace(rotor.disk_radius, rotor.radius, rotor.elements + 1)
     tilt, kept = tilt_of(rotor, mass, radii), slice(None) if centre else slice(0, -2)
