@@ -335,6 +335,8 @@ class March:
     def _release(self) -> None:
         """Let the casing go: its shape becomes a displacement, its energy a load's."""
         state, places = self.state, held_displacement(self.model, self.scene)
+        if self.scheme.release is None:
+            raise TypeError(self.scheme.kernel)
         before = self.scheme.balance(state).energy
         self.scheme.release(state, places, self.steps)
         state.ledger[contact.PULSE] += self.scheme.balance(state).energy - before

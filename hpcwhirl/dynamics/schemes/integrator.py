@@ -75,7 +75,7 @@ class Integrator:
         interval of a changing speed, and the state to its coordinates; None where only
         what the kernel is given changes
     release : (state, (n,), m, casing's displacement, steps) -> None; adds it to a state
-        at rest: of a casing that is let go
+        at rest: of a casing that is let go; None where such a case is another scheme's
     ended : state -> copies of the arrays of rotor, ring and their sums, with the step
         completed that the kernel has left pending; None for kernels that leave none
     """
@@ -88,7 +88,7 @@ class Integrator:
     begin: Callable[[Motion], bool]
     casing_width: int
     casing_waves: Callable[[Floats, int], Floats]
-    release: Callable[[Any, Floats, int], None]
+    release: Callable[[Any, Floats, int], None] | None = None
     ended: Callable[[CyclicState], Ended] | None = None
     refresh: Callable[[Any, Interval], None] | None = None
 

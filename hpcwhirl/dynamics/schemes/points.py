@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from hpcwhirl.case.release import NEVER, release_step
 from hpcwhirl.case.speed import angle_at, law_of
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
@@ -45,12 +46,14 @@ def points_apart(model: Model, scene: Scene) -> Integrator | None:
 
     None where the matrices are not constant in the rotating frame: in a ring of
     elements, on supports that differ by direction or have a film, at a speed that
-    changes; with an unbalance, and where two waves nearly coincide.
+    changes; with an unbalance or a casing that is let go, and where two waves nearly
+    coincide.
     """
     spin = model.rotor.spin
     plain = spin is None or spin.support.is_plain
     steady = law_of(scene) is None and circle(model, scene) is None
-    if isinstance(model.ring, RingOperator) or not plain or not steady:
+    let_go = release_step(scene) != NEVER
+    if isinstance(model.ring, RingOperator) or not plain or not steady or let_go:
         return None
     waves = point_waves(model, scene)
     return None if waves is None else _march(model, scene, waves)
