@@ -27,6 +27,7 @@ from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
+from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.side_by_side import SideBySide
@@ -282,7 +283,8 @@ def result_of(case: Case, history: History) -> Result:
         "centre_peak": history.centre_peak,
         "last_contact": history.last_contact,
     }
-    row |= {f"ledger_{term}": history.ledger[term] for term in LEDGER_TERMS}
+    terms = LEDGER_TERMS if wears(scene) else [t for t in LEDGER_TERMS if t != "wear"]
+    row |= {f"ledger_{term}": history.ledger[term] for term in terms}
     row |= found
     if changes(scene):
         row["words_over_speed"] = told_over_speed(words_over_speed(case, history))

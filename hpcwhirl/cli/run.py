@@ -231,7 +231,7 @@ def _show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from hpcwhirl.scene.quantities import ROW
+    from hpcwhirl.scene.quantities import ROW, WORN
 
     console = Console()
     words = f"outcome {facts['outcome']}, regime {facts['regime']}, "
@@ -256,8 +256,8 @@ def _show(facts: dict[str, Any]) -> None:
     if facts["tip_growth"] > 0.0:
         told = ROW["tip_growth"].labelled("tip_growth")
         table.add_row(told, f"{facts['tip_growth']:.6g}")
-    for term, label in BALANCE.items():
-        told = ROW[f"{LEDGER}{term}"].labelled(label)
+    for term in facts["ledger"]:
+        told = (ROW | WORN)[f"{LEDGER}{term}"].labelled(BALANCE[term])
         table.add_row(told, f"{facts['ledger'][term]:.6g}")
     console.print(table)
     taken = [term for term in FED if facts["ledger"][term] < 0]

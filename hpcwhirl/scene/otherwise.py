@@ -15,10 +15,12 @@ OTHERWISE = {  # {word that users look up but that is no input: answer}
     "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
     "blade-off": "it is the input lost_blade, the number of the blade",
     "bearings": _SHAFT,
+    **dict.fromkeys(
+        ("coating", "wear"), "it is the input contact_law: hpcwhirl manual layer"
+    ),
     "squeeze film": "it is film_viscosity, film_length, film_radius, film_clearance",
     **dict.fromkeys(
-        ("coating", "abradable", "wear",
-         "temperature", "thermal", "seal", "aerodynamics", "flutter"),
+        ("temperature", "thermal", "seal", "aerodynamics", "flutter"),
         _LEFT_OUT,
     ),
 }  # fmt: skip

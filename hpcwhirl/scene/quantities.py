@@ -110,7 +110,6 @@ ROW: dict[str, Quantity] = {
     **_table("f8", "J", ledger_damping="energy lost in modal damping"),
     **_table("f8", "J", ledger_pulse="work of the pulse"),
     **_table("f8", "J", ledger_impact="energy lost in impacts"),
-    **_table("f8", "J", ledger_wear="work of wear of a layer on the casing"),
     **_table("f8", "J", ledger_friction="work of friction on both bodies"),
     **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
     **_table("f8", "J", ledger_residual="residual of the energy ledger"),
@@ -141,6 +140,7 @@ OVER_SPEED: dict[str, Quantity] = {
 }  # fmt: skip
 # variables of campaigns with a layer on the casing that wears
 WORN: dict[str, Quantity] = {
+    **_table("f8", "J", ledger_wear="work of wear of a layer on the casing"),
     **_table("f8", "m", wear_depth="largest worn depth of the layer"),
     **_table("f8", "m3", wear_volume="volume that is worn or pressed down"),
     **_table("i8", "1", wear_lobes="strongest harmonic of the worn depth over the"

@@ -70,6 +70,13 @@ profile = "harmonic,amplitude,phase;2,3e-5,0.4;3,1e-5,0.9"
 speed = {start = 390, stop = 430, step = 5}
 """
 )
+LAYER = (
+    GRID.replace('"summary"', '"full", interval = 1e-3')
+    + """
+[engine.casing]
+contact_law = "abradable"
+"""
+)
 KINDS = {
     "refined": REFINED,
     "refined, attractors": REFINED.replace("both", "attractor"),
@@ -79,6 +86,9 @@ KINDS = {
     "sampled": GRID + SAMPLED,
     "run-ups": RUN_UP,
     "not round": OVAL,
+    "layer, sampled": LAYER + SAMPLED,
+    "layer, twins": LAYER + "[sweep]\nspeed = {start = 390, stop = 430, step = 5}\n"
+    + TWINS,
     "branches": GRID + "sweep = {speed = {start = 400, stop = 440, step = 5}}\n"
     'branch = {over = "speed"}\n',
     "extended, twins": GRID + "sweep = {speed = {start = 300, stop = 440, step = 10}}\n"

@@ -3,6 +3,7 @@
 import math
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 from numba import njit
@@ -65,11 +66,13 @@ def pushed(depths, give=1e-18, layer=PLASTIC, turn=0.0, rods=8):
     )
 
 
-def test_a_push_follows_the_bilinear_curve():
+@pytest.mark.parametrize("under", [1, 4])
+def test_a_push_follows_the_bilinear_curve_of_each_rod_under_the_tip(under):
     depth, first = np.linspace(0, 3e-5, 61), LIMIT / STIFF
-    found = pushed(depth).forces[:, 0]
+    layer = PLASTIC._replace(under=under)
+    found = pushed(depth, layer=layer, rods=8 * under).forces[:, 0]
     curve = np.where(depth < first, STIFF * depth, LIMIT + TANGENT * (depth - first))
-    assert found == pytest.approx(curve, rel=1e-9, abs=1e-9)
+    assert found == pytest.approx(under * curve, rel=1e-9, abs=1e-9)
 
 
 def test_bodies_stand_in_series_with_the_layer():
@@ -93,11 +96,17 @@ def test_work_of_wear_is_the_area_of_the_closed_loop():
     assert again.forces[-1, 0] == 0.0
 
 
-def test_the_rotation_does_the_work_of_wear_on_rods_that_a_tip_slides_onto():
+@pytest.mark.parametrize("under", [1, 3])
+def test_the_rotation_does_the_work_of_wear_on_rods_that_a_tip_slides_onto(under):
     """At constant depth the tip does none: six rods a blade, one a step, no loss."""
-    found = pushed([4e-5] * 7, turn=2 * math.pi / 16, rods=16)
-    fresh = found.worn[1].sum() - found.worn[1, [1, 9]].sum()
-    assert np.count_nonzero(found.worn[0]) == 14
+    rods, layer = 48, PLASTIC._replace(under=under)
+    found = pushed([4e-5] * 7, turn=2 * math.pi / rods, rods=rods, layer=layer)
+    begun = 0.1 + np.array([[1], [25]]) / 24 * math.pi  # of both blades, first step
+    first = np.floor(begun / (2 * math.pi) * rods - 0.5 * (under - 1)).astype(int)
+    at_once = (first + range(under)) % rods
+    fresh = found.worn[1].sum() - found.worn[1, at_once].sum()
+    assert np.count_nonzero(found.worn[0]) == 2 * (6 + under)
+    assert fresh > 0
     assert found.worn[2].sum() == pytest.approx(fresh, rel=1e-9)
     assert found.ledger[IMPACT] == pytest.approx(found.worn[2].sum(), rel=1e-12)
 
@@ -180,6 +189,54 @@ def test_slices_and_a_resumed_march_give_the_same_bits(own):
     for name, array in snapshot(whole).items():
         if name != "seconds":
             assert np.array_equal(snapshot(later)[name], array), name
+
+
+@pytest.fixture(scope="module")
+def one_blade(tmp_path_factory):
+    """Return a function: slope of a tip's motion, radial over tangential -> an engine.
+
+    One mode of 1200 rad/s and 1 kg, damped by 0.5 %; with a slope < 0 a tip that moves
+    outward moves against the rotation, and friction pulls it further out.
+    """
+    folder = tmp_path_factory.mktemp("one_blade")
+
+    def engine(slope):
+        path = folder / f"{slope}.h5"
+        with h5py.File(path, "w") as file:
+            file["rotor/omega"], file["rotor/damping_ratio"] = [1200.0], [0.005]
+            file["rotor/modal_tip_radial"] = [[math.sin(math.atan(slope))]]
+            file["rotor/modal_tip_tangential"] = [[math.cos(math.atan(slope))]]
+        return str(path)
+
+    return engine
+
+
+# a casing that becomes eccentric within the run, and so feeds a blade into its layer
+FEEDING = {
+    "duration": 2.0, "interval": 5e-3, "time_step": 5e-6, "scheme": "general",
+    "gap": 1e-5, "friction": 0.6, "blades": 1, "engine.casing.kind": "rigid",
+    "contact_law": "abradable", "layer_yield": 1e6,
+    "engine.casing.profile": "harmonic,amplitude,phase;1,5e-5,0", "profile_rise": 2.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("speed", [290.0, 230.0, 190.0, 162.0])
+def test_lobes_worn_are_the_blades_frequency_over_the_speed(one_blade, speed):
+    _, told = march(**FEEDING, speed=speed, **{"engine.file": one_blade(-0.2)})
+    sizes = np.abs(np.fft.rfft(told.layer[0]))
+    assert 3 + sizes[3:].argmax() == round(1200 / speed)  # 1, 2: the casing's own
+    assert told.ledger["friction"] > 0.1
+    most = max(map(abs, told.ledger.values()))
+    assert abs(told.ledger["residual"]) < 1e-10 * most
+
+
+def test_without_friction_no_lobes_are_worn(one_blade):
+    own = {"speed": 230.0, "engine.file": one_blade(-0.2)}
+    rubbed, smooth = (
+        np.abs(np.fft.rfft(march(**FEEDING | own | mu)[1].layer[0]))[3:].max()
+        for mu in ({}, {"friction": 0.0})
+    )
+    assert rubbed > 5 * smooth > 0
 
 
 def test_stribeck_friction_falls_from_that_at_rest():

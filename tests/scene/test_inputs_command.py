@@ -255,7 +255,8 @@ def test_a_word_that_names_no_input_is_looked_for_in_meanings(capsys, word, name
 
 @pytest.mark.parametrize(
     ("word", "told"),
-    [("imbalance", 'unbalance = "20 g mm"'), ("coating", "hpcwhirl manual trust"),
+    [("imbalance", 'unbalance = "20 g mm"'), ("coating", "hpcwhirl manual layer"),
+     ("seal", "hpcwhirl manual trust"),
      ("bearings", "centre_stiffness"),
      ("rpm", 'speed = "3000 rpm"'), ("MM", 'gap = "0.8 mm"')],
 )  # fmt: skip
