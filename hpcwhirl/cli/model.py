@@ -231,7 +231,8 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
     """Return rows of the modal table; modes that do not move the centre share a row.
 
-    Columns: body, family, nodal diameters, frequencies in Hz, share of the centre.
+    Columns: body, family, nodal diameters, frequencies in Hz, share of the centre,
+    clearance consumption.
 
     Parameters
     ----------
@@ -248,7 +249,11 @@ def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
         ends = [f"{mode['frequency_hz']:.3f}" for mode in (own[0], own[-1])]
         around = spans_of(sorted(mode["nodal_diameter"] for mode in own))
         told = UNKNOWN if share is None else f"{share:.3f}"
-        rows.append((body, family, around, " to ".join(dict.fromkeys(ends)), told))
+        used = sorted(mode["clearance_consumption"] or 0.0 for mode in own)
+        closed = (f"{one:.3f}" for one in (used[0], used[-1]))
+        closes = " to ".join(dict.fromkeys(closed)) if body == "rotor" else ""
+        hertz = " to ".join(dict.fromkeys(ends))
+        rows.append((body, family, around, hertz, told, closes))
     return rows
 
 
@@ -270,7 +275,8 @@ def _show(facts: dict[str, Any], up_to: float, lobes: int) -> None:
 
     console = Console()
     hertz, speed = DERIVED["frequency"].unit, DERIVED["critical_speed"].unit
-    table = Table("body", "family", "nodal diameter", hertz, "centre share")
+    columns = "nodal diameter", hertz, "centre share", "clearance consumption"
+    table = Table("body", "family", *columns)
     shown = [mode for mode in facts["modes"] if mode["frequency_hz"] <= up_to]
     for row in folded(shown):
         table.add_row(*row)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 
+Floats = NDArray[np.float64]
 HELD = "suspension", "conical"  # families of modes on the springs of the shaft
 UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
 MOVING_SHARE = 0.1  # least share of energy in the shaft's springs of modes that move it
@@ -20,6 +23,7 @@ class Line:
     """One line of the modal table; a pair of equal frequencies is one line.
 
     centre_share : share of the strain energy in the shaft's springs; None if unknown
+    clearance_consumption : see `clearance_consumption`; None of the casing
     """
 
     body: str
@@ -27,6 +31,7 @@ class Line:
     nodal_diameter: int
     frequency_hz: float
     centre_share: float | None
+    clearance_consumption: float | None = None
 
 
 def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
@@ -46,21 +51,51 @@ def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
     return names | {rank: f"{place}F" for place, rank in enumerate(ranks, 1)}
 
 
-def _rotor_lines(model: ModalModel) -> list[Line]:
+def clearance_consumption(radial: Floats, tangential: Floats) -> float:
+    """Return c_Delta of a mode, by how much its motion closes the clearance.
+
+    It is the largest radial amplitude |U| of a contact point over the largest
+    displacement that one reaches in the plane, the long half axis of its ellipse,
+    a^2 = (|U|^2 + |V|^2 + |U^2 + V^2|) / 2: 0 where tips move along the casing alone, 1
+    where they move straight to it; 0 where none moves. The notion is that of Laine et
+    al. 2020 (doi 10.1115/1.4044809), clearance as a blade vibrates along one of its
+    modes; it is made dimensionless here by the displacement.
+
+    Parameters
+    ----------
+    radial, tangential : (p, 1 or 2), of all contact points, in one mode or in both of a
+        pair, which vibrate a quarter of a period apart
+    """
+    u, v = (np.dot(part, [1.0, 1j][: part.shape[1]]) for part in (radial, tangential))
+    size = np.abs(u) ** 2 + np.abs(v) ** 2 + np.abs(u**2 + v**2)
+    most = float(np.sqrt(size.max() / 2))
+    return float(np.abs(u).max()) / most if most > 0.0 else 0.0
+
+
+def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
     """Return the lines of a rotor; a pair that mistuning has split gives two lines."""
-    lines = []
+    lines, rows = [], contact_rows(model, blades)
     for k in np.unique(model.diameter):
         modes = np.flatnonzero(model.diameter == k)
         names = family_ranks(model, int(k))
         for m, before in zip(modes, np.r_[modes[:1], modes[:-1]], strict=True):
-            twin = m != before and model.rank[m] == model.rank[before]
-            if twin and model.omega[m] <= (1 + PAIR) * model.omega[before]:
+            if _are_pair(model, before, m):
                 continue
             rank = int(model.rank[m])
             hertz, share = model.omega[m] / (2 * np.pi), float(model.centre_share[m])
             known_share = None if np.isnan(share) else share
-            lines.append(Line("rotor", names[rank], int(k), float(hertz), known_share))
+            own = [m, *(i for i in modes if _are_pair(model, m, i))]
+            used = clearance_consumption(*(part[:, own] for part in rows))
+            name = names[rank]
+            lines.append(Line("rotor", name, int(k), float(hertz), known_share, used))
     return lines
+
+
+def _are_pair(model: ModalModel, one: np.intp, other: np.intp) -> bool:
+    """Return whether two modes of a nodal diameter, in order, are one double mode."""
+    if other <= one or model.rank[one] != model.rank[other]:
+        return False
+    return bool(model.omega[other] <= (1 + PAIR) * model.omega[one])
 
 
 def modal_table(model: Model) -> list[Line]:
@@ -68,7 +103,9 @@ def modal_table(model: Model) -> list[Line]:
 
     Families of the casing count from 1 within a nodal diameter, as ``1F``, ``2F``.
     """
-    table = sorted(_rotor_lines(model.rotor), key=lambda line: line.frequency_hz)
+    table = sorted(
+        _rotor_lines(model.rotor, model.blades), key=lambda line: line.frequency_hz
+    )
     casing = model.casing
     if casing is None:
         return table

@@ -227,6 +227,9 @@ DERIVED: dict[str, Quantity] = {
     **_table("f8", "rad/s", critical_speed="speed at which Eq. 13 holds"),
     **_table("f8", "s", time_step_limit="largest stable step of central differences"),
     **_table("f8", "1", centre_share="share of a mode's energy that moves the centre"),
+    **_table(
+        "f8", "1", clearance_consumption="radial amplitude of a mode over its whole one"
+    ),
 }
 # arrays of a model's file, by the last part of their names
 ARRAYS: dict[str, Quantity] = {

@@ -35,7 +35,8 @@ RUN_NAMES = {
 MODEL_NAMES = {
     "modes", "blade_stiffness", "critical_speeds", "time_step_limits", "plan",
 }  # fmt: skip
-MODE_NAMES = {"body", "family", "nodal_diameter", "frequency_hz", "centre_share"}
+MODE_NAMES = {"body", "family", "nodal_diameter", "frequency_hz", "centre_share",
+              "clearance_consumption"}  # fmt: skip
 
 
 KEPT = {"centre", "impulse", "tips", "casing", "blade_impulse"}
@@ -382,19 +383,20 @@ def test_every_mode_stands_in_one_row_of_the_folded_table():
     names = ["1F", "1F", "1F", "1F", "suspension", "2F", "2F"]
     modes = [
         {"body": "rotor", "family": name, "nodal_diameter": k, "frequency_hz": 10.0 + i,
-         "centre_share": share}
+         "centre_share": share, "clearance_consumption": 0.01 * i}
         for i, (name, k, share) in enumerate(zip(names, [1, 4, 2, 0, 1, 3, 2], shares,
                                                  strict=True))
     ]  # fmt: skip
-    casing = modes[5] | {"body": "casing", "family": "1F", "centre_share": 0.0}
+    casing = modes[5] | {"body": "casing", "family": "1F", "centre_share": 0.0,
+                         "clearance_consumption": None}  # fmt: skip
     rows = folded([*modes, casing, casing | {"nodal_diameter": 4}])
     assert rows == [
-        ("rotor", "1F", "1", "10.000", "0.100"),
-        ("rotor", "1F", "0, 2, 4", "11.000 to 13.000", "0.000"),
-        ("rotor", "suspension", "1", "14.000", "0.800"),
-        ("rotor", "2F", "3", "15.000", "0.000"),
-        ("rotor", "2F", "2", "16.000", "unknown"),
-        ("casing", "1F", "3", "15.000", "0.000"),
-        ("casing", "1F", "4", "15.000", "0.000"),
+        ("rotor", "1F", "1", "10.000", "0.100", "0.000"),
+        ("rotor", "1F", "0, 2, 4", "11.000 to 13.000", "0.000", "0.010 to 0.030"),
+        ("rotor", "suspension", "1", "14.000", "0.800", "0.040"),
+        ("rotor", "2F", "3", "15.000", "0.000", "0.050"),
+        ("rotor", "2F", "2", "16.000", "unknown", "0.060"),
+        ("casing", "1F", "3", "15.000", "0.000", ""),
+        ("casing", "1F", "4", "15.000", "0.000", ""),
     ]
     assert spans_of([0, 2, 3, 4, 9]) == "0, 2 to 4, 9"

@@ -1,6 +1,7 @@
 """A stage of solid twisted blades: its reduced waves are those of all unknowns."""
 
 import functools
+import importlib.util
 import sys
 from pathlib import Path
 
@@ -29,14 +30,15 @@ def stage():
     pytest.importorskip("skfem", reason="pip install scikit-fem")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(ROOT / "jobs"))
-        import stage
-
+        place = ROOT / "jobs" / "stage.py"  # tests have another module `stage`
+        spec = importlib.util.spec_from_file_location("stage_of_jobs", place)
+        stage = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(stage)
         patch.setattr(stage, "BLADES", FEW)
         patch.setattr(stage, "STEP", 2 * np.pi / FEW)
         patch.setattr(stage, "COARSE", (4, 2, 1, 2, 2))
         yield stage
-    for name in ("stage", "wheel"):
-        sys.modules.pop(name, None)
+    sys.modules.pop("wheel", None)
 
 
 @pytest.fixture(scope="module")
