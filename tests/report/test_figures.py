@@ -301,6 +301,23 @@ def stiff(tmp_path_factory):
     return place / "out"
 
 
+def test_spectra_of_a_tip_have_engine_orders_and_own_frequencies(stiff):
+    cases = Results(stiff)
+    line = cases.slices()[0]
+    lines = sweeps.draw_frequency(cases, line).axes[0].get_lines()
+    orders = [own for own in lines if own.get_linestyle() == "-"]
+    assert len(orders) > 2
+    for n, own in enumerate(orders, 1):
+        speeds, hertz = own.get_data()
+        assert hertz == pytest.approx(n * speeds / (2 * np.pi))
+    named = {str(own.get_label()) for own in lines if own.get_linestyle() == "--"}
+    assert {"1F, ω(Ω)", "2F, ω(Ω)"} <= named
+    table = modal_table(resolve(cases.scene(0)).model)
+    low = min(first_family(table, "rotor").values()) / (2 * np.pi)
+    first = next(own for own in lines if own.get_label() == "1F, ω(Ω)")
+    assert first.get_ydata() == pytest.approx(low)
+
+
 def test_ranges_are_those_of_the_engine(stiff):
     cases = Results(stiff)
     line = cases.slices()[0]

@@ -74,7 +74,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
         top = max(top, _of_centre(axes, case, span))
         _beside(axes, case, span)
         _at_speed(axes, case, most)
-    _orders(axes, span, top)
+    engine_orders(axes, span, top)
     ends, look = (np.abs(speeds).min(), np.abs(speeds).max()), {"lw": 0.5, "zorder": 0}
     axes.axvspan(*ends, fc="#EEEEEE", ec="#999999", label="speeds of the campaign",
                  **look)  # fmt: skip
@@ -134,13 +134,23 @@ def _at_speed(axes: Any, case: Case, most: float) -> None:
                          label=f"{told}: {_speed(speed)}")  # fmt: skip
 
 
-def _orders(axes: Any, span: Floats, top: float) -> None:
-    """Draw engine orders n Omega / 2 pi, with a name where each leaves the axes."""
+def engine_orders(
+    axes: Any,
+    span: Floats,
+    top: float,
+    colours: tuple[str, str] = ("#999999", "#666666"),
+) -> None:
+    """Draw engine orders n Omega / 2 pi, with a name where each leaves the axes.
+
+    colours : of the lines and of their names
+    """
     for n in range(1, MOST_ORDERS + 1):
         line = n * span / (2 * np.pi)
-        axes.plot(span, line, c="#999999", lw=0.5)
+        axes.plot(span, line, c=colours[0], lw=0.5)
         end = min(span[-1], 2 * np.pi * top / n)
-        look = {"color": "#666666", "fontsize": 7, "ha": "right", "va": "top"}
+        if end < span[0]:  # beyond the axes
+            break
+        look = {"color": colours[1], "fontsize": 7, "ha": "right", "va": "top"}
         axes.annotate(f"{n}", (end, n * end / (2 * np.pi)), (-2, -2),
                       textcoords="offset points", **look)  # fmt: skip
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.poincare import section
+from hpcwhirl.analysis.rotation import bands_over
 from hpcwhirl.analysis.spectrum import (
     after_revolutions,
     amplitude_spectrum,
@@ -17,9 +18,12 @@ from hpcwhirl.analysis.spectrum import (
     full_spectrum,
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
-from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.report.figures.frequencies import (
+    COLOURS,
+    POINTS,
     centre_top,
+    engine_orders,
     heading,
     regime_legend,
     rotating_top,
@@ -92,7 +96,8 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
     spectra = frequency_spectra(cases, line)
     figure = Figure(figsize=(11, 4.6), layout="constrained")
     names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
-    edges = np.linspace(0.0, rotating_top(cases, line), 301)
+    top = rotating_top(cases, line)
+    edges = np.linspace(0.0, top, 301)
     for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
@@ -103,10 +108,34 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
         )
         if (amplitude > AT_REST).any():
             figure.colorbar(mesh, ax=axes, label="amplitude, mm (peak of the sine)")
+        if place == "tip" and speeds.min() > 0.0:
+            _interactions(axes, resolve(cases.scene(line[0])), cell_edges(speeds), top)
     figure.suptitle(
         title or f"After revolution {STEADY_AFTER:g}. {heading(cases, line)}"
     )
     return figure
+
+
+def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
+    """Draw what a tip may answer to over its spectra: engine orders, and omega(Omega).
+
+    A family's band over nodal diameters, see `bands_over`, is between dashed lines; of
+    several points a tip and full rotation it is unknown, and left out.
+    """
+    span = np.linspace(edges[0], edges[-1], POINTS)
+    engine_orders(axes, span, top, ("#ffffff", "#ffffff"))
+    spin = case.model.rotor.spin
+    bands = {} if spin is not None and not spin.waves else bands_over(case, span)
+    for name, pair in bands.items():
+        if name not in COLOURS:
+            continue
+        for told, edge in zip((f"{name}, ω(Ω)", None), pair, strict=True):
+            axes.plot(
+                span, edge / (2 * np.pi), "--", lw=0.9, c=COLOURS[name], label=told
+            )
+    axes.set(xlim=edges[[0, -1]], ylim=(0.0, top))
+    if bands:
+        axes.legend(fontsize=7, loc="upper left")
 
 
 def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) -> Any:
