@@ -45,6 +45,21 @@ def working_folder(given: Path | None, name: str) -> Iterator[Path]:
         yield folder
 
 
+@contextmanager
+def tree_of(commit: str) -> Iterator[Path]:
+    """Give a directory with the files of a commit; it is removed afterwards."""
+    with working_folder(None, "version") as folder:
+        call, top = ["git", "archive", commit], Path(__file__).parents[1]
+        packed = subprocess.run(call, cwd=top, check=True, capture_output=True)
+        subprocess.run(["tar", "x"], cwd=folder, check=True, input=packed.stdout)
+        yield folder
+
+
+def with_version(tree: Path, caches: Path) -> dict[str, str]:
+    """Return the environment of a version, with its compiled kernels in `caches`."""
+    return os.environ | {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(caches)}
+
+
 def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> list[str]:
     """Return the lines of a table in Markdown."""
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]

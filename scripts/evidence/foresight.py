@@ -178,10 +178,10 @@ def retold(
     each = costs.predict(rest)
     close = np.abs(each - given[rest]) <= CLOSE * given[rest]
     low, high = (
-        costs_of(design, share=share).nominal.sum() / given.sum()
+        float(costs_of(design, share=share).nominal.sum() / given.sum())
         for share in (0.0, 1.0)
     )
-    return each.sum() / given[rest].sum(), close.mean(), (low, high)
+    return float(each.sum() / given[rest].sum()), float(close.mean()), (low, high)
 
 
 def compared(rows: list[Found]) -> str:

@@ -1,0 +1,161 @@
+"""Processor time of this version over that of an earlier one, both in turn.
+
+    python scripts/cost/versions.py COMMIT [--only NAME ...] [--repeats N] [--write]
+
+population: a case of `jobs/mistuned_population.toml`, an engine of its own; sweep: the
+51 speeds of `mostly_damped` in draft; lobed: rigid lobed casing, rotor from file.
+Each is the time (user and system) of a campaign less that of a short one, which has the
+same start, map and page; least of the repeats. Kernels are compiled before.
+first: a first start, with empty caches, of `modal` and of unequal sectors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import table, tree_of, with_version, working_folder
+
+TOP = Path(__file__).parents[2]
+PAGE = Path(__file__).with_suffix(".md")
+POPULATION = (TOP / "jobs" / "mistuned_population.toml").read_text()
+SWEEP = """
+[scene]
+duration = {duration}
+[engine]
+name = "mostly_damped"
+[solver]
+preset = "draft"
+[output]
+traces = "summary"
+[sweep]
+speed = {{ start = 20, stop = 520, num = 51 }}
+"""
+LOBED = """
+[scene]
+duration = {duration}
+nodal_diameter = 2
+gap = 1e-4
+[engine]
+file = "{engine}"
+[engine.casing]
+kind = "rigid"
+amplitude = 0.9e-4
+growth = 0.5
+[output]
+traces = "summary"
+[sweep]
+speed = [120, 300, 410, 420]
+"""
+FIRST = """
+[scene]
+duration = 1e-3
+[engine.rotor]
+mistuning = [{changes}]
+[sweep]
+speed = [300]
+"""
+UNEQUAL = ", ".join(f"{0.001 * (blade % 5 - 2):g}" for blade in range(22))
+NAMES = "population", "sweep", "lobed", "first, equal", "first, unequal"
+
+
+def texts(name: str, engine: Path) -> tuple[str, str | None, int]:
+    """Return a campaign, the short one that is subtracted, and the cases between.
+
+    engine : a rotor's file, for `lobed`
+    """
+    if name == "population":
+        longer, short = (
+            POPULATION.replace("count = 1000", f"count = {n}") for n in (65, 5)
+        )
+        return longer, short, 60
+    if name in {"sweep", "lobed"}:
+        text = SWEEP if name == "sweep" else LOBED
+        durations = (10.0, 0.01) if name == "sweep" else (1.5, 0.01)
+        longer, short = (text.format(duration=d, engine=engine) for d in durations)
+        return longer, short, 1
+    return FIRST.format(changes=UNEQUAL if name.endswith("unequal") else ""), None, 1
+
+
+def processor(tree: Path, words: list[str | Path], caches: Path) -> float:
+    """Return the processor's seconds of a command of a version."""
+    call = [sys.executable, "-m", "hpcwhirl", *map(str, words)]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        call, cwd=tree, env=with_version(tree, caches), check=True, capture_output=True
+    )
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def once(name: str, tree: Path, folder: Path) -> float:
+    """Return the seconds of a campaign, less those of the short one."""
+    longer, short, cases = texts(name, folder / "engine.h5")
+    caches = folder / f"caches-{tree.name}"
+    if short is None:
+        caches = folder / "empty"
+        shutil.rmtree(caches, ignore_errors=True)
+        caches.mkdir()
+    seconds = 0.0
+    for text, sign in ((short, -1), (longer, 1)):
+        if text is None:
+            continue
+        file, out = folder / "c.toml", folder / "out"
+        file.write_text(text)
+        words: list[str | Path] = ["campaign", file, "--out", out, "--report", "no"]
+        seconds += sign * processor(tree, words, caches)
+        shutil.rmtree(out)
+    return seconds / cases
+
+
+def compared(names: list[str], before: str, repeats: int) -> list[list[str]]:
+    """Return (name, seconds before, seconds now, their ratio) of each."""
+    rows = []
+    with tree_of(before) as old, working_folder(None, "versions") as folder:
+        for tree in (old, TOP):
+            (folder / f"caches-{tree.name}").mkdir()
+        words: list[str | Path] = ["export-model", folder / "engine.h5"]
+        processor(TOP, words, folder / f"caches-{TOP.name}")
+        for name in names:
+            if not name.startswith("first"):
+                for tree in (old, TOP):  # compiles
+                    once(name, tree, folder)
+            found = [[once(name, tree, folder) for tree in (old, TOP)]
+                     for _ in range(repeats)]  # fmt: skip
+            least = [min(column) for column in zip(*found, strict=True)]
+            each = sorted(now / then for then, now in found)
+            ratios = f"{least[1] / least[0]:.2f}", f"{each[0]:.2f} ... {each[-1]:.2f}"
+            rows.append([name, *(f"{s:.3f}" for s in least), *ratios])
+            print(rows[-1], flush=True)
+    return rows
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("commit")
+    parser.add_argument("--only", nargs="+", choices=NAMES, default=[*NAMES])
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
+    args = parser.parse_args()
+    rows = compared(args.only, args.commit, args.repeats)
+    head = "", f"{args.commit}, s", "now, s", "now / before", "of single pairs"
+    made = f"Made by `python scripts/cost/versions.py {args.commit} --write`"
+    told = f"""# This version and an earlier one
+
+{made}, processor time, least of
+{args.repeats}, beside other work.
+
+""" + "\n".join(table(head, rows)) + "\n"  # fmt: skip
+    print(told)
+    if args.write:
+        PAGE.write_text(told)
+
+
+if __name__ == "__main__":
+    main()
