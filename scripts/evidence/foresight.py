@@ -7,7 +7,7 @@
 Each campaign has a pilot in a new directory, of a fifth of what its ranks compute, and
 is then ended there, on one rank and on two; kernels are compiled before. Seconds are of
 the clock, of the whole command that ends it. Seconds of the kernels are foreseen once
-more, without the clock's changes between both: from as many of the cases that have
+more, without the clock's changes between both: from a fifth of the cases that have
 ended, evenly spread, those of all others; and, as `--dry-run` does, from none.
 """
 
@@ -143,7 +143,7 @@ def foreseen(name: str, ranks: int, folder: Path) -> Found:
         words, path = [str(file), *words], file
     pilot, told = called([*words, "--pilot", str(PILOTS[name])], ranks)
     took, ended = called(words, ranks)
-    again = retold(load_design(path, {}), out, told["learned_from"]["finished"])
+    again = retold(load_design(path, {}), out)
     shutil.rmtree(out)
     wall = told["wall_seconds"]
     cases = told["cases"] + told.get("beyond", 0)
@@ -153,15 +153,10 @@ def foreseen(name: str, ranks: int, folder: Path) -> Found:
                  *again)  # fmt: skip
 
 
-def retold(
-    design: Design, folder: Path, count: int
-) -> tuple[float, float, tuple[float, float]]:
+def retold(design: Design, folder: Path) -> tuple[float, float, tuple[float, float]]:
     """Foresee kernel seconds of a campaign that has ended, of its coarse cases.
 
-    Parameters
-    ----------
-    design, folder : campaign that has ended
-    count : number of cases to learn from
+    A fifth of them is learned from.
 
     Returns
     -------
@@ -171,7 +166,7 @@ def retold(
     design = as_begun(design, folder)
     taken = ended_in(folder, design.manifest()).seconds
     given = np.where(np.isfinite(taken), taken, 0.0)
-    first, rest = np.split(scattered(len(taken)), [min(count, len(taken) // 2)])
+    first, rest = np.split(scattered(len(taken)), [-(-len(taken) // 5)])
     costs, seconds = costs_of(design), np.full(len(taken), np.nan)
     seconds[first] = taken[first]
     costs.learn_all(seconds)
