@@ -166,5 +166,5 @@ RULES = (
         ),
     ),
     _unless_rigid("output.chaos", 0, "0"),
-    _unless_rigid("history", "", "empty"),
+    _unless_rigid("history", "", "empty, so no [branch],"),
 )
