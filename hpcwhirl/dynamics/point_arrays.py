@@ -133,14 +133,19 @@ class _Reads:
         given = (b.gives @ f for b, f in zip(bodies, self.forces, strict=True))
         return np.hstack([one.T for one in given])
 
-    def ahead(self) -> tuple[Floats, Floats]:
-        """Return z - 1, re then im, and the bound of a step's motion of any gap."""
+    def ahead(self) -> tuple[Floats, Floats, Floats]:
+        """Return z - 1, re then im, and bounds of a step's motion of any gap.
+
+        The latter by amplitudes, and by multipliers, (P,).
+        """
         waves = self.waves
-        ahead, most = (np.zeros(waves.half, dtype=t) for t in (complex, float))
-        ahead[waves.index] = np.append(waves.rotor.ahead, waves.casing.ahead)
-        most[waves.index] = np.abs(self.read(self.out, self.w)).max(axis=0)
-        growth = np.maximum(np.abs(1 + ahead), 1.0) ** LOOK_EVERY
-        return np.append(ahead.real, ahead.imag), most * np.abs(ahead) * growth / LESS
+        turned = np.append(waves.rotor.ahead, waves.casing.ahead)
+        most = np.abs(self.read(self.out, self.w)).max(axis=0) * np.abs(turned)
+        most *= np.maximum(np.abs(1 + turned), 1.0) ** LOOK_EVERY / LESS
+        ahead, drift = (np.zeros(waves.half, dtype=t) for t in (complex, float))
+        ahead[waves.index], drift[waves.index] = turned, most
+        rush = np.abs(self.push()[: len(self.out)]) @ most
+        return np.append(ahead.real, ahead.imag), drift, rush
 
     def rows(self) -> PointRows:
         """Return the kernel's rows, one a point."""
@@ -237,16 +242,16 @@ def point_arrays(
     reach, shapes = np.zeros(waves.half), waves.rotor.shapes
     farthest = (np.abs(rows @ shapes).max(axis=0) for rows in (out, side))
     reach[waves.index[: shapes.shape[1]]] = np.hypot(*farthest)
-    ahead, drift = own.ahead()
+    steps = own.ahead()
     spread = waves.spread
     flat = (
-        ahead, drift, spread(own.push()[points:].conj()), own.long(none, kick),
+        *steps, spread(own.push()[points:].conj()), own.long(none, kick),
         spread(own.read(-out, still)), spread(own.read(-side, still)),
         spread(own.read(hub, still[:2])), reach,
     )  # fmt: skip
-    first, second, *rest = all_aligned([np.ravel(array) for array in flat])
+    first, second, third, *rest = all_aligned([np.ravel(array) for array in flat])
     rotor = PointsRotor._make(
-        [first, second, rows, *rest, *_entries(waves), *_casing_entries(waves)]
+        [first, second, third, rows, *rest, *_entries(waves), *_casing_entries(waves)]
     )
     w_of_both = np.ascontiguousarray(own.change(out, w)[:, :points])
     loading = Load(scene.force, scene.pulse, kick[0])

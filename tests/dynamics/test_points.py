@@ -8,12 +8,14 @@ import h5py
 import numpy as np
 import pytest
 import scipy.linalg
+import stage as stages
 from launch import words_of
 from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning, written
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import pulse_of
+from hpcwhirl.dynamics.kernels.kernel_types import PointRows, SectorRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
@@ -287,9 +289,18 @@ def seen_everywhere(march):
     return march
 
 
+def heavier(arrays, share=1.02):
+    """Return arrays of a rotor whose first blade is heavier."""
+    mass, own = arrays["mass"].copy(), arrays["tip_radial"][0]
+    rows = np.append(own, own + 1)
+    mass[rows, rows] *= share
+    return arrays | {"mass": mass, "damping": None}
+
+
+@pytest.mark.parametrize("sectors", [turning, lambda a: heavier(turning(a))])
 @pytest.mark.parametrize("rotation", ["none", "full"])
-def test_slices_and_unread_gaps_change_no_bit(tmp_path, rotation):
-    file = written(tmp_path / "stage.h5", turning(rotor()))
+def test_slices_and_unread_gaps_change_no_bit(tmp_path, rotation, sectors):
+    file = written(tmp_path / "stage.h5", sectors(rotor()))
     case = resolve(scene(file, rotation=rotation, suspension_damping=-1.0))
     one, other, third = March(case), March(case), seen_everywhere(March(case))
     for march in (one, third):
@@ -311,6 +322,66 @@ def test_waves_and_modes_move_alike_with_the_same_works(tmp_path, own):
     same(one, other, 1e-9, (*TRACES[:4], *TRACES[5:], "fed", "friction", "lost"))
     assert one.casing == pytest.approx(other.casing, rel=1e-9, abs=1e-15)
     assert one.slip == pytest.approx(other.slip, rel=1e-9)
+
+
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """Return a function from a seed to a file of a drawn stage, and its inputs."""
+
+    def draw(seed, *, equal):
+        random = np.random.default_rng(seed)
+        blades, count = (3, 4, 5, 6, 9)[seed % 5], int(random.integers(2, 5))
+        monkeypatch.setattr(stages, "N", blades)
+        arrays = rotor(
+            np.sort(random.uniform(-0.03, 0.03, count)),
+            random.uniform(-0.05, 0.05, count), random.uniform(0.0, 4e-5, count), seed,
+        )  # fmt: skip
+        full = {"rotation": "full", "suspension_damping": -1.0}
+        shape = {"kind": "rigid", "amplitude": 1.2e-4}
+        given = {
+            "blades": blades, "speed": float(random.uniform(-400.0, 400.0)),
+            "friction": float(random.uniform(0.0, 0.4)), "nodal_diameter": 1 + seed % 3,
+            "gap": float(random.uniform(4e-5, 1e-4)), "force": 9e4,
+        } | (full if seed % 2 else {}) | (shape if seed % 4 == 0 else {})  # fmt: skip
+        arrays = turning(arrays if equal else heavier(arrays))
+        return written(tmp_path / f"drawn{seed}{equal}.h5", arrays), given
+
+    return draw
+
+
+def both_marched(file, **given):
+    """Return the march by `modal`, its history, and that by `general`."""
+    one = March(resolve(scene(file, scheme="modal", **given)))
+    return one, one.run(), run(file, scheme="general", **given)
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("equal", [True, False])
+def test_drawn_stages_move_as_in_the_static_frame(drawn, seed, equal):
+    file, given = drawn(seed, equal=equal)
+    one, history, other = both_marched(file, **given)
+    rows = SectorRows if equal else PointRows
+    assert isinstance(one.scheme.arrays.rotor.rows, rows)
+    assert history.contacts == other.contacts > 0
+    assert history.gap_error < 1e-12
+    names = "tips", "energy", "impulse", "blade_impulse", "fed", "friction", "lost"
+    same(history, other, 3e-11, names)
+    moved = np.abs(other.tips).max()  # a lobed motion leaves the centre at rest
+    assert np.abs(history.centre - other.centre).max() < 3e-11 * moved
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9])
+def test_nearly_dependent_points_of_equal_sectors_move_alike(tmp_path, apart):
+    near = repeated(one_point(by_modes(rotor())), np.zeros(3))
+    factors = 1 + apart * np.array([-1.0, 0.3, 1.0])[:, None]
+    for name in ("modal_tip_radial", "modal_tip_tangential"):
+        near[name] = near[name] * factors
+    file = written(tmp_path / "near.h5", near)
+    one, history, other = both_marched(file)
+    assert isinstance(one.scheme.arrays.rotor.rows, SectorRows)
+    assert history.contacts > 0  # which of the points carries is not unique
+    same(history, other, 100 * apart + 1e-11, (*TRACES[:5], "fed"))
+    assert history.gap_error < 1e-9
 
 
 REFUSED = [

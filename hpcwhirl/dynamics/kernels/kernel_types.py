@@ -646,6 +646,7 @@ class PointsRotor(NamedTuple):
     Attributes
     ----------
     ahead, drift : (m,), re and im of z - 1; (m / 2,), as of `WholeRotor`
+    rush : (P,), what a unit multiplier adds to that bound
     rows : `PointRows` or `SectorRows`
     kick, kicked : (2, m), (2, width) flat, change of amplitudes by the pulse's cos and
         sin, and d' + d of its places
@@ -659,6 +660,7 @@ class PointsRotor(NamedTuple):
 
     ahead: Floats
     drift: Floats
+    rush: Floats
     rows: PointRows | SectorRows
     kick: Floats
     kicked: Floats

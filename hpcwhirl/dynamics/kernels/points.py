@@ -198,6 +198,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
     modes, width = len(rotor.ahead), len(rotor.kicked) // 2
     for name, rows, wanted in (
         ("rotor", state.rotor, modes), ("drift", rotor.drift, modes // 2),
+        ("rush", rotor.rush, points),
         ("kick", rotor.kick, 2 * modes), ("hub", rotor.hub, 2 * modes),
         ("radial", rotor.radial, points * modes),
         ("along", rotor.along, points * modes),
@@ -312,7 +313,8 @@ def march_points(
                 older, before, sums, held, space.spectra,
             )  # fmt: skip
             push_points(rotor.rows, push, where, active, s_b, space.spectra)
-            drift = drift_of(s_b, rotor.drift)
+            for i in range(active):
+                drift += push[i] * rotor.rush[where[i]]
             book_contacts(
                 push, where, active, before, last, counter, ledger, impulse, step
             )
