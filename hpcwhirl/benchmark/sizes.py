@@ -106,14 +106,15 @@ def rows_of(
     sizes: Sequence[int],
     repeats: int,
     peak: float,
-    several: Callable[[Scene], Scene],
+    several: Callable[[Scene], Scene] | None = None,
 ) -> list[Row]:
     """Return the rows of a scene by number of blades.
 
     Parameters
     ----------
     peak : GFLOP/s
-    several : returns a scene with several contact points a tip of its engine
+    several : returns a scene with several contact points a tip of its engine; None:
+        these are not timed
 
     Raises
     ------
@@ -131,7 +132,7 @@ def _of_size(
     blades: int,
     repeats: int,
     peak: float,
-    several: Callable[[Scene], Scene],
+    several: Callable[[Scene], Scene] | None,
 ) -> list[Row]:
     motions, asked = [FLIGHT], [_asked(scene, blades, CYCLIC, FLIGHT, "exact")]
     for sectors in (CYCLIC, UNEQUAL):
@@ -140,7 +141,7 @@ def _of_size(
         motions += more
         single = [_asked(scene, blades, sectors, motion) for motion in more]
         asked += single
-        if blades <= MOST_SEVERAL:
+        if several is not None and blades <= MOST_SEVERAL:
             motions += more[:3]
             asked += [replace(one, scene=several(one.scene)) for one in single[:3]]
     marches = settled_all(asked)
