@@ -231,6 +231,7 @@ def evidence(
     casing, while the former grows or falls with the speed. With contact in the window,
     energies and orbit are those of what contact causes or of the whole motion, of the
     two the one that changes less; without contact, of the former, which then decays.
+    Of an unbalanced rotor `summit` is 0: growth may be that of the speed alone.
 
     Parameters
     ----------
@@ -264,6 +265,8 @@ def evidence(
             still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)
             held = _growing(scene, *still, start)
             rates, mean = min((rates, mean), held, key=lambda one: _change_of(one[0]))
+        if len(judged.whole) and history.circle.any():  # which grows with the speed
+            rates["summit"] = 0.0
         whirl = whirl_numbers(time, turned, extremes(scene)[1])
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
     rubbed = _change(judged.friction[first:])

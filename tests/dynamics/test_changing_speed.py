@@ -182,6 +182,7 @@ def test_what_the_casing_holds_is_judged_as_a_whole(touches):
         last_contact=1.0 if touches else 0.1,
     )  # fmt: skip
     found = evidence(march.scene, history)
+    assert found["summit"] == 0.0  # which `divergent` by growth needs
     if touches:
         assert found["growth_centre"] == pytest.approx(0.0, abs=1e-12)
         assert found["growth_rotor"] == pytest.approx(0.0, abs=1e-12)
