@@ -236,8 +236,11 @@ def _at_constant_speed(name: str, usual: Any) -> Rule:
     )
 
 
-def _unchanged(name: str, usual: Any) -> Rule:
-    """Return the rule that an input must be `usual` where speed or gap change."""
+def _unchanged(name: str, usual: Any, note: str = "") -> Rule:
+    """Return the rule that an input must be `usual` where speed or gap change.
+
+    note : what else to do
+    """
     return Rule(
         (*CHANGING, name),
         lambda rate, table, closure, gaps, value: (
@@ -246,7 +249,7 @@ def _unchanged(name: str, usual: Any) -> Rule:
         ),
         lambda *values: (
             f"{name} must be {_told(usual)} where speed or gap change in time "
-            f"({', '.join(CHANGING)}), got {shown(values[-1])}"
+            f"({', '.join(CHANGING)}), got {shown(values[-1])}{note}"
         ),
     )
 
@@ -258,7 +261,18 @@ def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
 OF_SCENE = (
     _at_constant_speed("revolutions", 0),
     _unchanged("output.chaos", 0),
-    _unchanged("history", ""),
+    _unchanged("history", "", "; leave out [branch]"),
+    Rule(
+        ("history", "engine.casing.profile", "engine.casing.profile_scale",
+         "engine.casing.offset"),
+        lambda begun, table, scale, offset: (
+            (begun == "") | (((table == "") | (scale == 0.0)) & (offset == 0.0))
+        ),
+        lambda begun, *_: (
+            "history must be empty where the casing is not round (profile, offset), "
+            f"got {shown(begun)}; leave out [branch]"
+        ),
+    ),
     Rule(
         ("acceleration", "speed_table", "engine.rotation"),
         lambda rate, table, rotation: _constant(rate, table) | (rotation != "auto"),

@@ -77,6 +77,35 @@ LAYER = (
 contact_law = "abradable"
 """
 )
+LET_GO = """
+[engine.casing]
+profile = "harmonic,amplitude,phase;2,3e-5,0.4"
+profile_release = 5e-3
+"""
+MOVING = """
+scene = {duration = 0.02, acceleration = 200, gap_closure = 2e-5, gap_time = 0.1}
+solver = {time_step = 8e-6}
+output = {traces = "summary", windows = 2}
+"""
+OVER = """
+[sweep]
+speed = {start = 300, stop = 420, num = 3}
+"""
+HALVED = """
+[refine]
+over = ["speed"]
+levels = 1
+"""
+LAWS = {  # of speed, gap and shape, in each kind of campaign that takes them
+    "run-ups, refined": MOVING + OVER + HALVED,
+    "run-ups, twins": MOVING + OVER + TWINS.replace('of = "boundary"\n', ""),
+    "run-ups, sampled": MOVING + SAMPLED,
+    "let go, refined": MOVING.replace(", acceleration = 200", "")
+    + LET_GO
+    + OVER
+    + HALVED,
+    "let go, sampled": MOVING.replace(", acceleration = 200", "") + LET_GO + SAMPLED,
+}
 KINDS = {
     "refined": REFINED,
     "refined, attractors": REFINED.replace("both", "attractor"),
@@ -149,6 +178,20 @@ def survives(place, kind, rounds, sizes=(1, 2)):
 @pytest.mark.mpi
 def test_any_number_of_ranks_and_a_kill_give_the_same_bits(tmp_path):
     survives(tmp_path, "refined", 1, sizes=(2,))
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", LAWS)
+def test_laws_and_shapes_have_the_same_bits_on_any_ranks(tmp_path, kind):
+    file, found = tmp_path / "c.toml", []
+    file.write_text(LAWS[kind])
+    for ranks in (1, 2, 3):
+        out = tmp_path / f"on-{ranks}"
+        done = launch("campaign", file, "--report=no", "--out", out, ranks=ranks)
+        assert done.returncode == 0, done.err
+        found.append(all_variables(out))
+    assert found[0] == found[1] == found[2]
 
 
 @pytest.mark.mpi
