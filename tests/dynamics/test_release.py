@@ -12,7 +12,8 @@ from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.reduction.waves import tip_growth
+from hpcwhirl.scene import Scene, apply_settings, named_scene
 
 HEAD = "harmonic,amplitude,phase"
 OVAL = f"{HEAD};0,8e-5,0;2,9e-5,0.4;3,5e-5,1.1;5,2e-5,2"
@@ -121,6 +122,24 @@ def test_a_release_is_the_start_of_a_displaced_casing(kind):
     assert history.contacts == other.contacts > 0
     size = np.abs(begun.motion().rotor).max()
     assert np.abs(march.motion().rotor - begun.motion().rotor).max() < 1e-9 * size
+
+
+@pytest.mark.parametrize("rate", [0.0, 200.0])
+def test_every_law_at_once_closes_the_ledger(rate):
+    given = {
+        "rotation": "full", "gap_at": "rest", "gap": 6e-4, "speed": 300.0,
+        "duration": 0.02, "time_step": 8e-6, "offset": 5e-5, "gap_closure": 1e-4,
+        "gap_time": 0.02, "profile_release": 0.01, "acceleration": rate,
+        "traces": "summary", "profile": f"{HEAD};2,1e-4,0.4", "force": 75e3,
+    }  # fmt: skip
+    march = March(resolve(apply_settings(Scene(), given)))
+    history = march.run()
+    grown = tip_growth(march.model.rotor, march.model.blades, 300.0).max()
+    assert march.schedule.gap(0.0) == pytest.approx(6e-4 - grown, rel=1e-9)
+    assert history.contacts > 0
+    largest = max(map(abs, history.ledger.values()))
+    assert abs(history.ledger["residual"]) < 1e-10 * largest
+    assert history.gap_error < 1e-12
 
 
 def test_a_certificate_waits_for_the_release_and_counts_the_swing():
