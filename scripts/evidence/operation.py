@@ -1,8 +1,8 @@
 """Runs whose speed changes: their words, the error of intervals, what a step costs.
 
-    python scripts/evidence/operation.py [words] [drawn] [intervals] [cost] [passage]
+    python scripts/evidence/operation.py [PART ...]
 
-Without a name all.
+Without a name all: words, drawn, ovals, intervals, cost, passage.
 
 words: run-ups and run-downs in 12 windows of 1 s, each beside two runs at the window's
 mean speed for 2.5 s, of which it would be the window: one begins as cases do, the other
@@ -11,6 +11,8 @@ the same regime and whirl, with the same regime, and with another one though nei
 `undecided`. Two engines: the unbalanced one of jobs/run_up.toml, and the default one
 with its pulse, which is sustained at 380 to 410 rad/s, damped below.
 drawn: the same of 12 unbalanced rotors drawn with a seed, in 6 windows each.
+ovals: the regimes of the cases of jobs/oval_casing.toml beside those of longer runs,
+three times, and at half the step.
 intervals: the motion of the centre of an unbalanced run-up without contact, at the
 usual interval, half and a quarter of it, against a sixteenth: largest difference over
 the largest radius, beside what is told; and the same of the default engine in contact.
@@ -23,6 +25,7 @@ critical speed without damping, over 1.467 sqrt(omega^2 / rate).
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -137,6 +140,29 @@ def _told(tally: Counter[str]) -> str:
     )
 
 
+def ovals() -> None:
+    """Print whether the words of ovals hold, in longer runs and at half the step."""
+    shared = {
+        "force": 0.0, "profile": "harmonic,amplitude,phase;2,1e-5,0;3,2e-6,0.5",
+        "profile_rise": 0.02, "offset": 2e-5, "offset_angle": 1.0, "traces": "summary",
+    }  # fmt: skip
+    tally: Counter[str] = Counter()
+    for speed_, scale in itertools.product((300.0, 410.0, 520.0), (5, 10, 15, 20)):
+        at = shared | {"speed": speed_, "profile_scale": float(scale)}
+        own = _row(at | {"duration": 0.5}, None)["regime"]
+        half = 0.5 * resolve(apply_settings(Scene(), at)).scene.solver.time_step
+        for name, more in (
+            ("longer", {"duration": 1.5}),
+            ("half", {"duration": 0.5, "time_step": half}),
+        ):
+            other = _row(at | more, None)["regime"]
+            both = "undecided" in (own, other)
+            same = "same" if own == other else "open" if both else "wrong"
+            tally[f"{name} {same}"] += 1
+            print(f"  {speed_:g} rad/s, {scale}: {own}; {name} {other}")
+    print(f"ovals: {dict(sorted(tally.items()))}")
+
+
 @contextmanager
 def _accuracy(value: float) -> Iterator[None]:
     usual = speed.USUAL
@@ -202,8 +228,8 @@ def passage() -> None:
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    "words": words, "drawn": drawn, "intervals": intervals, "cost": cost,
-    "passage": passage,
+    "words": words, "drawn": drawn, "ovals": ovals, "intervals": intervals,
+    "cost": cost, "passage": passage,
 }  # fmt: skip
 
 if __name__ == "__main__":
