@@ -16,7 +16,16 @@ from hpcwhirl.dynamics.kernels.whole import (
     read_all,
     read_near,
     tip_by_waves,
+    turn_waves,
 )
+
+
+@verb
+def turn_points(rows, q, ahead, near, spectra):
+    """Take a step without forces, as `whole.turn_waves`.
+
+    near : whether `read_close` probably follows; what that needs is set in spectra
+    """
 
 
 @verb
@@ -25,8 +34,11 @@ def read_every(rows, q, points, tips, spectra):
 
 
 @verb
-def read_close(rows, q, points, gaps, row, known, tips, whole, spectra):
-    """Compute the points that might touch, as `whole.read_near` does blades."""
+def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra):
+    """Compute the points that might touch, as `whole.read_near` does blades.
+
+    near, spectra : as of `turn_points`
+    """
 
 
 @verb
@@ -65,6 +77,13 @@ def clear_forces(s, modes):
         store(s, m, broadcast(0.0))
 
 
+@does(turn_points, PointRows)
+@inlined
+def turn_rows(_rows, q, ahead, _near, _spectra):
+    """Apply `turn_points` to rows."""
+    turn_waves(q, ahead)
+
+
 @does(read_every, PointRows)
 @inlined
 def read_every_row(rows, q, points, tips, _):
@@ -74,7 +93,7 @@ def read_every_row(rows, q, points, tips, _):
 
 @does(read_close, PointRows)
 @inlined
-def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _):
+def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _):
     """Apply `read_close` to rows."""
     return read_near(rows.read, q, points, gaps, row, known, tips, whole)
 

@@ -67,6 +67,7 @@ from hpcwhirl.dynamics.kernels.point_rows import (
     push_points,
     read_close,
     read_every,
+    turn_points,
 )
 from hpcwhirl.dynamics.kernels.sectors import room_of_sectors
 from hpcwhirl.dynamics.kernels.shape import faded
@@ -85,7 +86,6 @@ from hpcwhirl.dynamics.kernels.whole import (
     moved_by,
     open_whole,
     tip_by_waves,
-    turn_waves,
 )
 from hpcwhirl.errors import ModelError
 
@@ -259,7 +259,8 @@ def march_points(
     drift, fresh, active = 0.0, True, points - points
     goal = counter[STEP] + steps
     while counter[STEP] < goal and counter[STOP] == RUNNING:
-        turn_waves(s_b, rotor.ahead)
+        near = counter[LAST] == counter[STEP]
+        turn_points(rotor.rows, s_b, rotor.ahead, near, space.spectra)
         if slips_now(counter):
             note_slips_of_points(held, known, last, step, counter[LAST], ledger)
         thrust = pulse_of(counter[STEP] * step, loading.force, loading.pulse)
@@ -282,8 +283,9 @@ def march_points(
         lowest = lower_all(out, drift, gaps, row, whole)
         if not every and not lowest > 0.0:
             lowest, ready = read_close(
-                rotor.rows, s_b, points, gaps, row, known, out, whole, space.spectra
-            )
+                rotor.rows, s_b, points, gaps, row, known, out, whole, near,
+                space.spectra,
+            )  # fmt: skip
             if lowest < 0.0 and ready:
                 active = guess(whole, row - row, lowest, points, wide, solver)
                 ready = active > 0

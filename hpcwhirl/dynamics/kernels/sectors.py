@@ -19,12 +19,13 @@ import math
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
 from hpcwhirl.dynamics.kernels.kernel_types import SectorRows
-from hpcwhirl.dynamics.kernels.passes import total_of
+from hpcwhirl.dynamics.kernels.passes import load_both, store_both, total_of
 from hpcwhirl.dynamics.kernels.point_rows import (
     book_points,
     push_points,
     read_close,
     read_every,
+    turn_points,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -35,7 +36,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     store,
 )
-from hpcwhirl.dynamics.kernels.whole import put
+from hpcwhirl.dynamics.kernels.whole import put, turn_waves
 
 
 @inlined
@@ -93,6 +94,36 @@ def add_alike(rows, q, spectra):
             store(spectra, 2 * f * k + c, load(q, one) + load(q, two))
             im = load(q, half + one) + load(q, half + two)
             store(spectra, 2 * f * k + k + c, im)
+
+
+@inlined
+def turned(q, ahead, half, m):
+    """Take four amplitudes a step ahead; return their re and im."""
+    (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
+    re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
+    store_both(q, half, m, (re, im))
+    return re, im
+
+
+@does(turn_points, SectorRows)
+@inlined
+def turn_sectors(rows, q, ahead, near, spectra):
+    """Apply `turn_points` to equal sectors; if near, do `add_alike` at once."""
+    if not near:
+        turn_waves(q, ahead)
+        return
+    k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
+    for f in range(rows.single):
+        for c in range(0, k, FOUR):
+            re, im = turned(q, ahead, half, f * k + c)
+            store(spectra, 2 * f * k + c, re)
+            store(spectra, 2 * f * k + k + c, im)
+    for f in range(rows.single, rows.single + pairs):
+        for c in range(0, k, FOUR):
+            re, im = turned(q, ahead, half, f * k + c)
+            other, beside = turned(q, ahead, half, (f + pairs) * k + c)
+            store(spectra, 2 * f * k + c, re + other)
+            store(spectra, 2 * f * k + k + c, im + beside)
 
 
 @inlined
@@ -271,12 +302,13 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 
 @does(read_close, SectorRows)
 @part
-def read_close_sector(rows, q, points, gaps, row, known, tips, whole, spectra):
+def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spectra):
     """Apply `read_close` to equal sectors, four blades at once."""
     wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
     for i in range(flags, len(spectra) - FOUR):
         spectra[i] = 0.0
-    add_alike(rows, q, spectra)
+    if not near:
+        add_alike(rows, q, spectra)
     for i in range(2 * wide):
         if not whole[i] > 0.0:
             j = blade_at(i, points, wide)
