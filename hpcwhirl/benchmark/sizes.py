@@ -22,18 +22,17 @@ from hpcwhirl.benchmark.bench import (
 )
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
-from hpcwhirl.dynamics.kernels.kernel_types import (
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+from hpcwhirl.dynamics.kernels.point_types import PointsRotor, SectorRows
+from hpcwhirl.dynamics.kernels.transform import products, span_of
+from hpcwhirl.dynamics.kernels.vectors import FOUR
+from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicRotor,
-    CyclicState,
     GeneralRotor,
-    PointsRotor,
-    SectorRows,
     UncoupledRotor,
     WaveRotor,
     WholeRotor,
 )
-from hpcwhirl.dynamics.kernels.transform import products, span_of
-from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.dynamics.kernels import flight, passes, waves
-from hpcwhirl.dynamics.kernels.kernel_types import Flight
+from hpcwhirl.dynamics.kernels.wave_types import Flight
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 

@@ -11,12 +11,8 @@ from hpcwhirl.dynamics.free_modes import FreeModes
 from hpcwhirl.dynamics.free_waves import FreeWaves, FreeWhole, tip_rows_of
 from hpcwhirl.dynamics.kernels import passes, waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    UncoupledRotor,
-    WaveRotor,
-    WholeRotor,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays
+from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
 
 Floats = NDArray[np.float64]

@@ -16,11 +16,7 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.flights import all_die_out, die_out
 from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.kernels import waves
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    UncoupledRotor,
-    WaveRotor,
-    WholeRotor,
-)
+from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
 from hpcwhirl.dynamics.whole_waves import unpacked_form
 

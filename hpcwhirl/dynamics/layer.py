@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.dynamics.kernels.kernel_types import Layer
+from hpcwhirl.dynamics.kernels.body_types import Layer
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene

@@ -22,12 +22,9 @@ from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    DrivenBody,
-    GeneralRotor,
-    Strides,
-    Tracks,
-)
+from hpcwhirl.dynamics.kernels.body_types import DrivenBody
+from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
+from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign

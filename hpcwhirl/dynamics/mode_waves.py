@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
-from hpcwhirl.dynamics.kernels.kernel_types import UncoupledRotor
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.timestep import recursion

@@ -11,9 +11,8 @@ from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    Load,
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
+from hpcwhirl.dynamics.kernels.point_types import (
     PointRows,
     PointsContact,
     PointsRotor,

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg import schur
 
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import SectorRows
+from hpcwhirl.dynamics.kernels.point_types import SectorRows
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.reduction.bodies import contact_rows
@@ -118,7 +118,7 @@ def diameters_of(rows: Complexes, blades: int) -> Integers:
 
 @dataclass(frozen=True)
 class Slots:
-    """Waves among slots, see `kernels.kernel_types.SectorRows`.
+    """Waves among slots, see `kernels.point_types.SectorRows`.
 
     Attributes
     ----------

@@ -16,16 +16,14 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.flights import flight_arrays, flying_modes
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Load
+from hpcwhirl.dynamics.kernels.transform import BEHIND, BLADES, SPAN, span_of
+from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicCasing,
     CyclicContact,
     CyclicRotor,
-    CyclicState,
-    Load,
 )
-from hpcwhirl.dynamics.kernels.transform import BEHIND, BLADES, SPAN, span_of
-from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows

@@ -24,7 +24,7 @@ from hpcwhirl.case.release import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics import kernels
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.kernel_types import Flight
+from hpcwhirl.dynamics.kernels.wave_types import Flight
 from hpcwhirl.dynamics.march import March
 
 Arrays = dict[str, NDArray[Any]]

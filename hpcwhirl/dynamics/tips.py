@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
+from hpcwhirl.dynamics.kernels.vectors import aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicCasing,
     GeneralContact,
     GeneralRotor,
-    Load,
 )
-from hpcwhirl.dynamics.kernels.vectors import aligned
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Stand
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody, Stand
 from hpcwhirl.dynamics.unbalance import circling_modes
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model

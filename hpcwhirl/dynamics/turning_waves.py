@@ -31,15 +31,10 @@ from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.flights import flight_arrays, flying_waves
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    CyclicCasing,
-    CyclicContact,
-    Load,
-    WaveRotor,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
 from hpcwhirl.dynamics.kernels.passes import packed as packed_modes
 from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
+from hpcwhirl.dynamics.kernels.wave_types import CyclicCasing, CyclicContact, WaveRotor
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
 from hpcwhirl.reduction.model import Model

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.unbalance import circle, swing
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DrivenBody
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DrivenBody
 from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows

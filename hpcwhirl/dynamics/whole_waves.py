@@ -32,15 +32,14 @@ from hpcwhirl.dynamics.kernels.bodies import NOWHERE
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
+from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicCasing,
     GeneralContact,
-    Load,
     UncoupledRotor,
     WholeRotor,
 )
-from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms

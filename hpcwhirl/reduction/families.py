@@ -57,9 +57,9 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
     It is the largest radial amplitude |U| of a contact point over the largest
     displacement that one reaches in the plane, the long half axis of its ellipse,
     a^2 = (|U|^2 + |V|^2 + |U^2 + V^2|) / 2: 0 where tips move along the casing alone, 1
-    where they move straight to it; 0 where none moves. The notion, clearance consumed as a blade vibrates
-    along one of its modes, is that of shape optimisation with contact (Laine et al.);
-    it is made dimensionless here by the displacement.
+    where they move straight to it; 0 where none moves. The notion, clearance
+    consumed as a blade vibrates along one of its modes, is that of shape optimisation
+    with contact (Laine et al.); it is made dimensionless here by the displacement.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics import flights
 from hpcwhirl.dynamics.kernels import contact, flight, passes, waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor
+from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import central_differences, exact_flow
 from hpcwhirl.dynamics.turning_waves import unpacked

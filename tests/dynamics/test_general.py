@@ -20,7 +20,7 @@ from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import GeneralRotor, UncoupledRotor
+from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import pulse_load
 from hpcwhirl.dynamics.timestep import recursion

@@ -15,7 +15,7 @@ from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning, written
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import pulse_of
-from hpcwhirl.dynamics.kernels.kernel_types import PointRows, SectorRows
+from hpcwhirl.dynamics.kernels.point_types import PointRows, SectorRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene

@@ -6,7 +6,7 @@ import pytest
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
-from hpcwhirl.dynamics.kernels.kernel_types import WholeRotor
+from hpcwhirl.dynamics.kernels.wave_types import WholeRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.whole_waves import whole_waves
 from hpcwhirl.scene import Scene, apply_settings

@@ -12,7 +12,7 @@ from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor, UncoupledRotor
+from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.errors import InputError, MissingFileError, ModelError

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from hpcwhirl.dynamics.kernels.body_types import LayerSpace
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     ELEMENTS,
@@ -32,7 +33,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
     write_sample,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
 from hpcwhirl.dynamics.kernels.layer import (
     closed_by,
     keep_depth,
@@ -167,8 +167,8 @@ def march_bodies(
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : both `kernel_types.ModalBody` or both `kernel_types.DenseBody`
-    contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
+    rotor, casing : both `body_types.ModalBody` or both `body_types.DenseBody`
+    contact, state, tracks : `body_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
     w_rotor, compliance, ring, lost, points, layer = contact

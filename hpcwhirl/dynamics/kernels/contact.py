@@ -17,8 +17,8 @@ import math
 import numpy as np
 from numba import njit
 
+from hpcwhirl.dynamics.kernels.body_types import ContactSpace
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
-from hpcwhirl.dynamics.kernels.kernel_types import ContactSpace
 from hpcwhirl.dynamics.kernels.lemke import solve_singular
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 

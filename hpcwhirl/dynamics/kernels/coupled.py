@@ -11,8 +11,8 @@ from typing import Any
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import modes, verbs
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 

@@ -56,14 +56,7 @@ from hpcwhirl.dynamics.kernels.keep_inverse import (
     place_of,
     recall,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    CyclicSpace,
-    CyclicState,
-    Sizes,
-    Wanted,
-    WaveRotor,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RING_STATE,
@@ -102,6 +95,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     store,
 )
+from hpcwhirl.dynamics.kernels.wave_types import CyclicSpace, Sizes, WaveRotor
 from hpcwhirl.dynamics.kernels.waves import wave_sizes
 from hpcwhirl.errors import ModelError
 

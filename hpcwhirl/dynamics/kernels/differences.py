@@ -14,7 +14,6 @@ from hpcwhirl.dynamics.kernels.compiled import (
     verb,
 )
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor, GeneralRotor
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     OMEGA,
@@ -41,6 +40,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     work_rotor,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, load, store
+from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 
 @inlined

@@ -17,6 +17,7 @@ f_0, of r alone, has the unbalance's force and Euler's force on the blades. The 
 from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels import coupled, verbs
+from hpcwhirl.dynamics.kernels.body_types import DrivenBody
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
@@ -26,7 +27,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     ROTATION,
 )
 from hpcwhirl.dynamics.kernels.coupled import apply_blocks, form
-from hpcwhirl.dynamics.kernels.kernel_types import DrivenBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 for _verb, _function in (

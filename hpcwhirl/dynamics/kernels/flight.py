@@ -32,7 +32,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     STEP,
 )
 from hpcwhirl.dynamics.kernels.flow import end_step
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RADIAL,
@@ -54,6 +53,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     root,
     store,
 )
+from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
 # items of a jump: q' and d' from q and d, loss from q^2, q d and d^2, turn of the ring
 QQ, QD, DQ, DD, LQQ, LQD, LDD, TURNED_RE, TURNED_IM = range(9)

@@ -16,7 +16,6 @@ from hpcwhirl.dynamics.kernels.compiled import (
     verb,
 )
 from hpcwhirl.dynamics.kernels.contact import ENDED, LAST, STEP
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicRotor
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     LOSS_DD,
@@ -52,6 +51,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     work_rotor,
 )
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, fnma, load, store
+from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
 
 @inlined

@@ -63,15 +63,7 @@ from hpcwhirl.dynamics.kernels.differences import (
     settle_rotor,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    CyclicState,
-    GeneralRotor,
-    GeneralSpace,
-    UncoupledRotor,
-    Wanted,
-    WholeRotor,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -95,6 +87,12 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     lower_of,
     store,
+)
+from hpcwhirl.dynamics.kernels.wave_types import (
+    GeneralRotor,
+    GeneralSpace,
+    UncoupledRotor,
+    WholeRotor,
 )
 from hpcwhirl.dynamics.kernels.whole import (
     EIGHT,

@@ -35,10 +35,10 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     Parameters
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
-    points : `kernel_types.Points`
+    points : `body_types.Points`
     worn : (3, M), see `kernel_types.BodiesState`
     under : rods under a tip
-    space : `kernel_types.LayerSpace`; out: `rod`, `left`
+    space : `body_types.LayerSpace`; out: `rod`, `left`
     gaps : (N,), m, to the surface as made
     """
     lowest, size = 1.0, worn.shape[1]
@@ -112,11 +112,11 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
     Parameters
     ----------
-    layer, softness : `kernel_types.Layer`; m/N, wear of a step by force beyond a limit
+    layer, softness : `body_types.Layer`; m/N, wear of a step by force beyond a limit
     worn : (3, M), see `kernel_types.BodiesState`
     gaps : (N,), m, predicted, to the surface as made
     lam, opened : (N,), out: multipliers, N, and gaps to the surface as made, m
-    own : `kernel_types.LayerSpace`; out: `sunk`
+    own : `body_types.LayerSpace`; out: `sunk`
     """
     blades = len(gaps)
     for j in range(blades):

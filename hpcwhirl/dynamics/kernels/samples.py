@@ -21,11 +21,7 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.flight import leap
 from hpcwhirl.dynamics.kernels.flow import column_sums, end_step, energies_of
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    CyclicRotor,
-    CyclicState,
-    SampleSpace,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -46,6 +42,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     root,
     store,
 )
+from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, SampleSpace
 
 ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")
 

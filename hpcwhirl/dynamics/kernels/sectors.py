@@ -18,7 +18,6 @@ import math
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
-from hpcwhirl.dynamics.kernels.kernel_types import SectorRows
 from hpcwhirl.dynamics.kernels.passes import load_both, store_both, total_of
 from hpcwhirl.dynamics.kernels.point_rows import (
     book_points,
@@ -27,6 +26,7 @@ from hpcwhirl.dynamics.kernels.point_rows import (
     read_every,
     turn_points,
 )
+from hpcwhirl.dynamics.kernels.point_types import SectorRows
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,

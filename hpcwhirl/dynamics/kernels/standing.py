@@ -26,7 +26,7 @@ import cmath
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, ModalBody
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is constant

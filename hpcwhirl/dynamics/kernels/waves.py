@@ -31,7 +31,7 @@ from hpcwhirl.dynamics.kernels.compiled import (
 )
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
 from hpcwhirl.dynamics.kernels.flight import bound_rotor, jump_rotor
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Wanted, WaveRotor
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
@@ -57,6 +57,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     root,
     store,
 )
+from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 
 # items of a wave: z - 1, a gap's displacement, beta; d' + d of a tip's place along the
 # casing, counted negative, after a step without forces; what Lambda adds to energy and
@@ -168,7 +169,7 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
 
     Parameters
     ----------
-    rotor : `kernel_types.WaveRotor`
+    rotor : `wave_types.WaveRotor`
     s : (2 k (rows + SEEN),), state: amplitudes, spectra of three steps; of the exact
         flow (2 k rows,)
     lam : re and im of the multipliers' spectrum in its first 2 k

@@ -38,7 +38,6 @@ from hpcwhirl.dynamics.kernels.differences import (
     settle_ring,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import place_of
-from hpcwhirl.dynamics.kernels.kernel_types import UncoupledRotor, WholeRotor
 from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     load_both,
@@ -57,6 +56,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     magnitude,
     store,
 )
+from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WholeRotor
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to this
 HELD = 4  # numbers in the state for each blade in contact, see `push_waves`

@@ -21,11 +21,7 @@ from hpcwhirl.dynamics.kernels.general import (
     march_general,
     settle_general,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    BodiesState,
-    CyclicState,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState, CyclicState
 from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
 from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays

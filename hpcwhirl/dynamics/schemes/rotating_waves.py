@@ -11,7 +11,7 @@ from hpcwhirl.dynamics.free_waves import FreeWaves
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import WaveRotor
+from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_march
 from hpcwhirl.dynamics.schemes.integrator import Floats, Integrator
 from hpcwhirl.dynamics.turning_waves import (

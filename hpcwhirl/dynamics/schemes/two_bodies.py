@@ -11,14 +11,9 @@ import numpy as np
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody, DrivenBody
 from hpcwhirl.dynamics.kernels.contact import PULSE
-from hpcwhirl.dynamics.kernels.kernel_types import (
-    Arrays,
-    BodiesState,
-    CoupledBody,
-    DenseBody,
-    DrivenBody,
-)
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState
 from hpcwhirl.dynamics.layer import unworn
 from hpcwhirl.dynamics.motion import (
     FreeSteps,

@@ -1,0 +1,279 @@
+"""Types of arguments of the kernels of waves, in the rotating frame."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
+from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class CyclicRotor(NamedTuple):
+    """Packed items (ITEMS size,), `passes`; hub (2, size), x_o, y_o; size 2 k rows."""
+
+    items: Floats
+    hub: Floats
+
+
+class WaveRotor(NamedTuple):
+    """A rotor as waves, see `waves`; k slots, rows of amplitudes.
+
+    Attributes
+    ----------
+    items, fixed : (ITEMS rows k,), (FIXED k,), of waves and of slots
+    hub : (2, 2 rows k), x_o, y_o of re and im of the amplitudes
+    form : (rows (rows + 1) k,), J: for each row the energy with itself and the rows
+        after it, re and im of each slot
+    along : (2 rows k,), negative tangential displacement of the tip due to the waves,
+        re and im of each slot
+    """
+
+    items: Floats
+    fixed: Floats
+    hub: Floats
+    form: Floats
+    along: Floats
+
+
+class CyclicCasing(NamedTuple):
+    """Coefficients of a casing in slots.
+
+    items : (ITEMS ring_size,), see `differences`
+    sign : of the load's harmonic in its slot, as in `dynamics.slots`
+    """
+
+    items: Floats
+    sign: float
+
+
+class CyclicContact(NamedTuple):
+    """W to blade 0 (N,), m/N; turns (N, 2 k), flat; wave: `passes.to_gaps`; flight."""
+
+    column: Floats
+    turns: Floats
+    wave: Floats
+    flight: Any
+
+
+class GeneralRotor(NamedTuple):
+    """A rotor as real modes, see `general`; displacements of tips have negative sign.
+
+    Attributes
+    ----------
+    items : (ITEMS m,), see `passes`; one mode is a column
+    read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
+    radial, tangential : (N, m) flat, of each tip
+    hub : (2, m) flat, x_o, y_o
+    reach : (m,), |tangential| of the tip that each mode moves most
+    """
+
+    items: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+    reach: Floats
+
+
+class WholeRotor(NamedTuple):
+    """A rotor of unequal sectors as waves, see `whole`; tips have negative sign.
+
+    There are m real amplitudes, re then im of the waves, each half padded; `padded` is
+    N, padded.
+
+    Attributes
+    ----------
+    ahead : (m,), re and im of z - 1
+    drift : (m / 2,), bound of the motion of any tip in a step, per unit amplitude
+    read : (N, m) flat, like `radial`, but a lost blade is at `bodies.NOWHERE`
+    radial, tangential, hub, reach : as in `GeneralRotor`
+    push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
+    opens, slides : (N, m + padded) flat: d' + d of a tip's radial and of its tangential
+        displacement, from amplitudes after a step without contact and from multipliers
+    ring : (N, 2 wide) flat, folded: change of gaps by a unit multiplier due to the ring
+        only, m/N
+    form : energy q^T form q, J: upper triangle by rows, each beginning at a multiple of
+        4
+    """
+
+    ahead: Floats
+    drift: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+    reach: Floats
+    push: Floats
+    opens: Floats
+    slides: Floats
+    ring: Floats
+    form: Floats
+
+
+class UncoupledRotor(NamedTuple):
+    """A rotor of unequal sectors as waves, one a mode, see `whole`; as `WholeRotor`.
+
+    Tips read the real parts of the m amplitudes alone; m is padded.
+
+    Attributes
+    ----------
+    ahead : (2 m,), re and im of z - 1
+    drift, reach : (m,), as of `WholeRotor`
+    read, radial, tangential, hub : (N, m) flat, (2, m) flat, of real parts
+    push : (N, m) flat, modal forces of a unit multiplier and its friction
+    gives : (2 m,), what a unit modal force adds to re and im
+    moves : (2 m,), d' + d of re and im, of amplitudes after a step without contact
+    opens, slides : (N, m + padded) flat, of d' + d of the modes and of multipliers
+    ring : as of `WholeRotor`
+    form : (3 m,), J: the energy's factors of re^2, 2 re im, im^2
+    """
+
+    ahead: Floats
+    drift: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    hub: Floats
+    reach: Floats
+    push: Floats
+    gives: Floats
+    moves: Floats
+    opens: Floats
+    slides: Floats
+    ring: Floats
+    form: Floats
+
+
+class GeneralContact(NamedTuple):
+    """W (N, N), m/N, column j: gaps opened by blade j; turns, wave as in `cyclic`."""
+
+    w: Floats
+    turns: Floats
+    wave: Floats
+
+
+class GeneralSpace(NamedTuple):
+    """Work space of the general kernel.
+
+    Attributes
+    ----------
+    spare : (m,), used by the rotor's pass
+    spectrum : (2 k,), spectrum of the gaps, without the rotor's part
+    slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
+    before : (N,), m, gaps before contact
+    contact : work space of `circulant`
+    rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
+    wall : (2 k,), spectrum of a rigid casing, set in each sample
+    out, again : (2 wide,), folded: tips with negative sign, and gaps, m
+    tips : (N + 1, 2), m; a row of `Tracks.tips`, then x_o, y_o
+    ledger : ledger with all works entered, J
+    opened : (2 wide,), for waves: solved gaps, or lower bounds where tips are not read
+    """
+
+    spare: Floats
+    spectrum: Floats
+    slip_b: Floats
+    slip_c: Floats
+    before: Floats
+    contact: ConstantSpace
+    rotor: Floats
+    ring: Floats
+    sums_b: Floats
+    sums_c: Floats
+    wall: Floats
+    out: Floats
+    again: Floats
+    tips: Floats
+    ledger: Floats
+    opened: Floats
+
+
+class SampleSpace(NamedTuple):
+    """Work space of `samples.sample_rotor`.
+
+    Attributes
+    ----------
+    rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
+    columns, wall : (2 k,), spectra of the tips, and of a rigid casing, set in each
+        sample
+    tips : (N + 1, 2), m; a row of `Tracks.tips`, then x_o, y_o
+    ledger : ledger with all works entered, J
+    again : (2 wide,), gaps, m
+    """
+
+    rotor: Floats
+    ring: Floats
+    sums_b: Floats
+    sums_c: Floats
+    columns: Floats
+    tips: Floats
+    ledger: Floats
+    again: Floats
+    wall: Floats
+
+
+class Sizes(NamedTuple):
+    """Blades N, rows of rotor and ring, slots k, columns `wide` of the transform."""
+
+    blades: int
+    rows: int
+    ring_rows: int
+    k: int
+    wide: int
+
+
+class CyclicSpace(NamedTuple):
+    """Work space of the cyclic kernel.
+
+    Attributes
+    ----------
+    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
+    rates : (2 wide,), m/s, rates of the gaps
+    slips : (4 k,) of the rotor, (2 k,) of the ring, see `passes.slip_of`
+    between : spectra of rotor and ring in copies of a state within a jump
+    before : (N,), m, gaps before contact
+    sample, contact : work space of `samples` and `circulant`
+    aside : for the exact flow, a state with copies of what a jump changes
+    seen, skipped : (8 k + 8,), (3,), see `skipped`
+    """
+
+    out_b: Floats
+    out_c: Floats
+    spectrum: Floats
+    rates: Floats
+    slips: tuple[Floats, Floats]
+    between: tuple[Floats, Floats]
+    before: Floats
+    sample: SampleSpace
+    contact: ConstantSpace
+    aside: CyclicState
+    seen: Floats
+    skipped: Integers
+
+
+class Flight(NamedTuple):
+    """Arrays for the jumps of the exact scheme, see `flight`.
+
+    Attributes
+    ----------
+    total : number of steps of the run
+    certifiable : whether a certificate is possible
+    counts : (P,), steps of the jumps; the last is the number between rows of evidence
+    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size)
+    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,); for a rotor's
+        waves see `waves`
+    """
+
+    total: int
+    certifiable: bool
+    counts: Integers
+    jumps_b: Floats
+    jumps_c: Floats
+    bounds_b: Floats
+    bounds_c: Floats
