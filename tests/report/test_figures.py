@@ -106,6 +106,13 @@ def test_every_kind_is_drawn_once_or_once_a_case(full, tmp_path, capsys):
     assert all(p.stat().st_size > 5000 for p in tmp_path.iterdir())
 
 
+def test_help_names_every_kind(capsys):
+    with pytest.raises(SystemExit):
+        main(["figures", "--help"])
+    told = re.findall(r"\w+", capsys.readouterr().out.partition("over the speed:")[2])
+    assert set(kinds.KINDS) <= set(told)
+
+
 def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys):
     words = ["figures", str(finished), "--out", str(tmp_path)]
     assert main([*words, "--kind", "contributions", "--kind", "orbit"]) == 0
