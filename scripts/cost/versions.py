@@ -3,7 +3,7 @@
     python scripts/cost/versions.py COMMIT [--only NAME ...] [--repeats N] [--write]
 
 population: a case of `jobs/mistuned_population.toml`, an engine of its own; sweep: the
-51 speeds of `mostly_damped` in draft; lobed: rigid lobed casing, rotor from file.
+51 speeds of the default engine, draft; lobed: rigid lobed casing, rotor from file.
 Each is the time (user and system) of a campaign less that of a short one, which has the
 same start, map and page; least of the repeats. Kernels are compiled before.
 first: a first start, with empty caches, of `modal` and of unequal sectors.
@@ -27,8 +27,6 @@ POPULATION = (TOP / "jobs" / "mistuned_population.toml").read_text()
 SWEEP = """
 [scene]
 duration = {duration}
-[engine]
-name = "mostly_damped"
 [solver]
 preset = "draft"
 [output]
