@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.rules import words_of_one
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
-from hpcwhirl.case.speed import angle_at, extremes
+from hpcwhirl.case.speed import angle_at, extremes, has_gap_law
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
@@ -231,7 +231,8 @@ def evidence(
     casing, while the former grows or falls with the speed. With contact in the window,
     energies and orbit are those of what contact causes or of the whole motion, of the
     two the one that changes less; without contact, of the former, which then decays.
-    Of an unbalanced rotor `summit` is 0: growth may be that of the speed alone.
+    Of an unbalanced rotor `summit` is 0: growth may be that of the speed alone; where
+    the gap changes as well, growth may be that of the contact as it closes.
 
     Parameters
     ----------
@@ -265,7 +266,8 @@ def evidence(
             still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)
             held = _growing(scene, *still, start)
             rates, mean = min((rates, mean), held, key=lambda one: _change_of(one[0]))
-        if len(judged.whole) and history.circle.any():  # which grows with the speed
+        driven = len(judged.whole) > 0 and bool(history.circle.any())
+        if driven or has_gap_law(scene):
             rates["summit"] = 0.0
         whirl = whirl_numbers(time, turned, extremes(scene)[1])
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])

@@ -121,6 +121,13 @@ def test_growth_fed_by_the_rotation_is_divergent():
     assert words(made(2.0, fed=50.0))[1] == "divergent"
 
 
+def test_growth_while_a_gap_closes_is_not_divergent():
+    closing = Scene(gap_closure=5e-5)
+    assert words(made(2.0, fed=50.0), closing)[1] == "undecided"
+    beyond = made(2.0, fed=50.0, stop="amplitude")
+    assert words(beyond, closing)[1] == "divergent"
+
+
 def test_growth_that_nothing_feeds_is_not_divergent():
     assert words(made(2.0, fed=0.0))[1] == "undecided"
 
