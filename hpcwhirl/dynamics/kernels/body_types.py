@@ -18,7 +18,7 @@ class Points(NamedTuple):
 
     Attributes
     ----------
-    angle, turn : (N,), beyond blade 0's angle: rad; of a turn
+    angle, turn : (N,), angle beyond that of blade 0, in rad and in turns
     gap : (N,), m, clearance beyond that of the scene
     weight : (N, L), by which they read the casing's axial functions
     """
@@ -71,7 +71,7 @@ class LayerSpace(NamedTuple):
 class Contact(NamedTuple):
     """W of the rotor (N, N) and compliance (R, R), m/N; the ring; the lost blade.
 
-    points : where they stand
+    points : where the contact points stand
     layer : on the casing; not read where the state has no rods
     """
 

@@ -131,7 +131,10 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set push to what closes the gaps of the kept blades; return the lowest, N."""
+    """Set push to the multipliers that close the gaps of the kept blades.
+
+    Return the lowest multiplier, N; 0 if none is negative.
+    """
     push, known, inverse, close = space.push, space.known, space.inverse, space.work
     padded, lowest = len(push), 0.0
     for s in range(size):

@@ -1,9 +1,10 @@
 """A rotor whose speed changes: modes coupled by rotation, and forces of the change.
 
-The motion is the sum of y, which contact causes, and r, that without contact, both of
-the same modes: the first ones of the state have y, further ones, in equal blocks, have
-r where a force moves it. Tips and centre read both. Energies, losses and the work of
-contact are those of y; what is fed to it by contact is all that moves it.
+The motion is the sum of y, which contact causes, and r, the motion without contact, in
+the same modes. The first amplitudes of the state are those of y; the further ones, in
+blocks of the same form, are those of r, of the blocks that a force moves. The motion of
+tips and centre is that of y + r. Energies, losses and the work of contact are those of
+y, which only contact sets in motion.
 
 Within an interval of steps the matrices of `coupled` belong to its mean speed. What
 the change adds at step n is explicit:
@@ -57,7 +58,7 @@ def stand(body, motion, _, __):
 
 @does(verbs.yielded, DrivenBody)
 def yielded(body, motion, _, ledger):
-    """Enter their work in the step."""
+    """Enter the work of the changing speed's forces on y, J, in a step."""
     for m in range(body.own):
         both = motion.d[m] + motion.ahead[m]
         ledger[PULSE] += 0.5 * body.work[m] * both

@@ -117,7 +117,7 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Add the fourth part to the ring's sums."""
+    """Add a column's normal forces times `passing` to the fourth of the ring's sums."""
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 

@@ -117,7 +117,7 @@ def leave(p, blades, known, inverse, stride):
 
 @inlined
 def border(j, size, blades, wide, known, inverse, rows, stride, work):
-    """Set the products M b, c M of a new column and row; return their c M b.
+    """Set M b and c M of a new column b and row c, M the inverse; return c M b.
 
     work : (4 stride,), b, c, M b, c M; beyond `size` 0
     """
@@ -166,7 +166,7 @@ def enter(j, blades, wide, known, inverse, rows, stride, work):
 
 @inlined
 def undo(blades, known):
-    """Return to the blades that were inverted; return their number."""
+    """Go back to the blades that were last inverted; return their number."""
     size = known[blades + SIZE]
     for i in range(known[blades + CHANGED] - 1, -1, -1):
         change = known[blades + LOG + i]
@@ -182,7 +182,7 @@ def undo(blades, known):
 
 @rare
 def recall(blades, wide, space):
-    """Find the inverse that is kept of the blades in `known`, which the state holds."""
+    """Recompute the kept inverse from `known`, which is part of the state."""
     known, inverse, rows, stride = (
         space.known, space.inverse, space.rows, len(space.push),
     )  # fmt: skip
@@ -202,7 +202,10 @@ def recall(blades, wide, space):
 
 @inlined
 def missing(active, blades, known):
-    """Return how many blades leave and how many enter for a set `active` (N,)."""
+    """Return how many of the kept blades leave, and how many others enter.
+
+    active : (N,), 1 for each blade that is to be kept, else 0
+    """
     leaving, staying, wanted = 0, 0, 0
     for p in range(known[blades + SIZE]):
         staying += active[known[p]]

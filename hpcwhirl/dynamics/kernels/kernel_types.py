@@ -118,8 +118,8 @@ class BodiesState(NamedTuple):
     last : (N,), steps of last contacts
     counter, ledger : see `contact`
     impulse : (N,), N s
-    worn : (3, M), of each rod of a layer: worn depth, m, work of wear, J, and the part
-        of it by cutting, J; M is 0 without layer
+    worn : (3, M), of each rod of a layer: worn depth, m, work of wear, J, and work of
+        the rotation on it, J; M is 0 without layer
     """
 
     q_b: Floats
@@ -143,13 +143,12 @@ class CyclicState(NamedTuple):
     Attributes
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
-    lam : (4 k,), spectrum of the multipliers of the last step, then (im, -re) of it;
-        of `general` behind the rotor's modal forces (2 m,), normal and tangential, or,
-        of `whole`, (HELD padded,), what blades in contact slip and when they were, see
-        `whole.push_waves`
+    lam : (4 k,), spectrum of the multipliers of the last step, then its (im, -re); in
+        `general` behind the rotor's modal forces (2 m,), normal and tangential; in
+        `whole` behind `held` of `whole.push_waves`, in `points` this alone
     gaps : (3, 2 wide) flat, folded, of three steps; of `whole` without the rotor's part
-    sums_b, sums_c : by column, (6 k,), of `general` (3 m,), and (4 k,), see `passes`;
-        of `whole` (3,)
+    sums_b : (6 k,), by column, see `passes`; of `general` (3 m,), of `whole` (3,)
+    sums_c : (4 k,), by column, see `passes`
     known : (N + 3 + CHANGES,), blades of the last solution, see `ConstantSpace`
     last, counter, ledger, impulse : as in `BodiesState`
     """

@@ -1,4 +1,4 @@
-"""Layer on the casing that wears: rods side by side around it, one an element of angle.
+"""Layer on the casing that wears: rods side by side, each over an equal angle.
 
 A tip presses all rods under its edge down to the same depth s below the surface as
 made. A rod is pushed in by e = flex N, elastic, and wears by w. A step with force N
@@ -11,8 +11,8 @@ contact problem, solved implicitly with all tips at once by Newton's method.
 A tip that slides onto a higher rod pushes it down to where the tip is. The rotation
 does the work of that, V(s - w) with the depth s before the step, by the slope of the
 layer's surface, as it does on the slope of a casing; V is the area below the curve of a
-push into the rod. Further pushing is the tip's own. What a rod left behind held
-elastically returns.
+push into the rod. The work of pushing it further is done by the tip itself. A rod that
+a tip leaves returns its elastic energy to the rotation.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ATTEMPTS, PATIENCE = 300, 20  # Newton steps; those before they are halved
 
 @rare
 def to_worn(turned, before, points, worn, under, space, gaps):
-    """Set the rods under the blades; return the lowest gap to the worn surface, m.
+    """Find the rods under each tip; return the lowest gap to the worn surface, m.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def wear(layer, softness, worn, lam, last, ledger, own):
 
 @rare
 def leave(layer, worn, last, ledger, own):
-    """Return to the rotation what rods hold elastically that tips slide off."""
+    """Return to the rotation the elastic energy of rods that tips have slid off."""
     size = worn.shape[1]
     for j in range(len(own.rod)):
         if own.left[j] == own.rod[j] or last[j] >= 0.0:
@@ -219,7 +219,7 @@ def leave(layer, worn, last, ledger, own):
 
 @rare
 def turn(work, worn, rod, ledger):
-    """Enter work of the rotation on a rod, J; IMPACT takes what nothing else does."""
+    """Enter work of the rotation on a rod, J, also in the remainder IMPACT."""
     worn[CUT, rod] += work
     ledger[IMPACT] += work
     ledger[ROTATION] += work
@@ -245,6 +245,6 @@ def keep_depth(worn, sample, track):
 
 @rare
 def closed_by(older, opened, out):
-    """Set out (N,), m, by how much gaps closed from step n - 1 to n + 1."""
+    """Set out (N,), m, to the decrease of the gaps from step n - 1 to n + 1."""
     for j in range(len(out)):
         out[j] = older[j] - opened[j]

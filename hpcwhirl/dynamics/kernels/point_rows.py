@@ -1,7 +1,6 @@
-"""What contact points read of the waves, and what their multipliers do, row by row.
+"""Operations of the kernel `points` on waves, and their form for unequal sectors.
 
-The verbs of `points` for a row of each point, and what they do for unequal sectors;
-for equal ones see `sectors`.
+There each point has a row of coefficients of its own; for equal sectors see `sectors`.
 """
 
 from __future__ import annotations
@@ -24,55 +23,61 @@ from hpcwhirl.dynamics.kernels.whole import (
 def turn_points(rows, q, ahead, near, spectra):
     """Take a step without forces, as `whole.turn_waves`.
 
-    near : whether `read_close` probably follows; what that needs is set in spectra
+    near : whether `read_close` will probably follow; then `spectra` is prepared for it
     """
 
 
 @verb
 def read_every(rows, q, points, tips, spectra):
-    """Set tips (2 wide,), folded, of all points; spectra : work space."""
+    """Set tips (2 wide,), folded, to the waves' part of all gaps.
+
+    spectra : work space
+    """
 
 
 @verb
 def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra):
-    """Compute the points that might touch, as `whole.read_near` does blades.
+    """Compute tips and gaps of points that might touch; return as `whole.read_near`.
 
-    near, spectra : as of `turn_points`
+    near, spectra : as in `turn_points`
     """
 
 
 @verb
 def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                 held, spectra):  # fmt: skip
-    """Book the works of the multipliers, and set gaps of the active points before.
+    """Book the works of the multipliers, and set the active points' gaps of step n - 1.
 
-    Those that were also in contact two steps before were closed.
+    The gap of a point that was in contact then, too, is 0.
 
     Parameters
     ----------
     q : (m,), amplitudes before any force
-    spare : (width,), whose last are the forces; its first may be set
+    spare : (width,), with the forces in its last entries; the first are work space
     gaps, row : clearances of step n - 1
-    before : (points,), out
-    sums, held : as of `whole.push_waves`
+    before : (points,), out: gaps of step n - 1
+    sums, held : as in `whole.push_waves`
     """
 
 
 @verb
 def push_points(rows, push, where, active, q, spectra):
-    """Add what the multipliers do to the amplitudes; spectra as `book_points` left."""
+    """Add the change of the amplitudes q by the multipliers.
+
+    spectra : as `book_points` has left them
+    """
 
 
 @inlined
 def begin_moves(s, q, modes):
-    """Set the first of s (width,) to the amplitudes q before any force."""
+    """Copy the amplitudes q, before any force acts, to the first entries of s."""
     for m in range(0, modes, FOUR):
         store(s, m, load(q, m))
 
 
 @inlined
 def clear_forces(s, modes):
-    """Set the last of s (width,), forces, to 0."""
+    """Set the forces, the last entries of s (width,), to 0."""
     for m in range(modes, len(s), FOUR):
         store(s, m, broadcast(0.0))
 
@@ -80,21 +85,21 @@ def clear_forces(s, modes):
 @does(turn_points, PointRows)
 @inlined
 def turn_rows(_rows, q, ahead, _near, _spectra):
-    """Apply `turn_points` to rows."""
+    """Implement `turn_points` for unequal sectors."""
     turn_waves(q, ahead)
 
 
 @does(read_every, PointRows)
 @inlined
 def read_every_row(rows, q, points, tips, _):
-    """Apply `read_every` to rows."""
+    """Implement `read_every` for unequal sectors."""
     read_all(rows.read, q, points, tips)
 
 
 @does(read_close, PointRows)
 @inlined
 def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _):
-    """Apply `read_close` to rows."""
+    """Implement `read_close` for unequal sectors."""
     return read_near(rows.read, q, points, gaps, row, known, tips, whole)
 
 
@@ -102,7 +107,7 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _):
 @inlined
 def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
               held, _):  # fmt: skip
-    """Apply `book_points` to rows."""
+    """Implement `book_points` for unequal sectors."""
     points, width, modes = len(before), len(spare), len(q)
     wide, padded = len(gaps) // 6, len(held) // 4
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
@@ -124,5 +129,5 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
 @does(push_points, PointRows)
 @inlined
 def push_rows(rows, push, where, active, q, _):
-    """Apply `push_points` to rows."""
+    """Implement `push_points` for unequal sectors."""
     add_rows(rows.push, push, where, active, q, len(q))

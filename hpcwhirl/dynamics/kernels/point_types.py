@@ -14,9 +14,9 @@ Integers = NDArray[np.int64]
 
 
 class PointRows(NamedTuple):
-    """What each of P contact points reads of m amplitudes, and does to them.
+    """Rows by which each of P contact points reads m amplitudes and acts on them.
 
-    `width` is m and P + 2 forces, padded: multipliers, and cos and sin of the pulse.
+    `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse.
 
     Attributes
     ----------
@@ -34,11 +34,11 @@ class PointRows(NamedTuple):
 
 
 class SectorRows(NamedTuple):
-    """The same of equal sectors, by slots k: a spectrum for each of n_c points.
+    """Rows as `PointRows`, for equal sectors: a spectrum of k slots for each point.
 
     A slot, of one nodal diameter, has `single` waves and `pairs` of waves that points
-    read alike; the latter are `alike` = single + pairs rows. Rows are (rows, 2, k)
-    flat, re and im.
+    read alike. A pair has one row, so that `alike` = single + pairs rows are read. Rows
+    are (rows, 2, k) flat, re and im. A tip has n_c points.
 
     Attributes
     ----------
@@ -47,10 +47,10 @@ class SectorRows(NamedTuple):
         their sum, with friction
     push : (n_c, single, 2, k) flat, change of waves by the spectrum of the multipliers
     before : (n_c, waves, 2, k) flat, gaps two steps before
-    move : (alike, 2, k) flat, d' + d of waves, of a pair of its first: those of the
-        other are conjugates
-    give : (2, pairs, 2, k) flat, change of the first of pairs by these forces, then of
-        the second; 0 for a wave without one
+    move : (alike, 2, k) flat, d' + d of waves; of a pair, that of its first wave, of
+        which the second has the conjugate
+    give : (2, pairs, 2, k) flat, change of the first wave of each pair by the forces on
+        it, then of the second; 0 where a row has a wave without a second
     opens, slides : (P, padded) flat, d' + d by forces, as the last of `PointRows`
     turns : (N, 2 k) flat, cos and -sin; lanes : the same of four blades, (N/4, 2 k, 4)
     each, single, pairs : n_c, and numbers of rows
@@ -80,10 +80,10 @@ class PointsRotor(NamedTuple):
     Attributes
     ----------
     ahead, drift : (m,), re and im of z - 1; (m / 2,), as of `WholeRotor`
-    rush : (P,), what a unit multiplier adds to that bound
+    rush : (P,), what a unit multiplier adds to the bound by `drift`
     rows : `PointRows` or `SectorRows`
     kick, kicked : (2, m), (2, width) flat, change of amplitudes by the pulse's cos and
-        sin, and d' + d of its places
+        sin, and d' + d of the displacements on which these act
     radial, along, hub : (P, m), (P, m), (2, m) flat, displacements of the tips, x_o,
         y_o
     reach : (m / 2,), bound of any point's displacement by unit amplitudes

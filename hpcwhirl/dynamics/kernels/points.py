@@ -1,14 +1,15 @@
 """Several contact points a tip: rotor and casing as waves of the rotating frame.
 
-In the frame of the blades nothing depends on time: all waves of both bodies are complex
-amplitudes that a step turns, as those of a whole rotor in `whole`, and a gap reads all
-of them by a row of its own, at the angle and the axial place of its point. Points take
-the place of blades; W, of both bodies, is constant. The pulse on the casing is two more
-generalized forces, behind those of the points.
+In the frame of the blades nothing depends on time: the waves of both bodies have
+complex amplitudes that a step multiplies by z, as those of a rotor in `whole`, and each
+gap is a row of its own, at the angle and the axial place of its point, times these.
+Points take the place of blades; W, of both bodies, is constant. The pulse on the casing
+is two more generalized forces, behind those of the points.
 
-What a step moves is a row times s = (q, lambda, pulse), with the amplitudes before any
-force. A harmonic of the casing turns relative to the blades, so that its displacement,
-on which works depend, and what a gap has read two steps before, are rows of their own.
+The motion of a point in a step, d' + d, is a row times s = (q, lambda, pulse), with the
+amplitudes q before any force acts. A harmonic of the casing turns relative to the
+blades. So there are separate rows for its own displacement, on which works depend, and
+for the gap of two steps before.
 """
 
 from __future__ import annotations
@@ -111,7 +112,10 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 
 @inlined
 def open_tips(push, where, active, opening, tips):
-    """Add what multipliers open to tips (2 wide,) or lower bounds of them."""
+    """Add the opening of all gaps by the multipliers to tips (2 wide,), folded.
+
+    tips : change of the gaps by the waves, or lower bounds of it
+    """
     width = len(tips)
     for v in range(0, width, FOUR):
         tip = load(tips, v)
@@ -122,7 +126,10 @@ def open_tips(push, where, active, opening, tips):
 
 @rare
 def farthest_point(limit, q, rotor, points):
-    """Return the largest displacement of a point, m, or a bound below `NEAR` of it."""
+    """Return the largest displacement of any point, m.
+
+    If a bound for all points is below `NEAR` times the limit, the bound is returned.
+    """
     modes, bound = len(rotor.ahead), drift_of(q, rotor.reach)
     if not bound > NEAR * limit:
         return bound
@@ -154,7 +161,10 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
 
 @rare
 def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
-    """Write a sample; at a row of evidence with contact compare the gaps with W's."""
+    """Write a sample; at a row of evidence with contact, check the solved gaps.
+
+    Those found with W are compared with the gaps computed from the amplitudes.
+    """
     counter, ledger, q = state.counter, state.ledger, state.rotor
     points, tips, out, again = len(state.last), space.tips, space.out, space.again
     if judge and counter[LAST] == counter[STEP]:
@@ -216,7 +226,7 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
 def sizes_of_rows(
     rows: PointRows | SectorRows, points: int, modes: int, width: int
 ) -> Wanted:
-    """Return the sizes of rows, see `kernel_types`."""
+    """Return (name, array, required number of values) of each array of `rows`."""
     if isinstance(rows, PointRows):
         short, long = points * modes, points * width
         wanted = [short, short, short, long, long]

@@ -1,4 +1,4 @@
-"""Several contact points a tip of equal sectors: their rows as spectra.
+"""Several contact points a tip, for equal sectors: their rows as spectra.
 
 What a point of blade j reads of a wave of nodal diameter n is that of blade 0 times
 e^{i n theta_j}. So the waves of a slot add up to one term of a spectrum for each of the
@@ -8,8 +8,8 @@ their spectrum, see `SectorRows`.
 A mode of a body at rest is two waves that points read alike, and on which forces act
 alike but for a factor: they are read, moved and pushed as one.
 
-Each gap is computed in the same way wherever it is read, so that the choice of those
-that are read changes no bit.
+A gap is computed in the same way wherever it is read, so that results do not depend, to
+the last bit, on which gaps are read.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def slots_of(rows):
 
 @inlined
 def times(rows, at, k, re, im, total):
-    """Return total + a row (2, k), begun at `at`, times four re + i im."""
+    """Return total + four entries of a row (2, k), from `at` on, times re + i im."""
     a, b = load(rows, at), load(rows, at + k)
     real, imag = fma(a, re, total[0]), fma(a, im, total[1])
     return fnma(b, im, real), fma(b, re, imag)
@@ -55,11 +55,12 @@ def times(rows, at, k, re, im, total):
 
 @inlined
 def layout(rows):
-    """Return where, in `spectra`, n_c spectra of gaps begin, and flags of the points.
+    """Return the places in `spectra` where the gaps' spectra and the flags begin.
 
-    Waves and pairs stand before them, twice: what they are or have moved, and what
-    forces change. Spectra of motion along the casing and of multipliers follow; behind
-    the flags marks of n_c times N / 4 blades, and four tips.
+    `spectra` has, in this order: the amplitudes or the motion of waves and pairs; their
+    change by forces; spectra of the n_c points' gaps, then of their motions along the
+    casing, then of their multipliers; a flag for each point; a mark for each point of
+    four blades; the tips of four blades.
     """
     k = slots_of(rows)
     first = 4 * k * (rows.single + rows.pairs)
@@ -73,7 +74,7 @@ def groups_of(rows):
 
 
 def room_of_sectors(rows: SectorRows) -> int:
-    """Return how many numbers `spectra` has, see `layout`."""
+    """Return the length of `spectra`, see `layout`."""
     k = len(rows.move) // (2 * (rows.single + rows.pairs))
     groups = len(rows.lanes) // (2 * k * FOUR)
     marks = -(-rows.each * (groups + 1) // FOUR) * FOUR
@@ -82,7 +83,7 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to waves and to sums of pairs."""
+    """Set the first (alike, 2, k) of `spectra` to amplitudes: waves, sums of pairs."""
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -98,7 +99,7 @@ def add_alike(rows, q, spectra):
 
 @inlined
 def turned(q, ahead, half, m):
-    """Take four amplitudes a step ahead; return their re and im."""
+    """Multiply four amplitudes by their z, for a step; return their re and im."""
     (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
     re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
     store_both(q, half, m, (re, im))
@@ -108,7 +109,7 @@ def turned(q, ahead, half, m):
 @does(turn_points, SectorRows)
 @inlined
 def turn_sectors(rows, q, ahead, near, spectra):
-    """Apply `turn_points` to equal sectors; if near, do `add_alike` at once."""
+    """Implement `turn_points` for equal sectors; if near, also do `add_alike`."""
     if not near:
         turn_waves(q, ahead)
         return
@@ -128,9 +129,9 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to d' + d of waves and pairs.
+    """Set the first (alike, 2, k) of `spectra` to d' + d of waves and of pairs.
 
-    The factors of a pair are conjugates.
+    The two waves of a pair have conjugate factors.
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -152,7 +153,7 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return the four sums with a + i b times a value (re, im)."""
+    """Return `sums` plus a re, b im, a im and b re of a value (re, im)."""
     re, im = value
     straight, across, crossed, along = sums
     straight, across = fma(a, re, straight), fma(b, im, across)
@@ -161,7 +162,7 @@ def products(a, b, value, sums):
 
 @inlined
 def spectrum_of(table, p, alike, k, spectra, to):
-    """Set a spectrum (2, k) at `to` to rows p of a table times the first of spectra."""
+    """Set the spectrum (2, k) at `to`: point p's rows of a table times amplitudes."""
     zero = broadcast(0.0)
     for c in range(0, k, FOUR):
         one = zero, zero, zero, zero
@@ -176,7 +177,7 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return four numbers (re, im) at `at` of spectra, or 0 if nothing is there yet."""
+    """Return four numbers (re, im) of spectra from `at` on; 0 if `fresh`."""
     zero = broadcast(0.0)
     if fresh:
         return zero, zero
@@ -185,9 +186,9 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set the spectra of point p's motion, and add what its multipliers do to waves.
+    """Set the spectra of point p's motion; add the change of waves by its multipliers.
 
-    Forces on a pair are the conjugates of the rows by which it is read.
+    The rows of forces on a pair are the conjugates of those by which it is read.
 
     Parameters
     ----------
@@ -226,7 +227,7 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return what blades 4 g .. 4 g + 3 read of a spectrum at `at`."""
+    """Return the values at blades 4 g .. 4 g + 3 of the spectrum at `at`."""
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
     for c in range(0, 2 * k, FOUR):
@@ -240,7 +241,7 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return what a blade reads of a spectrum at `at`."""
+    """Return the value at a blade of the spectrum at `at`."""
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
         even = fma(load(turns, row + c), load(spectra, at + c), even)
@@ -250,7 +251,7 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set the tips of point p of four blades; what they are is also in `spectra`."""
+    """Set the tips of point p of four blades, also at the end of `spectra`."""
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
     for i in range(min(FOUR, blades - FOUR * g)):
@@ -261,7 +262,7 @@ def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
 @does(read_every, SectorRows)
 @part
 def read_every_sector(rows, q, points, tips, spectra):
-    """Apply `read_every` to equal sectors."""
+    """Implement `read_every` for equal sectors."""
     k, each, wide = slots_of(rows), rows.each, len(tips) // 2
     alike, blades, (to, _) = rows.single + rows.pairs, points // each, layout(rows)
     add_alike(rows, q, spectra)
@@ -275,7 +276,7 @@ def read_every_sector(rows, q, points, tips, spectra):
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
     """Set tips and gaps of four blades at point j's place; return the lowest gap, m.
 
-    That of those that have been read already is infinite.
+    Do nothing, and return infinity, if these have been read already.
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -303,7 +304,7 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 @does(read_close, SectorRows)
 @part
 def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spectra):
-    """Apply `read_close` to equal sectors, four blades at once."""
+    """Implement `read_close` for equal sectors, four blades at once."""
     wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
     for i in range(flags, len(spectra) - FOUR):
         spectra[i] = 0.0
@@ -323,7 +324,7 @@ def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spec
 
 @inlined
 def gap_before(rows, p, blade, k, q):
-    """Return what point p of a blade has read two steps before."""
+    """Return the waves' part of the gap of a blade's point p two steps before, m."""
     half, waves, total = len(q) // 2, rows.single + 2 * rows.pairs, broadcast(0.0)
     for c in range(0, k, FOUR):
         term = broadcast(0.0), broadcast(0.0)
@@ -338,7 +339,7 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return a row of a table, begun at `at`, times multipliers and the pulse."""
+    """Return the row of a table that begins at `at`, times multipliers and pulse."""
     total = table[at + points] * spare[modes + points]
     total += table[at + points + 1] * spare[modes + points + 1]
     for i in range(active):
@@ -348,7 +349,7 @@ def by_forces(table, at, push, where, active, spare, modes, points):
 
 @inlined
 def turn_back(rows, push, where, active, k, spectra):
-    """Set the spectra of the multipliers, and flags of the points that have any."""
+    """Set the spectra of the multipliers, and the flags of points with multipliers."""
     first, flags = layout(rows)
     lam = first + 4 * k * rows.each
     for m in range(lam, flags, FOUR):
@@ -366,7 +367,7 @@ def turn_back(rows, push, where, active, k, spectra):
 
 @inlined
 def act_on_all(rows, push, where, active, mu, spectra):
-    """Set what waves in contact have moved, and what multipliers do to them."""
+    """Do `act_on` for all points of a tip at which any blade is in contact."""
     k, (first, flags) = slots_of(rows), layout(rows)
     turn_back(rows, push, where, active, k, spectra)
     fresh, apart = True, 2 * k * rows.each
@@ -381,7 +382,7 @@ def act_on_all(rows, push, where, active, mu, spectra):
 @inlined
 def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                  held, spectra):  # fmt: skip
-    """Apply `book_points` to equal sectors."""
+    """Implement `book_points` for equal sectors."""
     points, modes, each = len(before), len(q), rows.each
     wide, padded, k = len(gaps) // 6, len(held) // 4, slots_of(rows)
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
@@ -418,7 +419,7 @@ def add_wave(q, half, m, change):
 @does(push_points, SectorRows)
 @inlined
 def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Apply `push_points` to equal sectors, with what `book_sectors` has found."""
+    """Implement `push_points` for equal sectors, from what `book_sectors` has set."""
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     alike = rows.single + pairs
     for f in range(rows.single):

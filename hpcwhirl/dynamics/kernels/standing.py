@@ -44,7 +44,10 @@ def at_centre(hub, values):
 
 @njit(cache=True)
 def film_at(place, clearance):
-    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film, its centre at z."""
+    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film.
+
+    place, clearance : z and c, m, complex displacement of the centre and clearance
+    """
     square = (place.real**2 + place.imag**2) / clearance**2
     left = 1.0 - min(square, CLOSED)
     across = left**-1.5
@@ -101,7 +104,7 @@ def stand(body, motion, time, force):
 
 @njit(cache=True)
 def yielded(body, motion, force, _):
-    """Do `verbs.yielded`."""
+    """Implement `verbs.yielded`."""
     own = body.stand
     if len(own.hub) == 0:
         return
@@ -111,7 +114,7 @@ def yielded(body, motion, force, _):
 
 @njit(cache=True)
 def note_beside(body, motion, step, row):
-    """At a constant speed the motion without contact is known in closed form."""
+    """Do nothing: at constant speed, motion without contact is known in closed form."""
 
 
 for _kind in (CoupledBody, DenseBody):
@@ -128,4 +131,4 @@ def stand_alike(body, motion, time, force):
 
 @does(verbs.yielded, ModalBody)
 def yielded_alike(body, motion, force, ledger):
-    """Supports that are alike take no energy here."""
+    """Do nothing: supports equal in all directions have no force beyond matrices."""

@@ -75,7 +75,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower tips (2 wide,) by the drift of a step; return `open_whole` of them."""
+    """Lower tips (2 wide,) by the drift of a step; return as `open_whole`."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -83,7 +83,7 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to a row of gaps with tips; return the lowest, m."""
+    """Set whole (2 wide,) to a row of gaps plus tips; return the lowest gap, m."""
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
         gap = load(gaps, row + v) + load(tips, v)
@@ -126,7 +126,7 @@ def put(values, blade, blades, wide, value):
 
 @inlined
 def read_all(rows, q, blades, tips):
-    """Set tips (2 wide,), folded, with negative sign."""
+    """Set tips (2 wide,), folded, to the rows of all blades times q."""
     modes, wide = len(rows) // blades, len(tips) // 2
     for j in range(blades):
         put(tips, j, blades, wide, tip_by_waves(rows, j, q, modes))
@@ -307,8 +307,9 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
         which is added: tips are not read in all steps
     sums : (3,): works of normal forces and of drag (twice, over mu), and what contact
         has added to energy and loss, J
-    held : (HELD padded,), state: what places along the casing have slipped, d' + d,
-        and, of contacts in three steps in turn, the step two after it
+    held : (HELD padded,), state, by blade: slip along the casing in its last contact,
+        d' + d; then three rows, used by the steps in turn, with the number of a step
+        with contact plus 2
     """
 
 
