@@ -64,6 +64,6 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return what a resumed march must share beyond its arrays."""
+    """Return step and shape of the release, which a resumed march must have, too."""
     shape = profile_of(scene)
     return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

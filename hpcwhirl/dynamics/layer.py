@@ -40,8 +40,8 @@ def _abradable(scene: Scene) -> Layer:
 def _archard(scene: Scene) -> Layer:
     """Return elastic rods that wear by k N v dt / A a step, v = |Omega| R; k : 1/Pa."""
     casing, area = scene.engine.casing, rod_area(scene)
-    way = scene.engine.rotor.radius * scene.solver.time_step
-    rub = casing.wear_coefficient * way / area
+    slid = scene.engine.rotor.radius * scene.solver.time_step  # at 1 rad/s
+    rub = casing.wear_coefficient * slid / area
     return Layer(_flex(scene), 0.0, rub, 0.0, 0.0, casing.layer_rods)
 
 

@@ -98,7 +98,11 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Start from rest, or from `start`, with a scene and model."""
+        """Set scheme and state to the begin of a march, at rest or with `start`.
+
+        lean : scene and model to integrate; if they cannot begin with `start`, those of
+            all sectors are taken instead
+        """
         self.lean = lean
         with representable("the step"):
             self.scheme = scheme_of(lean.model, lean.scene, self.beat)
@@ -131,7 +135,7 @@ class March:
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
-        """Have the arrays of the first interval for a while."""
+        """Set the arrays to the first interval, within a `with` statement."""
         steps = self.steps
         self.counter[contact.STEP] = 0
         self._refresh(None)
@@ -142,7 +146,7 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set the arrays to a state that was read, see `snapshot.restore`."""
+        """Set the arrays to a restored state's interval, see `snapshot.restore`."""
         self._refresh(None)
 
     def _coast(self) -> FreeDecay | None:
@@ -330,7 +334,7 @@ class March:
         return min(cuts, default=self.total)
 
     def _release(self) -> None:
-        """Let the casing go: its shape becomes a displacement, its energy a load's."""
+        """Let the casing go: its shape becomes a displacement, its energy work of loads."""
         state, places = self.state, held_displacement(self.model, self.scene)
         if self.scheme.release is None:
             raise TypeError(self.scheme.kernel)

@@ -53,7 +53,7 @@ class ModeWaves:
 
     @property
     def rise(self) -> Complexes:
-        """D of unit amplitudes, (m,)."""
+        """Increments d of unit amplitudes, (m,)."""
         return np.asarray(self.ahead / (1 + self.ahead))
 
     @property
@@ -70,7 +70,7 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """D' + d of unit amplitudes after a step without forces, (m,)."""
+        """Sums d' + d of unit amplitudes after a step without forces, (m,)."""
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:

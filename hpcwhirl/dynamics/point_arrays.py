@@ -69,16 +69,17 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 
 @dataclass(frozen=True)
 class _Reads:
-    """What points read of modes of rotor and casing, and the forces on these modes.
+    """Motion of the points by the modes of both bodies, and forces on these modes.
 
     Attributes
     ----------
-    waves : of both bodies
-    out, side, w, u : (P, m) each, of the rotor's modes and of the casing's: gaps, and
-        motion of the casing relative to the tip along the rotation
+    waves : waves of both bodies
+    out, side : (P, m), by the rotor's modes: change of the gaps, and motion of the
+        casing relative to the tip along the rotation
+    w, u : (P, m), the same by the casing's modes
     past : (P, m), w at the angles of two steps before
-    forces : of both bodies, (m, P + 2), of unit multipliers with friction and of the
-        pulse's cos and sin
+    forces : (m, P + 2) of each body: modal forces of unit multipliers with friction,
+        and of the pulse's cos and sin
     friction : mu, with the sign of the speed
     """
 
@@ -92,50 +93,50 @@ class _Reads:
     friction: float
 
     def read(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return the rows of displacements from waves; both (r, m), of modes."""
+        """Return displacements by waves, (r, w), from those by modes, (r, m) each."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return the rows of d' + d from waves before any force."""
+        """Return d' + d by waves without forces, (r, w); arguments as in `read`."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
     def change(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return what unit forces change of displacements, (r, P + 2)."""
+        """Return the change of displacements by unit forces, (r, P + 2)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.asarray(
             rotor @ b.give @ self.forces[0] + casing @ c.give @ self.forces[1]
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return `change`, padded, which is that of d' + d, too."""
+        """Return `change`, padded; d' + d changes by the same amount."""
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the real rows of d' + d from amplitudes and forces, (r, width)."""
+        """Return the real rows, (r, width), of d' + d by amplitudes and by forces."""
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
     def before(self) -> Complexes:
-        """Return the rows of gaps two steps before."""
+        """Return the gaps of two steps before by waves, (P, w)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack(
             [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
         )
 
     def push(self) -> Complexes:
-        """Return what unit forces change of the amplitudes, (P + 2, w)."""
+        """Return the change of the amplitudes by unit forces, (P + 2, w)."""
         bodies = self.waves.rotor, self.waves.casing
         given = (b.gives @ f for b, f in zip(bodies, self.forces, strict=True))
         return np.hstack([one.T for one in given])
 
     def ahead(self) -> tuple[Floats, Floats, Floats]:
-        """Return z - 1, re then im, and bounds of a step's motion of any gap.
+        """Return z - 1, re then im, and two bounds of any gap's motion in a step.
 
-        The latter by amplitudes, and by multipliers, (P,).
+        The bounds are per unit amplitude, (half,), and per unit multiplier, (P,).
         """
         waves = self.waves
         turned = np.append(waves.rotor.ahead, waves.casing.ahead)
@@ -147,7 +148,7 @@ class _Reads:
         return np.append(ahead.real, ahead.imag), drift, rush
 
     def rows(self) -> PointRows:
-        """Return the kernel's rows, one a point."""
+        """Return the kernel's rows, one for each point."""
         points = len(self.out)
         rows = (
             self.waves.spread(self.read(self.out, self.w)),
@@ -158,9 +159,9 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return the same by slots, and the kernel's rows; None: not of equal sectors.
+        """Return these motions by slots, and the kernel's rows; None: unequal sectors.
 
-        The conjugates stand for waves of negative nodal diameter.
+        Waves of negative nodal diameter are replaced by their conjugates.
         """
         if blades < FEWEST:
             return None
@@ -194,15 +195,18 @@ class _Reads:
         return replace(turned, waves=placed), rows
 
     def _told(self) -> Complexes:
-        """Return what the points of each blade read of waves, both ways, (2 P, w)."""
-        blades_last = [
+        """Return gaps and motion along the casing by waves, by blade, (2 P, w)."""
+        both = [
             self.read(rotor, casing)
             for rotor, casing in ((self.out, self.w), (self.side, self.u))
         ]
-        return np.stack(blades_last, axis=1).reshape(2 * len(self.out), -1)
+        return np.stack(both, axis=1).reshape(2 * len(self.out), -1)
 
     def _moves(self) -> Complexes | None:
-        """Return d' + d of waves over their displacements, (w,); None: no factor."""
+        """Return the ratio of d' + d to displacement of each wave, (w,).
+
+        None if they are not proportional.
+        """
         out = []
         for body in (self.waves.rotor, self.waves.casing):
             size = (np.abs(body.shapes) ** 2).sum(axis=0)
@@ -216,7 +220,7 @@ class _Reads:
 
 
 def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
-    """Return whether rows of a blade are those of blade 0, turned by n theta_j."""
+    """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}."""
     each = rows.reshape(blades, -1, rows.shape[1])
     angle = 2 * np.pi * (np.outer(np.arange(blades), diameter) % blades) / blades
     miss = np.abs(each - each[:1] * np.exp(1j * angle)[:, None]).max(axis=(0, 1))
@@ -268,7 +272,10 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
 
 
 def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return the entries of the energy that are not 0, those of the rotor first."""
+    """Return places and values of the energy's entries, and the number of the rotor's.
+
+    Entries that are 0 are left out; those of the rotor come first.
+    """
     pairs, values, count = [], [], []
     for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):
         upper = np.triu(body.form) + np.triu(body.form, 1)

@@ -1,12 +1,12 @@
-"""Equal sectors with several points a tip: which waves are of one nodal diameter.
+"""Equal sectors with several points a tip: which waves have which nodal diameter.
 
-A rotation by one sector maps modes of equal frequency to one another: T, of X_j T =
-X_{j+1}, the motion X_j of the points of blade j. Its eigenvectors u, of e^{2 pi i n /
-N}, are waves that travel around the rotor: X_j u = e^{i n theta_j} X_0 u.
+A rotation by one sector maps modes of equal frequency to one another, by a matrix T:
+with X_j the motion of blade j's points by the modes, X_j T = X_{j+1}. Its eigenvectors
+u, with eigenvalues e^{2 pi i n / N}, are waves that travel around the rotor: X_j u =
+e^{i n theta_j} X_0 u.
 
-Waves are told by what all points read of them and by what forces do to them: a rotor,
-casing or wave that has no nodal diameter by that measure has rows of its own for each
-point.
+The nodal diameter of a wave is found from the motion of all points by it and from its
+change by forces. If this fails for a wave, each point has a row of its own.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ ALIKE = 1e-13  # of what points read of two waves
 
 
 def travelling(model: Model) -> list[Any]:
-    """Return blocks (m, n) of modes at rest, one a nodal diameter.
+    """Return combinations of modes at rest, a block (m, n) for each nodal diameter.
 
-    Those of simple harmonics are real, others complex: their conjugates are the waves
-    that travel the other way. One real block has all modes if sectors are not equal.
+    Blocks of simple harmonics are real. Others are complex, and their conjugates are
+    the waves that travel the other way. If sectors differ, a real block has all modes.
     """
     body, blades = model.rotor, model.blades
     size, squared = len(body.omega), body.omega**2
@@ -64,12 +64,14 @@ def travelling(model: Model) -> list[Any]:
 
 
 def _turned(tips: Floats, blades: int, squared: Floats) -> list[tuple[int, Any]]:
-    """Return (n, columns (g, c)) of g modes of close frequencies; none: not turned.
+    """Return [(n, columns (g, c))], the waves among g modes of close frequencies.
+
+    The list is empty if a rotation by a sector does not map the modes to one another.
 
     An eigensolver mixes modes of close frequencies by round-off; those of one n are
     separated by their frequencies again.
 
-    tips : (N, points, g), what each blade's points read of the modes
+    tips : (N, points, g), motion of each blade's points by the modes
     squared : (g,), omega^2
     """
     size = tips.shape[-1]
@@ -94,7 +96,7 @@ def _turned(tips: Floats, blades: int, squared: Floats) -> list[tuple[int, Any]]
 
 
 def are_apart(blocks: Sequence[Any], matrices: Sequence[Floats]) -> bool:
-    """Return whether matrices (m, m) do not couple blocks of modes, or conjugates."""
+    """Return whether matrices (m, m) couple no block to another or to a conjugate."""
     every = with_conjugates(blocks)
     mixed = np.hstack(every)
     number = np.repeat(np.arange(len(every)), [block.shape[1] for block in every])
@@ -109,7 +111,7 @@ def with_conjugates(blocks: Sequence[Any]) -> list[Any]:
 
 
 def diameters_of(rows: Complexes, blades: int) -> Integers:
-    """Return n of each wave, -N/2 < n <= N/2; rows : (P, w), what points read of it."""
+    """Return n of each wave, -N/2 < n <= N/2; rows : (P, w), motion of the points."""
     tips = rows.reshape(blades, -1, rows.shape[1])
     product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
     number = np.rint(np.angle(product) * blades / (2 * np.pi)).astype(int)
@@ -118,14 +120,14 @@ def diameters_of(rows: Complexes, blades: int) -> Integers:
 
 @dataclass(frozen=True)
 class Slots:
-    """Waves among slots, see `kernels.point_types.SectorRows`.
+    """Slot and row of each wave, see `kernels.point_types.SectorRows`.
 
     Attributes
     ----------
     blades : N
     diameter, row : (w,), slot of each wave, and its row
-    single, pairs : numbers of rows
-    other : (w,), the wave with which it is a pair, or -1
+    single, pairs : numbers of rows of waves alone, and of pairs
+    other : (w,), the second wave of the pair of each wave, or -1
     """
 
     blades: int
@@ -162,7 +164,7 @@ class Slots:
 
 @dataclass(frozen=True)
 class BladeRows:
-    """What the n_c points of blade 0 read of waves, and what forces do to these.
+    """Motion of the n_c points of blade 0 by waves, and change of waves by forces.
 
     Attributes
     ----------
@@ -180,9 +182,9 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return the change of each wave by its conjugate row of forces, (w,).
+        """Return the change of each wave by forces over its conjugate row, (w,).
 
-        It is that at the point where the row is largest.
+        The ratio is that at the point where the row is largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -190,15 +192,15 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether forces act on a wave by its conjugate row, (w,)."""
+        """Return whether forces change a wave in proportion to its conjugate row, (w,)."""
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
 
     def twin(self, i: int, others: Integers) -> int:
-        """Return which of other waves is a pair with wave i, or -1.
+        """Return which of other waves forms a pair with wave i, or -1.
 
-        Points read it alike, and it moves and is pushed by conjugate factors.
+        Points read both waves alike; their factors of motion and force are conjugates.
         """
         told = np.vstack([self.read, self.slide])
         factors = np.vstack([self.move, self.gives()])

@@ -37,12 +37,12 @@ class BodyWaves:
     Attributes
     ----------
     step : dt, s
-    ahead : (w,), z - 1 of the rotating frame
-    shapes, rises, moves : (m, w), displacements of the modes, their d and d' + d after
-        a step without forces, of unit amplitudes
+    ahead : (w,), z - 1: a step without forces multiplies an amplitude by z
+    shapes, rises, moves : (m, w), for unit amplitudes: displacements x_n of the modes,
+        their increments d' = x_n - x_{n-1}, and d' + d, d that of the step before
     gives : (w, m), change of the amplitudes by unit modal forces
-    give : (m, m), change of the displacements by them
-    form : (2 w, 2 w), J, energy of re and im of the amplitudes
+    give : (m, m), change of the displacements by unit modal forces
+    form : (2 w, 2 w), J, energy as a quadratic form of re and im of the amplitudes
     """
 
     step: float
@@ -63,11 +63,14 @@ class BodyWaves:
         return np.asarray(self.rises * (1 + z) / (2 * self.step))
 
     def real(self, rows: Complexes) -> Floats:
-        """Return the rows (r, 2 w) of re and im with Re(rows a); rows : (r, w)."""
+        """Return real rows (r, 2 w) that give Re(rows a) from re and im of a."""
         return np.hstack([rows.real, -rows.imag])
 
     def conjugated(self, which: NDArray[np.bool_]) -> BodyWaves:
-        """Return the same motion with the conjugates of some amplitudes, (w,)."""
+        """Return the same waves, some of them with the conjugate amplitude.
+
+        which : (w,), whether a wave has it
+        """
         sign = np.concatenate([np.ones(len(which)), np.where(which, -1.0, 1.0)])
 
         def turned(rows: Complexes) -> Complexes:
@@ -103,11 +106,10 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 
 
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
-    """Return the waves of modes; mixed : (m, w), waves of each mode from amplitudes.
+    """Return the waves of a body that are combinations of the waves of its modes.
 
-    Its columns are orthogonal.
-
-    turns : (w,), rad, by which a step turns the amplitudes beyond z
+    mixed : (m, w), waves of the modes from the amplitudes; its columns are orthogonal
+    turns : (w,), rad, by which a step turns the amplitudes beyond z of the modes
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
     which = np.argmax(np.abs(mixed), axis=0)
@@ -188,8 +190,8 @@ def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
 class PointWaves:
     """Both bodies' waves, and their places among the kernel's amplitudes.
 
-    rotor, casing : their waves
-    index : (w,), places of the complex amplitudes of both among `size`
+    rotor, casing : the waves of each body
+    index : (w,), places of the amplitudes of both among `size` complex numbers
     """
 
     rotor: BodyWaves
@@ -211,7 +213,7 @@ class PointWaves:
         )
 
     def spread(self, rows: Complexes) -> Floats:
-        """Return real rows (r, 2 half) with Re(rows a) = result q; rows : (r, w)."""
+        """Return real rows R (r, 2 half) with R q = Re(rows a); rows : (r, w)."""
         out = np.zeros((len(rows), 2 * self.half))
         out[:, self.index], out[:, self.half + self.index] = rows.real, -rows.imag
         return out

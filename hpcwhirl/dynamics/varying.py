@@ -44,8 +44,8 @@ class _Group(NamedTuple):
     ----------
     modes : (b, s), of the rotor, by diameter
     moved : (b,), whether f_0 moves a block
-    flat, again : (b, s, s), (c, s, s), places of the entries of blocks in the kernel's
-        arrays, and of those that are moved once more
+    flat, again : (b, s, s), (c, s, s), places in the kernel's arrays of the entries of
+        all blocks, and of the further copies of those that f_0 moves
     mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
     hub : (b, 2, s), x_o and y_o
     """
@@ -68,7 +68,7 @@ class DrivenRotor:
 
     Attributes
     ----------
-    order, starts : of `by_diameter`
+    order, starts : results of `by_diameter`
     shapes : (n, m), of the modes in this order
     alike : (n,), the modes that f_0 moves, by block
     begun : (a + 1,), the first of each block among those, and n
@@ -179,7 +179,7 @@ class DrivenRotor:
     def dense(self, body: DrivenBody) -> tuple[Floats, Floats, Floats]:
         """Return keep and pull (m, m), and d' by `force` (m,).
 
-        pull includes what `swerve` gives.
+        pull includes the forces of `swerve`.
         """
         out = np.zeros((2, len(self.order), len(self.order)))
         moved = np.zeros(len(self.order))
@@ -213,14 +213,14 @@ def driven(body: CoupledBody, rotor: DrivenRotor) -> DrivenBody:
 
 @dataclass(frozen=True)
 class DrivenSteps:
-    """The steps of its modes at the present speed, see `motion.FreeSteps`."""
+    """The steps of a rotor's modes at the present speed, see `motion.FreeSteps`."""
 
     rotor: DrivenRotor
     body: DrivenBody
     step: float
 
     def unforced(self) -> FreeSteps:
-        """Return the same without f_0, of y."""
+        """Return the steps of y, which are without f_0."""
         keep, pull, _ = self.rotor.dense(self.body)
         return FreeSteps(keep, pull, self.step)
 

@@ -81,7 +81,7 @@ class WholeWaves:
     push: Floats
 
     def parts(self, rows: Complexes) -> Floats:
-        """Return the real rows (r, 2 m) with Re(rows a) = result q; rows : (r, w)."""
+        """Return the real rows R (r, 2 m) with R q = Re(rows a); rows : (r, w)."""
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
 
     @property
@@ -129,7 +129,7 @@ class WholeWaves:
 
     @property
     def before(self) -> Floats:
-        """Matrix, (m, 2 m), that gives x one step earlier from q, without forces."""
+        """Matrix, (m, 2 m), from q to x one step earlier, of a step without forces."""
         return self.parts(self.shapes / (1 + self.ahead))
 
     @property
@@ -291,7 +291,7 @@ def opened_by_ring(model: Model, scene: Scene) -> Floats:
 
 
 def _upper(waves: WholeWaves) -> Floats:
-    """Return the form of the energy as the kernel reads it, see `WholeRotor`."""
+    """Return the upper triangle of the energy's form, flat, see `WholeRotor.form`."""
     size = 2 * waves.half
     form = np.zeros((size, size))
     form[np.ix_(waves.places, waves.places)] = waves.form
@@ -300,7 +300,7 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return the form (size, size) of what a kernel reads of it, see `_upper`."""
+    """Return the upper triangle (size, size) of a form from the result of `_upper`."""
     form, at = np.zeros((size, size)), 0
     for i in range(size):
         first = i - i % FOUR

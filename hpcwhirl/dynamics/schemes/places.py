@@ -104,7 +104,7 @@ class RingPlaces:
 
     @property
     def steps(self) -> Steps:
-        """Steps of the ring's modes."""
+        """Conversion between rates and increments of the ring's modes."""
         exact = SCHEMES[self.scene.solver.scheme].flies
         step = self.scene.solver.time_step
         return modal_steps(self.model.casing, step, exact=exact)

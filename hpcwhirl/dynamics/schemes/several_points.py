@@ -44,10 +44,9 @@ from hpcwhirl.structure import RingOperator
 def points_apart(model: Model, scene: Scene) -> Integrator | None:
     """Return the integrator of the waves of both bodies, for several points a tip.
 
-    None where the matrices are not constant in the rotating frame: in a ring of
-    elements, on supports that differ by direction or have a film, at a speed that
-    changes; with an unbalance or a casing that is let go, and where two waves nearly
-    coincide.
+    None for a ring of elements, supports that differ by direction or have a film, or a
+    speed that changes, since matrices are not constant in the rotating frame then; for
+    an unbalance or a casing that is let go; and where two waves nearly coincide.
     """
     spin = model.rotor.spin
     plain = spin is None or spin.support.is_plain
