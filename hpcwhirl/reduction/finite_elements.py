@@ -63,7 +63,7 @@ class Imported:
     blades : N
     centre : whether x_o, y_o exist
     kept : number of fixed-interface modes at rest
-    added : number of coordinates more, so that the basis serves all speeds
+    added : number of further coordinates by which the basis serves all speeds
     highest : highest omega of these modes, rad/s; no mode below it is missing
     omega : (n,), rad/s, ascending, frequencies of the rotor
     rigid : number of frequencies that are 0, apart from round-off
@@ -222,7 +222,10 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
 def _finished(
     wheel: FiniteElements, piece: Condensed, project: Project, tell: Tell
 ) -> Condensed:
-    """Return a reduction at rest, of kept modes, with the terms of rotation, if any."""
+    """Return a reduction extended by the terms of rotation, if the wheel has any.
+
+    piece : reduction at rest, to the modes that are kept
+    """
     if not wheel.turning:
         return piece
     return for_all_speeds(piece, project, wheel.turning.get("speeds", ()), tell)

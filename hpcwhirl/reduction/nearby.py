@@ -27,7 +27,7 @@ APART = 1e-6  # least relative distance of omega^2 of modes kept from those left
 
 
 def rough_modes(mass: Matrix, stiffness: Matrix, count: int) -> Floats:
-    """Return about the lowest modes, (n, count), from which `modes_near` may begin.
+    """Return approximate lowest modes, (n, count), with which `modes_near` may begin.
 
     mass, stiffness : (n, n), sparse, though stored as dense, n > count
     """
@@ -82,7 +82,7 @@ def _even(matrix: Floats) -> Floats:
 def _is_complete(
     matrices: tuple[sparse.csc_array, sparse.csc_array], squared: Floats, count: int
 ) -> bool:
-    """Return whether `count` modes have an omega^2 below that of the next in order."""
+    """Return whether no mode is missing: only `count` lie below the next omega^2."""
     last, further = squared[count - 1 : count + 1]
     if further < (1 + APART) * last:
         return False

@@ -196,7 +196,7 @@ def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Flo
 
 
 def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
-    """Rotate combinations of one nodal diameter so that they diagonalize the stiffness.
+    """Return combinations that diagonalize the stiffness within each nodal diameter.
 
     columns : (c, c), orthonormal combinations of c modes
     seen : (N, 3, c), `transform` of these combinations

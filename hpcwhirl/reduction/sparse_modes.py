@@ -44,12 +44,12 @@ class Condensed:
 
     Attributes
     ----------
-    mass, stiffness : (b + m + c, b + m + c), symmetric or Hermitian; c coordinates
-        more, 0 or those of a basis that serves all speeds
+    mass, stiffness : (b + m + c, b + m + c), symmetric or Hermitian; the last c
+        coordinates make the basis serve all speeds, and are none at rest
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
-    lift : (n, b + m + c), the basis, where there are terms of rotation
+    lift : (n, b + m + c), the basis; (0, b + m) without terms of rotation
     turning : reduced C, K_1 and, if any, K_2 of a basis that serves all speeds
     """
 
@@ -158,7 +158,7 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
 def for_all_speeds(
     piece: Condensed, project: Project, speeds: Sequence[float], tell: Tell
 ) -> Condensed:
-    """Return a reduction at rest with what speed adds to its basis, and to the terms.
+    """Return a reduction at rest extended to all speeds, with the terms of rotation.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def _reference(piece: Condensed) -> float:
 
 
 def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
-    """Return K(Omega) + Omega^2 M, with the modes of K(Omega) but positive definite.
+    """Return K(Omega) + Omega^2 M: the modes of K(Omega), but positive definite.
 
     turning : [C, K_1] or [C, K_1, K_2]
     """
@@ -231,8 +231,8 @@ def _lacking(
     The modes x of the Craig-Bampton basis at that speed, by subspace iteration from the
     modes at rest, are approximated in the given basis with the least energy of the
     error e. By Rayleigh's quotient that energy, over that of x, bounds the relative
-    error of omega^2 there. Parts of e that have more than `LACKING` of it are added,
-    orthonormalised.
+    error of omega^2 there. Parts of e whose energy is above `LACKING` times that of x
+    are added, orthonormalised.
 
     Parameters
     ----------
