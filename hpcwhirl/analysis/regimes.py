@@ -227,12 +227,12 @@ def evidence(
     Its window is the last 40 % of the run. Evidence comes from `History.judged` and
     from the ledger of every step: the choice of traces does not change it.
 
-    At a changing speed a rotor follows its motion without contact, or is held by the
-    casing, while the former grows or falls with the speed. With contact in the window,
-    energies and orbit are those of what contact causes or of the whole motion, of the
-    two the one that changes less; without contact, of the former, which then decays.
-    Of an unbalanced rotor `summit` is 0: growth may be that of the speed alone; where
-    the gap changes as well, growth may be that of the contact as it closes.
+    At a changing speed, motion without contact grows or falls with the speed; a rotor
+    follows it, or is held by the casing. With contact in the window, energies and orbit
+    are those of the motion that contact causes or those of the whole motion, whichever
+    changes less; without contact, those of the motion that contact caused, which
+    decays. There `summit` of an unbalanced rotor is 0, since the speed may cause its
+    growth; it is also 0 where the gap changes, since the closing gap may cause it.
 
     Parameters
     ----------
@@ -316,7 +316,7 @@ def _growing(
 
 
 def _change_of(rates: dict[str, float]) -> float:
-    """Return the largest growth rate in magnitude, of both, rotor and centre, 1/s."""
+    """Return the largest |growth rate|, of both bodies, rotor or centre, 1/s."""
     return max(abs(rates[f"growth_{name}"]) for name in ("rate", "rotor", "centre"))
 
 

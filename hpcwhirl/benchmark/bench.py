@@ -241,7 +241,7 @@ def fma_peak(repeats: int) -> float:
 
 
 def read_bandwidth(size: float) -> float:
-    """Return the measured bandwidth of reading, GB/s, again and again so many bytes."""
+    """Return the measured bandwidth, GB/s, of reading `size` bytes again and again."""
     values = np.ones(max(int(size) // 32, 16) * 4)
     rounds = max(int(READ / values.nbytes), 1)
     total_again(1, values)

@@ -1,8 +1,8 @@
-"""Steps by number of blades, held against what the machine can do.
+"""Time of a step by number of blades, compared with what the machine can do.
 
-Timed are steps far from any casing, those of a given motion and of one that rubs in
-every step, and, of unequal sectors, steps in which all blades press on the casing. Of
-few blades the first three also with several contact points a tip.
+Timed are steps far from any casing, steps of a given motion, steps of a motion that
+rubs in every step and, for unequal sectors, steps in which all blades press on the
+casing. With few blades, the first three are also timed for several points a tip.
 """
 
 from __future__ import annotations

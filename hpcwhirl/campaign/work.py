@@ -153,8 +153,8 @@ def _suspects(
 ) -> frozenset[int]:
     """Return the cases that were being computed when two processes died.
 
-    Such a case may have killed the processes. They are computed last, each in a process
-    of its own: a case that kills it again is `crashed`, the others get their result.
+    Such cases may have killed the processes. They are computed last, each in a process
+    of its own: a case that kills its process again is `crashed`; others get a result.
 
     Parameters
     ----------

@@ -117,7 +117,10 @@ def refused(law: str, scheme: str) -> str:
 
 
 def _unless_rigid(name: str, usual: Any, told: str) -> Rule:
-    """Return the rule that an input must be `usual`, told so, where a layer wears."""
+    """Return the rule that an input must be `usual` where a layer wears.
+
+    told : how the message names that value
+    """
     return Rule(
         ("engine.casing.contact_law", name),
         lambda law, value: (law == RIGID) | (value == usual),

@@ -69,10 +69,10 @@ class RingOperator:
         return angles, np.tile(WEIGHTS, self.elements) * self.length
 
     def waves(self) -> Floats:
-        """Return the matrices to the cos and sin parts of w, (H + 1, 2, 4 elements).
+        """Return matrices from the DoF to the harmonics of w, (H + 1, 2, 4 elements).
 
-        They give Fourier coefficients by the elements' Gauss points, up to H =
-        elements // 2.
+        They give the cos and sin coefficients of harmonics 0 .. H = elements // 2,
+        integrated by the elements' Gauss points.
         """
         angles, weights = self._points()
         radial, out = self.rows(angles)[0], []

@@ -221,7 +221,7 @@ def _range(seconds: float, factors: Floats) -> tuple[float, float]:
 def _nominal_range(
     design: Design, step: Floats, left: tuple[list[int], Floats]
 ) -> tuple[float, float]:
-    """Return nominal times of cases left where no step is in contact and where all are.
+    """Return nominal times of the cases left, without contact and with contact always.
 
     step, left : result of `time_steps`; cases, and their engine time left over end time
     """

@@ -104,9 +104,9 @@ def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
 
 
 def _casing(axes: Any, radius: float, model: Model, k: int) -> float | None:
-    """Draw the casing's first mode of k around the rotor; return its frequency, Hz.
+    """Draw the casing's first mode of harmonic k around the rotor.
 
-    None if it has no such mode; nothing is drawn then.
+    Return its frequency, Hz, or None, without drawing, if there is no such mode.
     """
     casing, ring = model.casing, model.ring
     if casing is None or ring is None:
