@@ -311,7 +311,7 @@ def rides(scene: Scene, model: Model) -> bool:
 
 
 def interval_of(scene: Scene, model: Model) -> int:
-    """Return the steps of an interval, so that it misses less than `accuracy`.
+    """Return the steps of an interval, few enough for the scene's `accuracy`.
 
     A wave of frequency omega that is marched at the mean speed is ahead or behind by at
     most h |dOmega/dt| T^2 / 8 rad in an interval T, and by less than third order at its
@@ -342,7 +342,7 @@ def _shortest(scene: Scene) -> float:
 
 
 def check_change(scene: Scene, model: Model) -> None:
-    """Raise InputError where the speed or the gap of a scene may not change so."""
+    """Raise InputError where a change of speed or gap in time is not allowed."""
     if not changes(scene):
         return
     law = law_of(scene)

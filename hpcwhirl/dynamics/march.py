@@ -334,7 +334,10 @@ class March:
         return min(cuts, default=self.total)
 
     def _release(self) -> None:
-        """Let the casing go: its shape becomes a displacement, its energy work of loads."""
+        """Let the casing go: its shape becomes a displacement.
+
+        The energy of that is entered in the ledger as work of the loading.
+        """
         state, places = self.state, held_displacement(self.model, self.scene)
         if self.scheme.release is None:
             raise TypeError(self.scheme.kernel)

@@ -106,7 +106,7 @@ def _omega(body: ModalModel | None) -> Floats:
 
 
 def _normal(draw: float, part: str, name: str) -> float:
-    """Return a number of the normal law, that of a draw for one part of one mode."""
+    """Return the normally distributed number that a draw gives to a part of a mode."""
     told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
     whole = int.from_bytes(told[:8]) >> (64 - BITS)
     return float(ndtri((whole + 0.5) / 2**BITS))
@@ -123,7 +123,7 @@ def names_of(model: Model) -> list[Name]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def casing_names(model: Model) -> list[Name]:
-    """Return the same of the casing, counted as in the modal table."""
+    """Return body, family and nodal diameter of the casing's modes, as in its table."""
     own = model.casing
     if own is None:
         return []
@@ -132,9 +132,9 @@ def casing_names(model: Model) -> list[Name]:
 
 
 def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
-    """Yield the modes that a text chooses, each with a text of its own.
+    """Yield (mode, text) of the modes that a text chooses.
 
-    That is its name, and its number among those of this name: a pair has two.
+    The text is a mode's name and its number among those of this name: a pair has two.
     """
     parts = _parts(modes)
     met = Counter[Name]()

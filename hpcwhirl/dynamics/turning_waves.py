@@ -150,30 +150,30 @@ class Differences(Diameter):
 
     @property
     def rates(self) -> Complexes:
-        """Return (d + d') / 2 dt, d' of the next step."""
+        """Return velocities (d + d') / 2 dt, with d' of the next step."""
         return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta: the change of x equals that of d."""
+        """Return beta of central differences, where x and d change alike."""
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
-        """Return d' + d."""
+        """Return d' + d, which is dt (v- + v+) of central differences."""
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return the change of d' by Lambda."""
+        """Return the change of d' by a unit Lambda, (m,)."""
         return np.asarray(self.give @ self.force(mu))
 
     def lost(self) -> Complexes:
-        """Return (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2."""
+        """Return the form of (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2, J."""
         moved, place = self.passing(), self.shapes * self.before
         out = moved.conj().T @ (self.rate @ moved) / (4 * self.step)
         return _hermitian(out + moved.conj().T @ (self.push @ place) / 2)
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return the change of the energy, and of `lost` by the new d'."""
+        """Return `Diameter.work`: the change of the energy, and of the loss by d'."""
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
         row = row + more @ self.rate @ self.passing() / (2 * self.step)
@@ -191,7 +191,7 @@ class Flow(Diameter):
 
     @property
     def rates(self) -> Complexes:
-        """Return x'."""
+        """Return the velocities x' of unit amplitudes, (m, w)."""
         return self.rises
 
     def _struck(self, mu: float) -> Complexes:
@@ -200,19 +200,19 @@ class Flow(Diameter):
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta: the impulse at the step's end."""
+        """Return beta of the exact flow: amplitudes, a step after the impulse."""
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return 2 dt v- of amplitudes after the step."""
+        """Return 2 dt v-, from amplitudes after the step; v+ is v- without impulse."""
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
-        """Return dt (v+ - v-)."""
+        """Return dt (v+ - v-), what a unit Lambda adds to dt (v- + v+), (m,)."""
         return np.asarray(self.step**2 * self.force(mu))
 
     def lost(self) -> Complexes:
-        """Return the integral of x' D x' + x' S x over a step."""
+        """Return the form of the integral of x' D x' + x' S x over a step, J."""
         moved, place = self.rises * self.before, self.shapes * self.before
         out = moved.conj().T @ (self.rate @ moved)
         out = _hermitian(out + moved.conj().T @ (self.push @ place))
@@ -222,7 +222,7 @@ class Flow(Diameter):
         return np.asarray(self.step * out * np.where(small, 1.0, grown))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return the change of the energy at the step's start."""
+        """Return `Diameter.work`: the change of the energy at the step's start."""
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
         return np.asarray(row), float((struck.conj() @ self.energy @ struck).real)

@@ -69,8 +69,10 @@ class LayerSpace(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """W of the rotor (N, N) and compliance (R, R), m/N; the ring; the lost blade.
+    """Contact of two bodies.
 
+    w_rotor, compliance : (N, N), the rotor's W; (R, R), compliance of the ring, m/N
+    ring, lost : kind of the ring; the blade that is lost, -1 for none
     points : where the contact points stand
     layer : on the casing; not read where the state has no rods
     """

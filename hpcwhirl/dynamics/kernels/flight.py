@@ -281,7 +281,8 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
 
     Parameters
     ----------
-    wall, load, flight, state, sizes : see `named`
+    wall, load, state : `kernel_types.Wall`, `kernel_types.Load`, the march's state
+    flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
     outs : spectra of rotor, ring and gaps, (2 k,), and rates of the gaps, (2 wide,)
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes

@@ -167,7 +167,11 @@ class CyclicState(NamedTuple):
 
 
 class Ring(NamedTuple):
-    """Kind of a casing (`contact`), its elements or harmonics, element length, m."""
+    """Kind of a casing's ring.
+
+    kind, size : kind, see `contact`; number of elements, or highest harmonic
+    length : m, of an element
+    """
 
     kind: int
     size: int

@@ -296,7 +296,7 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return three pairs as `at_four`: a sum waits for its last term, six need not."""
+    """Return three pairs as `at_four`; six sums at once hide an addition's latency."""
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):
@@ -355,5 +355,5 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
 
 @rare
 def to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row):
-    """Do `to_gaps`, for callers that do not every step: one copy serves them."""
+    """Do `to_gaps`, as one compiled copy for callers that do not need it every step."""
     return to_gaps(spectrum, wave, gap, k, wide, gaps, row)

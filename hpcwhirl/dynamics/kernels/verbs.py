@@ -67,7 +67,7 @@ def stand(body, motion, time, force):
 
 
 def yielded(body, motion, force, ledger):
-    """Add what that force takes in a step to `loss`, or its work to the ledger, J."""
+    """Add the loss by the force of `stand` in a step, or its work to the ledger, J."""
     raise NotImplementedError
 
 

@@ -15,7 +15,11 @@ Integers = NDArray[np.int64]
 
 
 class CyclicRotor(NamedTuple):
-    """Packed items (ITEMS size,), `passes`; hub (2, size), x_o, y_o; size 2 k rows."""
+    """A rotor's modes in k slots; size = 2 k rows.
+
+    items : (ITEMS size,), packed, see `passes`
+    hub : (2, size), x_o and y_o for unit amplitudes
+    """
 
     items: Floats
     hub: Floats
@@ -53,7 +57,12 @@ class CyclicCasing(NamedTuple):
 
 
 class CyclicContact(NamedTuple):
-    """W to blade 0 (N,), m/N; turns (N, 2 k), flat; wave: `passes.to_gaps`; flight."""
+    """Contact of equal sectors.
+
+    column : (N,), m/N, column of W for blade 0
+    turns, wave : (N, 2 k) flat, transform to slots; back to gaps, see `passes.to_gaps`
+    flight : `Flight` of the exact scheme, else empty
+    """
 
     column: Floats
     turns: Floats
@@ -151,7 +160,11 @@ class UncoupledRotor(NamedTuple):
 
 
 class GeneralContact(NamedTuple):
-    """W (N, N), m/N, column j: gaps opened by blade j; turns, wave as in `cyclic`."""
+    """Contact of a rotor of unequal sectors.
+
+    w : (N, N), m/N; column j has the gaps opened by a unit multiplier on blade j
+    turns, wave : as in `CyclicContact`
+    """
 
     w: Floats
     turns: Floats

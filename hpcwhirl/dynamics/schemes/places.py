@@ -55,7 +55,7 @@ class Slots:
     steps: Steps
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates."""
+        """Return amplitudes and rates, see `RotorPlaces.read`."""
         q, d = (
             rotor_amplitudes(self.model, part)
             for part in _held(state, passes.ROTOR_STATE, odd)
@@ -63,7 +63,7 @@ class Slots:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state; return the amplitudes before."""
+        """Set a state; return the amplitudes a step earlier."""
         d = self.steps.increments(q, rate)
         new = slots_of(self.model, d)
         state[:] = np.concatenate([slots_of(self.model, q), new, -new])
@@ -78,13 +78,13 @@ class Rows:
     modes: int
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates."""
+        """Return amplitudes and rates, see `RotorPlaces.read`."""
         held = _held(state, passes.ROTOR_STATE, odd)
         q, d = (part[: self.modes].copy() for part in held)
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state; return the amplitudes before."""
+        """Set a state; return the amplitudes a step earlier."""
         d, rows = self.steps.increments(q, rate), state.reshape(passes.ROTOR_STATE, -1)
         rows[:] = 0.0
         rows[:, : self.modes] = q, d, -d
