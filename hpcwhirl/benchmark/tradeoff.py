@@ -89,7 +89,7 @@ class Compared:
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a twin, with a force (gap, if unloaded) `twin` `NUDGE`s larger.
+    """Integrate a twin, whose force (gap, if unloaded) is larger by `twin` `NUDGE`.
 
     The timed run keeps the scene's traces. Unless these are full, a second run with
     full traces gives the peak of the tips.

@@ -128,7 +128,7 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 
 @lru_cache(maxsize=4)
 def _held_modes(tuned: Rotor, count: int) -> Floats:
-    """Return about the lowest fixed-interface modes, (n, count), n without boundary."""
+    """Return approximate lowest fixed-interface modes, (n, count), without boundary."""
     disk = bladed_disk(tuned)
     inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
     within = np.ix_(inner, inner)

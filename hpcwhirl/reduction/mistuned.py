@@ -80,7 +80,7 @@ def _modes(
     *,
     kept: int,
 ) -> ModalModel:
-    """Return the model of modes with names (diameter, rank, phase), (m,) each, or 0."""
+    """Return the model of modes; names : diameter, rank, phase, (m,) each; None: 0."""
     diameter, rank, phase = names or np.zeros((3, len(omega)), dtype=np.int64)
     return ModalModel(
         mass=matrices[0],

@@ -74,7 +74,7 @@ def _places(
 def at_station(
     model: ModalModel, operator: FourierOperator, station: float
 ) -> tuple[ModalModel, FourierOperator]:
-    """Return a casing as blades of one contact point at an axial place, m, see it.
+    """Return a casing as seen by blades with one contact point at an axial place, m.
 
     A table of modes by harmonic, without matrices, and without the modes that rest
     there; a casing that is uniform along its axis is returned as it is.

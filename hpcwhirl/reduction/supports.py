@@ -50,7 +50,7 @@ class Support:
 
     @property
     def is_round(self) -> bool:
-        """Whether it is the same in all directions, for small motions."""
+        """Whether the supports are the same in all directions, for small motions."""
         return self.stiffness_apart == 0.0 == self.damping_apart
 
     @property
@@ -90,7 +90,7 @@ class Bearing:
 
     @property
     def is_round(self) -> bool:
-        """Whether it is the same in all directions, at every speed."""
+        """Whether the supports are the same in all directions, at every speed."""
         return not self.coefficients[:, 2:].any()
 
     @property
