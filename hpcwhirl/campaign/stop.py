@@ -176,7 +176,8 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
 def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
     """Pass an unraisable exception on to `hook`, unless it is Stop.
 
-    During a callback of the compiler a tick cannot raise; the next tick can.
+    A tick of the timer during a callback of the compiler cannot raise Stop; the next
+    tick will.
     """
     if not isinstance(lost.exc_value, Stop):
         hook(lost)

@@ -127,7 +127,7 @@ def _times(matrix: Floats, x: Floats) -> Floats:
 
 
 def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
-    """Return the steps of a body's modes without terms of rotation; step : dt, s."""
+    """Return the `Steps` of a body's modes without terms of rotation; step : dt, s."""
     omega = body.omega if body else np.zeros(0)
     ratios = body.ratios if body else np.zeros(0)
     if not exact:

@@ -287,7 +287,7 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
-    """Return the two amplitudes of which each mode of the casing is the sum."""
+    """Return places and factors, (c, 2) each, of the amplitudes in each casing mode."""
     rows, place = waves.casing.real(waves.casing.shapes), waves.places()[1]
     index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))
     for m, row in enumerate(rows):

@@ -75,7 +75,7 @@ def craig_bampton(
 
 
 def _within(matrix: Matrix, inner: NDArray[np.intp]) -> sparse.csc_array:
-    """Return rows and columns of a matrix with many zeros, (i, i)."""
+    """Return the sparse submatrix (i, i) of a matrix with many zeros."""
     places = (matrix != 0.0).nonzero()  # of Booleans, ten times as fast as of numbers
     whole = sparse.csc_array((matrix[places], places), matrix.shape)
     out = whole[inner][:, inner]

@@ -40,7 +40,7 @@ def diameter_shares(shapes: Floats, blades: int) -> Floats:
 
 
 def _grams(shapes: Floats, blades: int) -> Floats:
-    """Return G_k, (N // 2 + 1, m, m), of shapes (n, m), the tips first."""
+    """Return G_k of this module, (N // 2 + 1, m, m), of shapes (n, m), tips first."""
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
     waves = np.fft.fft(tips, axis=0)[: blades // 2 + 1]
     twice = [1.0 if is_simple(k, blades) else 2.0 for k in diameters(blades)]

@@ -91,7 +91,7 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 def _each(
     design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
-    """Return the mean kernel times, s, of refined cases of first and second fidelity."""
+    """Return the mean kernel time, s, of a refined case of either fidelity."""
     taken: tuple[list[float], list[float]] = ([], [])
     for address, one in known.items():
         if (address.level or address.fidelity) and math.isfinite(one.seconds):

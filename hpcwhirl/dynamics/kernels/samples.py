@@ -129,10 +129,12 @@ def read_centre(q, hub, tips):
 @verb
 def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of a state from a copy with its step completed; see `sample`.
+    """Write a sample of a state from a copy with its step completed.
+
+    The copy is made in `sample`, a `wave_types.SampleSpace`.
 
     Tips are computed only if they are stored. At a row of evidence with contact, the
-    gaps are compared with those that were solved, from `row` on.
+    gaps are compared with those that were solved, which are in the state from `row` on.
 
     energies, works : of the completed state and sums, by `energies_of` and
         `column_sums`

@@ -142,7 +142,10 @@ def _of_modes(model: Model, scene: Scene, waves: ModeWaves) -> Integrator:
 def _march(
     model: Model, scene: Scene, arrays: Arrays, held_in: RotorPlaces
 ) -> Integrator:
-    """Return the integrator with a rotor's arrays, and where states have its motion."""
+    """Return the integrator of a rotor of unequal sectors.
+
+    arrays, held_in : the kernel's arrays; layout of the rotor's motion in a state
+    """
     step, rotor, c_c = scene.solver.time_step, arrays.rotor, arrays.casing.items
     blades = model.blades
     k, _ = widths(blades)
