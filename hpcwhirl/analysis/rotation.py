@@ -123,7 +123,7 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 
 
 def beside(case: Case) -> Case | None:
-    """Return the case with engine.rotation none for full or full for none.
+    """Return the case with engine.rotation none instead of full, or full for none.
 
     None if the engine does not allow it.
     """

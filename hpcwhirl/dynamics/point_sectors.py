@@ -32,8 +32,8 @@ Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 FEWEST = 3  # sectors for which waves have a direction
 SAME = 1e-11  # relative difference of frequencies, and of sectors, that counts as none
-CLOSE = 1e-3  # of frequencies whose modes round-off may mix
-ALIKE = 1e-13  # of what points read of two waves
+CLOSE = 1e-3  # relative difference of frequencies whose modes round-off may mix
+ALIKE = 1e-13  # relative difference of rows of two waves that counts as none
 
 
 def travelling(model: Model) -> list[Any]:

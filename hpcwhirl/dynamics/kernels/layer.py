@@ -22,8 +22,8 @@ import math
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
 
-DEPTH, WORK, CUT = 0, 1, 2  # rows of the state
-EQUAL = 1e-11  # of the largest force: as P(s) must agree with the multiplier
+DEPTH, WORK, CUT = 0, 1, 2  # rows of the state, see `kernel_types.BodiesState`
+EQUAL = 1e-11  # largest |P(s) - multiplier| of a solution, over the largest force
 ROUND = 1e-15  # of s: its round-off
 ATTEMPTS, PATIENCE = 300, 20  # Newton steps; those before they are halved
 

@@ -13,7 +13,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.store.reading.results_file import Results
 
-MICRO = 1e6  # micrometres of a metre
+MICRO = 1e6  # micrometres in a metre
 MOST_ROWS = 400  # of the map, along time
 
 
