@@ -101,6 +101,7 @@ TOLD = {
     "engine.casing.profile_scale": ("1", "factor"),
     "engine.casing.offset": ("0", "m", "axis", "narrower"),
     "engine.casing.offset_angle": ("0", "rad"),
+    "engine.casing.profile_release": ("0", "s", "let go", "never"),
     "engine.casing.profile_rise": ("0", "s", "fade in", "50 steps"),
     "engine.casing.contact_law": ('"rigid"', "abradable", "archard", "penetrate"),
     "engine.casing.layer_rods": ("4", "under the edge", "numerical"),

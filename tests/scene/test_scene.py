@@ -144,8 +144,9 @@ def test_every_input_is_set_and_written_by_its_dotted_name():
     values["engine.casing.families"] = "all"  # of elements
     values |= {**dict.fromkeys(STANDING, 0.0), "unbalance": 0.0}  # of a clamped centre
     values |= {"engine.rotor.shaft": "springs", LOST: -1, BEARING: ""}
-    values |= {**CHANGING}  # not with chaos or a history
+    values |= {**CHANGING, "history": "", "branch": "start"}  # not with chaos or shapes
     values |= {"engine.casing.contact_law": "rigid", "friction_law": "constant"}  # nor
+    values["engine.casing.profile_release"] = 0.0  # not of a rigid casing
     scene = apply_settings(Scene(), values)
     assert flatten(scene) == values
     assert flatten(scene_of_document(tomllib.loads(to_toml(scene)))) == values

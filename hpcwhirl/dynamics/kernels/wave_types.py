@@ -184,7 +184,7 @@ class GeneralSpace(NamedTuple):
     rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
     wall : (2 k,), spectrum of a rigid casing, set in each sample
     out, again : (2 wide,), folded: tips with negative sign, and gaps, m
-    tips : (N + 1, 2), m; a row of `Tracks.tips`, then x_o, y_o
+    tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     opened : (2 wide,), for waves: solved gaps, or lower bounds where tips are not read
     """
@@ -215,7 +215,7 @@ class SampleSpace(NamedTuple):
     rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
     columns, wall : (2 k,), spectra of the tips, and of a rigid casing, set in each
         sample
-    tips : (N + 1, 2), m; a row of `Tracks.tips`, then x_o, y_o
+    tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     again : (2 wide,), gaps, m
     """
