@@ -288,7 +288,7 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
     ({"contact_law": "archard", "time_step": 1e-4}, "in which a tip moves by layer_"),
     ({"contact_law": "archard", "chaos": 50.0}, "output.chaos must be 0 where casing."),
     ({"contact_law": "archard", "history": "speed = 300.0"}, "so no [branch], where"),
-    ({"friction_law": "stribeck", "acceleration": 1.0}, "friction_law must be constant"),
+    ({"friction_law": "stribeck", "acceleration": 1.0}, "friction_law must be const"),
     ({"unbalance": 1e-3}, "unbalance must be 0 where engine.rotation is none"),
     ({"gap_at": "rest"}, "gap_at must be speed where engine.rotation is none"),
     ({"rotation": "full", "unbalance": 1e-3, "centre": "clamped"},
