@@ -28,6 +28,7 @@ from hpcwhirl.reduction.numbers import one_thread, representable, zero_between
 from hpcwhirl.reduction.supports import Bearing, Support
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
@@ -67,6 +68,13 @@ def check_points(model: Model, scene: Scene) -> None:
     if not SCHEMES[solver.scheme].points:
         able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.points)
         msg = f"scheme must be {able} {each}, got '{solver.scheme}'"
+        raise InputError(msg)
+    law = scene.engine.casing.contact_law
+    if law != RIGID:
+        msg = (
+            "casing.contact_law must be rigid where tips have several contact points, "
+            f"got {law}"
+        )
         raise InputError(msg)
     least = -float(model.rotor.points.gap.min())
     if not scene.gap >= least:

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.dynamics.kernels.body_types import Layer
-from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
 
@@ -71,19 +69,6 @@ def layer_of(scene: Scene) -> Layer:
     return LAWS[scene.engine.casing.contact_law](scene)
 
 
-def unworn(model: Model, scene: Scene) -> Floats:
-    """Return the layer at the start, (3, M), see `kernels.kernel_types.BodiesState`.
-
-    Raises
-    ------
-    InputError
-        if tips have several contact points
-    """
-    if wears(scene) and model.rotor.points is not None:
-        law = scene.engine.casing.contact_law
-        msg = (
-            "casing.contact_law must be rigid where tips have several contact points, "
-            f"got {law}"
-        )
-        raise InputError(msg)
+def unworn(scene: Scene) -> Floats:
+    """Return the layer at the start, (3, M), see `kernels.kernel_types.BodiesState`."""
     return np.zeros((3, rods_of(scene)))

@@ -390,6 +390,7 @@ REFUSED = [
         "scheme must be 'modal' or 'general' or 'paper' with 3 contact",
     ),
     ({"gap_at": "rest", "rotation": "full"}, "gap_at must be speed with 3 contact"),
+    ({"contact_law": "archard"}, "casing.contact_law must be rigid where tips have"),
     ({"casing.width": 0.07}, "rotor/tip_station 0.04 m, beyond the casing, which"),
 ]
 

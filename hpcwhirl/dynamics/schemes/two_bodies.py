@@ -48,7 +48,7 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     return BodiesState(
         np.zeros(rotor), np.zeros(rotor), np.zeros(casing), np.zeros(casing),
         np.zeros(rotor), np.zeros(max(casing, 1)), gaps, gaps.copy(),
-        *nothing_yet(model.contacts), unworn(model, scene),
+        *nothing_yet(model.contacts), unworn(scene),
     )  # fmt: skip
 
 
