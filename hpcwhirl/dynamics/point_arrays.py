@@ -28,7 +28,7 @@ from hpcwhirl.dynamics.point_sectors import (
     sector_rows,
     slots_of,
 )
-from hpcwhirl.dynamics.point_waves import PointWaves
+from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
 from hpcwhirl.dynamics.slots import ring_pairs
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.dynamics.whole_waves import padded_blades
@@ -288,7 +288,7 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
     """Return places and factors, (c, 2) each, of the amplitudes in each casing mode."""
-    rows, place = waves.casing.real(waves.casing.shapes), waves.places()[1]
+    rows, place = real_rows(waves.casing.shapes), waves.places()[1]
     index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))
     for m, row in enumerate(rows):
         there = np.flatnonzero(row)

@@ -30,6 +30,11 @@ Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 
 
+def real_rows(rows: Complexes) -> Floats:
+    """Return real rows (r, 2 w) that give Re(rows a) from re and im of a (w,)."""
+    return np.hstack([rows.real, -rows.imag])
+
+
 @dataclass(frozen=True)
 class BodyWaves:
     """A body's m modes at rest as w waves of the rotating frame.
@@ -62,10 +67,6 @@ class BodyWaves:
             z = np.where(static != 0.0, self.rises / static, 0.0)
         return np.asarray(self.rises * (1 + z) / (2 * self.step))
 
-    def real(self, rows: Complexes) -> Floats:
-        """Return real rows (r, 2 w) that give Re(rows a) from re and im of a."""
-        return np.hstack([rows.real, -rows.imag])
-
     def conjugated(self, which: NDArray[np.bool_]) -> BodyWaves:
         """Return the same waves, some of them with the conjugate amplitude.
 
@@ -91,9 +92,9 @@ class BodyWaves:
 
         Of waves without a conjugate the imaginary part is 0.
         """
-        rates = self.real(self.rates)
+        rates = real_rows(self.rates)
         scale = float(np.abs(rates).max())
-        basis = np.vstack([self.real(self.shapes), rates / scale])
+        basis = np.vstack([real_rows(self.shapes), rates / scale])
         given = np.concatenate([q, rate / scale])
         return np.asarray(np.linalg.lstsq(basis, given, rcond=None)[0])
 
@@ -116,10 +117,6 @@ def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
     z = 1 + waves.ahead[which]
     spin = np.expm1(1j * turns)
     parts = [row[:, None] * mixed for row in (waves.rise, waves.moves)]
-
-    def real(rows: Complexes) -> Floats:
-        return np.hstack([rows.real, -rows.imag])
-
     return BodyWaves(
         step=waves.step,
         ahead=np.asarray(z * spin + waves.ahead[which]),
@@ -128,7 +125,7 @@ def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
         moves=parts[1],
         gives=np.asarray(unmixed * waves.gives),
         give=np.diag(waves.give),
-        form=_energy(real(parts[0]), real(mixed), waves.omega, waves.step),
+        form=_energy(real_rows(parts[0]), real_rows(mixed), waves.omega, waves.step),
     )
 
 

@@ -397,14 +397,19 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     return q
 
 
-def ring_turned(model: Model, q: Floats, angle: float) -> Floats:
-    """Return amplitudes (m,), static frame, as a frame at an angle, rad, sees them."""
+def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
+    """Return amplitudes (..., m) of a casing's modes as turned frames see them.
+
+    q, angle : amplitudes in the static frame; angles (...,) of the frames, rad
+    """
     out = q.copy()
     for place in _ring_modes(model):
-        own = list(place.members)
-        pair = [*q[own], 0.0][:2]
-        value = (pair[0] - 1j * pair[1]) * np.exp(1j * place.harmonic * angle)
-        out[own] = [value.real, -value.imag][: len(own)]
+        one, *other = place.members
+        beside = q[..., other[0]] if other else 0.0
+        turned = np.exp(1j * place.harmonic * np.asarray(angle))
+        value = (q[..., one] - 1j * beside) * turned
+        for member, part in zip(place.members, (value.real, -value.imag), strict=False):
+            out[..., member] = part
     return out
 
 

@@ -40,9 +40,7 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
     signs = np.array([sign for _, sign in folded], dtype=float)
     cosine, sine, growth, rise = (part.copy() for part in numbers.T)
     shaped = orders, slots, signs, cosine, sine, growth, rise
-    return Wall(
-        scene.gap, scene.nodal_diameter, *shaped, scene.gap - shape.depth
-    )  # fmt: skip
+    return Wall(scene.gap, scene.nodal_diameter, *shaped, scene.gap - shape.depth)
 
 
 def ready_at(scene: Scene) -> int:

@@ -268,7 +268,7 @@ def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
     """Return shapes (i, c), orthonormal to modes (i, m) and each other by M."""
     for _ in range(2):
         shapes = shapes - modes @ (modes.conj().T @ (m_ii @ shapes))
-        squared, mix = np.linalg.eigh(_hermitian(shapes.conj().T @ (m_ii @ shapes)))
+        squared, mix = np.linalg.eigh(_reduced(m_ii, shapes))
         shapes = shapes @ (mix / np.sqrt(squared))
     return shapes
 
@@ -297,10 +297,6 @@ def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
     boundary = static.shape[1]
     rows = np.eye(boundary, boundary + modes.shape[1])
     return np.vstack([rows, np.hstack([static, modes])])
-
-
-def _hermitian(matrix: Matrix) -> Matrix:
-    return np.asarray((matrix + matrix.conj().T) / 2)
 
 
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
@@ -382,6 +378,6 @@ def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
 
 def _ritz(k_ii: Any, m_ii: Any, modes: Matrix) -> tuple[Floats, Matrix]:
     """Return Ritz values omega^2 and M-orthonormal modes of the columns' space."""
-    strain, inertia = (_hermitian(modes.conj().T @ (a @ modes)) for a in (k_ii, m_ii))
+    strain, inertia = (_reduced(a, modes) for a in (k_ii, m_ii))
     squared, mix = eigh(strain, inertia)
     return squared, modes @ mix

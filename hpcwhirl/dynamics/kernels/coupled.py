@@ -79,15 +79,16 @@ for _verb, _function in OF_MODES:
 
 @does(verbs.meet, CoupledBody)
 def meet(body, motion, mu, ledger):
-    """Add the contact forces by blocks, and their work on the body's own modes.
+    """Add the contact forces to the body's own modes by blocks, and their work.
 
-    Modes that represent a circle or an ellipse have no energy. `following` is work
-    space.
+    They move neither the modes that represent a circle or an ellipse, nor those of a
+    motion without contact. `following` is work space.
     """
-    _, d, _, ahead, work, normal, drag = motion
-    for m in range(len(work)):
-        work[m] = normal[m] + mu * drag[m]
-    apply_blocks(body.give, body.starts, work, 1.0, ahead)
+    _, d, _, ahead, push, normal, drag = motion
+    push[:] = 0.0
+    for m in range(body.own):
+        push[m] = normal[m] + mu * drag[m]
+    apply_blocks(body.give, body.starts, push, 1.0, ahead)
     for m in range(body.own):
         mean = 0.5 * (ahead[m] + d[m])
         ledger[ROTATION] += normal[m] * mean

@@ -22,10 +22,8 @@ from hpcwhirl.dynamics.kernels.body_types import DrivenBody
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
-    FRICTION,
     OF_WHOLE,
     PULSE,
-    ROTATION,
 )
 from hpcwhirl.dynamics.kernels.coupled import apply_blocks, form
 from hpcwhirl.dynamics.kernels.verbs import does
@@ -34,6 +32,7 @@ for _verb, _function in (
     (verbs.predict, coupled.predict),
     (verbs.read, coupled.read),
     *((verb, function) for verb, function in coupled.OF_MODES),
+    (verbs.meet, coupled.meet),
     (verbs.accept, coupled.accept),
     (verbs.energy, coupled.energy),
 ):
@@ -62,23 +61,6 @@ def yielded(body, motion, _, ledger):
     for m in range(body.own):
         both = motion.d[m] + motion.ahead[m]
         ledger[PULSE] += 0.5 * body.work[m] * both
-
-
-@does(verbs.meet, DrivenBody)
-def meet(body, motion, mu, ledger):
-    """Add the contact forces to y by blocks, and their work; `following` is work space.
-
-    r is the motion without them.
-    """
-    _, d, _, ahead, push, normal, drag = motion
-    push[:] = 0.0
-    for m in range(body.own):
-        push[m] = normal[m] + mu * drag[m]
-    apply_blocks(body.give, body.starts, push, 1.0, ahead)
-    for m in range(body.own):
-        mean = 0.5 * (ahead[m] + d[m])
-        ledger[ROTATION] += normal[m] * mean
-        ledger[FRICTION] += mu * drag[m] * mean
 
 
 @does(verbs.note_beside, DrivenBody)

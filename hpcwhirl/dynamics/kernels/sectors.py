@@ -18,7 +18,7 @@ import math
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
-from hpcwhirl.dynamics.kernels.passes import load_both, store_both, total_of
+from hpcwhirl.dynamics.kernels.passes import total_of
 from hpcwhirl.dynamics.kernels.point_rows import (
     book_points,
     push_points,
@@ -36,7 +36,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     store,
 )
-from hpcwhirl.dynamics.kernels.whole import put, turn_waves
+from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 
 
 @inlined
@@ -97,15 +97,6 @@ def add_alike(rows, q, spectra):
             store(spectra, 2 * f * k + k + c, im)
 
 
-@inlined
-def turned(q, ahead, half, m):
-    """Multiply four amplitudes by their z, for a step; return their re and im."""
-    (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
-    re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
-    store_both(q, half, m, (re, im))
-    return re, im
-
-
 @does(turn_points, SectorRows)
 @inlined
 def turn_sectors(rows, q, ahead, near, spectra):
@@ -116,13 +107,13 @@ def turn_sectors(rows, q, ahead, near, spectra):
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
-            re, im = turned(q, ahead, half, f * k + c)
+            re, im = turn_four(q, ahead, half, f * k + c)
             store(spectra, 2 * f * k + c, re)
             store(spectra, 2 * f * k + k + c, im)
     for f in range(rows.single, rows.single + pairs):
         for c in range(0, k, FOUR):
-            re, im = turned(q, ahead, half, f * k + c)
-            other, beside = turned(q, ahead, half, (f + pairs) * k + c)
+            re, im = turn_four(q, ahead, half, f * k + c)
+            other, beside = turn_four(q, ahead, half, (f + pairs) * k + c)
             store(spectra, 2 * f * k + c, re + other)
             store(spectra, 2 * f * k + k + c, im + beside)
 

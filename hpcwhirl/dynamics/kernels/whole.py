@@ -63,14 +63,20 @@ HELD = 4  # numbers in the state for each blade in contact, see `push_waves`
 
 
 @inlined
+def turn_four(q, ahead, half, m):
+    """Multiply four amplitudes by their z, for a step; return their re and im."""
+    (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
+    re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
+    store_both(q, half, m, (re, im))
+    return re, im
+
+
+@inlined
 def turn_waves(q, ahead):
     """Take a step without forces; q : (m,) or more, ahead : (m,), z - 1."""
     half = len(ahead) // 2
     for m in range(0, half, FOUR):
-        re, im = load_both(q, half, m)
-        a, b = load_both(ahead, half, m)
-        real, imag = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
-        store_both(q, half, m, (real, imag))
+        turn_four(q, ahead, half, m)
 
 
 @inlined

@@ -23,7 +23,7 @@ from hpcwhirl.dynamics.kernels.whole import HELD
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.point_arrays import point_arrays
-from hpcwhirl.dynamics.point_waves import PointWaves, point_waves
+from hpcwhirl.dynamics.point_waves import PointWaves, point_waves, real_rows
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
     Floats,
@@ -34,7 +34,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     with_space,
 )
 from hpcwhirl.dynamics.schemes.places import nothing_booked
-from hpcwhirl.dynamics.slots import ring_pairs
+from hpcwhirl.dynamics.slots import ring_turned
 from hpcwhirl.dynamics.whole_waves import padded_blades
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -58,17 +58,6 @@ def points_apart(model: Model, scene: Scene) -> Integrator | None:
     return None if waves is None else _march(model, scene, waves)
 
 
-def _turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
-    """Return amplitudes (..., m) of a casing's modes, seen from angles (...,), rad."""
-    out = q.copy()
-    for harmonic, (one, *other) in ring_pairs(model):
-        if other:
-            turned = np.exp(1j * harmonic * np.asarray(angle))
-            value = (q[..., one] - 1j * q[..., other[0]]) * turned
-            out[..., one], out[..., other[0]] = value.real, -value.imag
-    return out
-
-
 def _march(model: Model, scene: Scene, waves: PointWaves) -> Integrator:
     arrays, waves = point_arrays(model, scene, waves)
     step = scene.solver.time_step
@@ -88,11 +77,11 @@ def _march(model: Model, scene: Scene, waves: PointWaves) -> Integrator:
     def motion(state: CyclicState, steps: int) -> Motion:
         q = state.rotor
         rotor, casing = (
-            (body.real(body.shapes) @ q[place], body.real(body.rates) @ q[place])
+            (real_rows(body.shapes) @ q[place], real_rows(body.rates) @ q[place])
             for body, place in ((waves.rotor, own), (waves.casing, beside))
         )
         angle = -float(angle_at(scene, steps, step))
-        still = (_turned(model, part, angle) for part in casing)
+        still = (ring_turned(model, part, angle) for part in casing)
         return unfold(model, Amplitudes(*rotor, *still))
 
     def begin(motion: Motion) -> bool:
@@ -111,7 +100,7 @@ def _march(model: Model, scene: Scene, waves: PointWaves) -> Integrator:
     def read(copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
         angles = -np.asarray(angle_at(scene, steps, step))
-        return waves_of_modes(model, _turned(model, copies, angles))
+        return waves_of_modes(model, ring_turned(model, copies, angles))
 
     return Integrator(
         kernel=with_space(kernel, lambda: points_space(arrays, state_at_rest)),

@@ -30,13 +30,8 @@ from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
-FULL = {
-    "tips",
-    "blade_impulse",
-    "point_impulse",
-    "worn",
-}  # traces that `full` alone keeps
-
+# traces that `full` alone keeps
+FULL = {"tips", "blade_impulse", "point_impulse", "worn"}
 SPECIAL = {  # trace: what it needs beside `full`
     "point_impulse": "needs an engine.file of several contact points a tip",
     "worn": "needs a layer that wears: engine.casing.contact_law",
