@@ -197,6 +197,7 @@ class FreeDecay:
             for direction, shape in enumerate(self.shapes[:2]):
                 tracks.tips[:, :, direction] = (places @ shape.T).real
             tracks.blade_impulse[:] = start.blades
+        if len(tracks.casing) > 0:
             tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:

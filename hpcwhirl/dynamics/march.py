@@ -235,8 +235,9 @@ class March:
     def _empty_tracks(self) -> Tracks:
         blades, kept = self.lean.model.contacts, self.scene.output.traces
         samples, rods = self.total // self.stride, rods_of(self.scene)
-        full, width = kept in {"blades", "full"}, self.scheme.casing_width
-        size = 8.0 * samples * (7 + (3 * blades + width + rods) * full)
+        tips, casing = kept in {"blades", "full"}, kept == "full"
+        width = self.scheme.casing_width
+        size = 8.0 * samples * (7 + 3 * blades * tips + (width + rods) * casing)
         rows = self.total // self.beat
         if 8.0 * self._columns * rows > MOST_TRACES:
             msg = (
@@ -250,7 +251,7 @@ class March:
                 f"bytes, allowed {MOST_TRACES / 1e9:g} GB: raise interval"
             )
             raise InputError(msg)
-        kept_samples = samples, samples if full else 0
+        kept_samples = samples, samples * tips, samples * casing
         return empty_tracks(kept_samples, (rows, self._columns), blades, width, rods)
 
     @property

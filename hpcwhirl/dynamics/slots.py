@@ -387,11 +387,13 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     slots, _ = widths(model.blades)
     rows = states.shape[1] // (2 * slots)
     ring = states.reshape(len(states), 2, rows, slots)  # there may be no states
-    places = _ring_modes(model)
+    places = _ring_modes(model) if len(states) else []
     q = np.zeros((len(states), len(model.casing.omega) if model.casing else 0))
-    for place in places if len(states) else ():
+    harmonics = {place.harmonic for place in places}
+    turns = {h: np.exp(-1j * h * angles) for h in harmonics}
+    for place in places:
         re, im = ring[:, 0, place.row, place.slot], ring[:, 1, place.row, place.slot]
-        value = (re + 1j * place.sign * im) * np.exp(-1j * place.harmonic * angles)
+        value = (re + 1j * place.sign * im) * turns[place.harmonic]
         for member, part in zip(place.members, (value.real, -value.imag), strict=False):
             q[:, member] = part
     return q

@@ -9,7 +9,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import Tracks
 
 
 def empty_tracks(
-    samples: tuple[int, int],
+    samples: tuple[int, int, int],
     evidence: tuple[int, int],
     blades: int,
     width: int,
@@ -19,17 +19,17 @@ def empty_tracks(
 
     Parameters
     ----------
-    samples : number of samples, and of those with tips and casing
+    samples : number of samples, of those with tips, and of those with casing
     evidence : number of rows of evidence, and of their columns
     blades, width : number of blades N; number of coordinates of the casing
     rods : number of rods of a layer that wears, 0 without
     """
-    count, whole = samples
+    count, tips, casing = samples
     numbers = [np.zeros(count) for _ in range(5)]
     energy, impulse, fed, lost, rubbed = numbers
     return Tracks(
         np.zeros((count, 2)), energy, impulse, fed, lost,
-        np.zeros((whole, blades, 2)), np.zeros((whole, blades)), rubbed,
-        np.zeros((whole, width)), np.zeros(evidence),
-        np.zeros(contact.CLOSED), np.zeros((whole, rods)),
+        np.zeros((tips, blades, 2)), np.zeros((tips, blades)), rubbed,
+        np.zeros((casing, width)), np.zeros(evidence),
+        np.zeros(contact.CLOSED), np.zeros((casing, rods)),
     )  # fmt: skip

@@ -38,7 +38,7 @@ TABLES_KEPT: dict[str, Callable[[str], str]] = {  # inputs whose file is kept as
 }
 MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
 READING = 2  # increase when the same engine file would give other numbers
-PHYSICS_VERSION = 15  # increase when the same inputs would give other numbers
+PHYSICS_VERSION = 16  # increase when the same inputs would give other numbers
 MOST_BYTES = 2**31  # largest engine file: 16 matrices of 4,000 coordinates
 WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
 DEEPEST = 32  # deepest nesting of tables and lists

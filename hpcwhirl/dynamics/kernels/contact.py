@@ -311,6 +311,7 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
         for j in range(blades):
             tracks.tips[s, j, 0], tracks.tips[s, j, 1] = tips[j, 0], tips[j, 1]
             tracks.blade_impulse[s, j] = impulse[j]
+    if len(tracks.casing) > 0:
         for m in range(tracks.casing.shape[1]):
             tracks.casing[s, m] = casing[m]
     counter[SAMPLE] += 1

@@ -178,15 +178,6 @@ def settle_general(c_b, c_c, state, copies):
     settle_ring(state.ring, t_c, c_c, lam[2 * width :], k, counter, end_c)
 
 
-@rare
-def sum_modes(rows, blade, q):
-    """Return row `blade` of rows (N, m) flat, times q (m,)."""
-    total = 0.0
-    for m in range(len(q)):
-        total += rows[blade * len(q) + m] * q[m]
-    return total
-
-
 @inlined
 def tip_of(rows, blade, q, modes):
     """Return row `blade` of rows (N, modes) flat, times the first of q."""
@@ -245,13 +236,13 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 @rare
 def write_tips(rotor, q, whole, tips):
     """Set tips (N + 1, 2): x_o, y_o, and if `whole` each blade's; rotating frame."""
-    blades = len(tips) - 1
+    blades, modes = len(tips) - 1, len(q)
     for axis in range(2):
-        tips[blades, axis] = sum_modes(rotor.hub, axis, q)
+        tips[blades, axis] = tip_of(rotor.hub, axis, q, modes)
     if whole:
         for j in range(blades):
-            tips[j, 0] = -sum_modes(rotor.radial, j, q)
-            tips[j, 1] = -sum_modes(rotor.tangential, j, q)
+            tips[j, 0] = -tip_of(rotor.radial, j, q, modes)
+            tips[j, 1] = -tip_of(rotor.tangential, j, q, modes)
 
 
 @rare

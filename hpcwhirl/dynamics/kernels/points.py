@@ -49,7 +49,6 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.cyclic import angle_of, flush
-from hpcwhirl.dynamics.kernels.general import sum_modes
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.opening import note_miss_folded
@@ -175,11 +174,11 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
             reach = max(reach, abs(out[i]))
         note_miss_folded(again, space.opened, 0, reach, gap, points, ledger)
     for axis in range(2):
-        tips[points, axis] = sum_modes(rotor.hub, axis, q)
+        tips[points, axis] = tip_by_waves(rotor.hub, axis, q, len(q))
     if keep and len(tracks.tips) > 0:
         for j in range(points):
-            tips[j, 0] = sum_modes(rotor.radial, j, q)
-            tips[j, 1] = sum_modes(rotor.along, j, q)
+            tips[j, 0] = tip_by_waves(rotor.radial, j, q, len(q))
+            tips[j, 1] = tip_by_waves(rotor.along, j, q, len(q))
         for m in range(len(space.casing)):
             space.casing[m] = (
                 rotor.shares[m, 0] * q[rotor.casing[m, 0]]
