@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from hpcwhirl.errors import shown
 from hpcwhirl.scene.rule import Rule
 from hpcwhirl.scene.schemes import NAMES as SCHEMES
+from hpcwhirl.scene.schemes import STEPWISE, either
 
 RIGID = "rigid"
 MOST_RODS = 10**6  # around a casing
@@ -57,14 +58,13 @@ def stribeck(kinetic: float, at_rest: float, decay: float, speed: float) -> floa
     return kinetic + (at_rest - kinetic) * math.exp(-abs(speed) / decay)
 
 
-LAYERED = tuple(name for name in SCHEMES if name != "exact")
 _TABLE = (
     ContactLaw(RIGID, "tips do not penetrate the casing", SCHEMES),
-    ContactLaw("abradable", "a layer of plastic rods on the casing wears", LAYERED),
+    ContactLaw("abradable", "a layer of plastic rods on the casing wears", STEPWISE),
     ContactLaw(
         "archard",
         "the casing wears in proportion to normal force and sliding distance",
-        LAYERED,
+        STEPWISE,
     ),
 )
 _FRICTION = (
@@ -109,9 +109,8 @@ def is_known(law: Any, scheme: Any) -> Any:
 
 def refused(law: str, scheme: str) -> str:
     """Return why a scheme is refused with a contact law."""
-    *most, last = (f"'{name}'" for name in LAWS[law].schemes)
     return (
-        f"scheme must be {', '.join(most)} or {last} where casing.contact_law is "
+        f"scheme must be {either(LAWS[law].schemes)} where casing.contact_law is "
         f"{law}, got '{scheme}'"
     )
 

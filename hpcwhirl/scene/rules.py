@@ -6,12 +6,16 @@ one case, `batch_validation` on columns. The models of `inputs` list their rules
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
+from collections.abc import Sequence
 from typing import Any
 
 from hpcwhirl.errors import shown
 from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.rule import Rule
+from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
 
 AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
@@ -54,6 +58,11 @@ def last_end(
     end = end_time(duration, revolutions, speed)
     longer = (until == "decided") & (end < longest)
     return choose(longer, longest, end)
+
+
+def _is_one(scheme: Any, names: Sequence[str]) -> Any:
+    """Return whether a scheme is one of these, scalar or (cases,)."""
+    return functools.reduce(operator.or_, (scheme == name for name in names))
 
 
 def _most_lobes(discretization: Any, elements: Any, harmonics: Any) -> Any:
@@ -301,23 +310,23 @@ OF_SCENE = (
         lambda rate, table, closure, gaps, scheme: (
             _constant(rate, table) & (closure == 0.0) & (gaps == "")
         )
-        | (scheme != "exact"),
-        lambda *_: "scheme must be 'modal', 'general' or 'paper' where speed or gap "
-        "change in time, got 'exact'",
+        | _is_one(scheme, STEPWISE),
+        lambda *given: f"scheme must be {either(STEPWISE)} where speed or gap change "
+        f"in time, got '{given[-1]}'",
     ),
     Rule(
         ("engine.casing.profile_release", "solver.scheme"),
-        lambda time, scheme: (time == 0.0) | (scheme != "exact"),
-        lambda *_: "scheme must be 'modal', 'general' or 'paper' where a casing is let "
-        "go (profile_release), got 'exact'",
+        lambda time, scheme: (time == 0.0) | _is_one(scheme, STEPWISE),
+        lambda _, scheme: f"scheme must be {either(STEPWISE)} where a casing is let go "
+        f"(profile_release), got '{scheme}'",
     ),
     Rule(
         ("acceleration", "speed_table", "solver.scheme", "engine.rotation"),
         lambda rate, table, scheme, rotation: _constant(rate, table)
-        | (scheme != "paper")
+        | _is_one(scheme, TURNING)
         | (rotation == "none"),
-        lambda *_: "scheme must be 'modal' or 'general' where the speed changes and "
-        "engine.rotation is full, got 'paper'",
+        lambda *given: f"scheme must be {either(TURNING)} where the speed changes and "
+        f"engine.rotation is full, got '{given[2]}'",
     ),
     Rule(
         ("acceleration", "ramp", "speed", "speed_to"),

@@ -6,6 +6,7 @@ The implementation of a scheme is in `dynamics.schemes`, in the file of its name
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -120,9 +121,17 @@ _TABLE = (
 )  # fmt: skip
 SCHEMES = {scheme.name: scheme for scheme in _TABLE}
 NAMES = tuple(SCHEMES)
+STEPWISE = tuple(scheme.name for scheme in _TABLE if not scheme.flies)
+TURNING = tuple(s.name for s in _TABLE if not (s.flies or s.matrices))
 if TYPE_CHECKING:
     SchemeName = str
 else:
     SchemeName = Literal[NAMES]  # computed, so that type checkers see `str`
 DEFAULT = NAMES[0]
 MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)
+
+
+def either(names: Sequence[str]) -> str:
+    """Return names of schemes as a message lists what is allowed: 'a', 'b' or 'c'."""
+    *most, last = map(repr, names)
+    return f"{', '.join(most)} or {last}"

@@ -8,6 +8,7 @@ from hpcwhirl.dynamics.schemes.rotating_waves import has_waves, waves_apart
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.schemes import STEPWISE, either
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
@@ -26,7 +27,7 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     if march is None:
         msg = (
             "scheme exact cannot tell apart two waves of this rotor, which nearly "
-            "coincide at its speed: scheme must be 'modal', 'general' or 'paper' here, "
+            f"coincide at its speed: scheme must be {either(STEPWISE)} here, "
             "got 'exact'"
         )
         raise InputError(msg)
@@ -38,8 +39,7 @@ def _check(model: Model) -> None:
     if not is_cyclic(model) and not has_waves(model):
         msg = (
             "scheme exact needs three or more equal blades and a ring of harmonics or "
-            "a rigid casing: scheme must be 'modal', 'general' or 'paper' here, got "
-            "'exact'"
+            f"a rigid casing: scheme must be {either(STEPWISE)} here, got 'exact'"
         )
         raise InputError(msg)
     bodies = [body for body in (model.rotor, model.casing) if body is not None]
