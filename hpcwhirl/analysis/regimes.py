@@ -36,7 +36,7 @@ def _limit(default: float, meaning: str) -> float:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """The thresholds between the words of regimes; stored with the results."""
+    """Thresholds that separate the words of regimes; stored with the results."""
 
     ledger: float = _limit(
         1e-6, "largest ledger error of a run that is not `unstable`, see `ledger_error`"
@@ -78,7 +78,7 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class MotionThresholds:
-    """The thresholds between the words of `motion`, see `output.chaos`."""
+    """Thresholds that separate the words of `motion`, see `output.chaos`."""
 
     returns: float = _limit(0.05, "largest `return_distance` of a `periodic` motion")
     calm: float = _limit(
@@ -302,7 +302,7 @@ def evidence(
 def _growing(
     scene: Scene, judged: Evidence, circle: Floats, start: float
 ) -> tuple[dict[str, float], float]:
-    """Return `_rates` of a window from `start`, s, with `summit`, and its mean energy.
+    """Return (rates and `summit`, mean energy in J) of the window from `start`, s.
 
     circle : (b, 2) or (1, 2), m, about which the orbit is measured
     """
@@ -316,7 +316,7 @@ def _growing(
 
 
 def _change_of(rates: dict[str, float]) -> float:
-    """Return the largest |growth rate|, of both bodies, rotor or centre, 1/s."""
+    """Return the largest |growth rate| of total energy, rotor and orbit, 1/s."""
     return max(abs(rates[f"growth_{name}"]) for name in ("rate", "rotor", "centre"))
 
 

@@ -29,6 +29,7 @@ from hpcwhirl.reduction.supports import Bearing, Support
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
+from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
@@ -61,7 +62,7 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_points(model: Model, scene: Scene) -> None:
-    """Raise InputError for what tips of several contact points do not allow."""
+    """Raise InputError if scheme, contact law or gap exclude tips of several points."""
     if model.rotor.points is None:
         return
     solver, each = scene.solver, f"with {model.each} contact points a tip"
@@ -80,7 +81,7 @@ def check_points(model: Model, scene: Scene) -> None:
     if not scene.gap >= least:
         msg = (
             f"gap must be >= {least:.6g} m, since rotor/tip_gap of engine.file "
-            f"{scene.engine.file} takes that off one point, got {scene.gap:.6g}"
+            f"{scene.engine.file} reduces it by that at one point, got {scene.gap:.6g}"
         )
         raise InputError(msg)
 
@@ -158,14 +159,14 @@ def check_supports(model: Model, scene: Scene) -> None:
         raise InputError(msg)
     if is_unbalanced(scene) and (told := _ellipse_refused(model, own, scheme)):
         msg = (
-            f"unbalance must be 0 {told}, got "
-            f"{scene.unbalance}, and lost_blade {scene.engine.rotor.lost_blade}"
+            f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
+            f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"
         )
         raise InputError(msg)
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return a text on why an unbalance is not allowed on these supports; "" if it is.
+    """Return the words for where an unbalance is not allowed; "" if it is allowed.
 
     own : the supports at the scene's speed
     """
@@ -173,7 +174,7 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
     if scheme == "paper":
         return f"with scheme paper {where}"
     if not own.is_round and not model.rotor.cyclic:
-        return f"of unequal sectors {where}"
+        return f"with unequal sectors {where}"
     if not own.is_round and own.film:
         return "where supports differ by direction and have a film"
     return ""
@@ -352,7 +353,7 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 
 
 def turned(omega: Floats, speed: float) -> Floats:
-    """Return frequencies without rotation with the numerical error of waves at speed.
+    """Return frequencies at rest with the same numerical error as waves at speed.
 
     Integrated by central differences, a wave e^{i w t} with stiffness K and Coriolis
     forces 2 Omega c, |c| <= 1, both per mass, satisfies

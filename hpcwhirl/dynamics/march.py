@@ -68,8 +68,8 @@ class March:
         the case; its `scene` and `model` are also attributes here, and so is `lean`,
         the scene and model that are integrated
     start
-        the motion that it begins with, which another march has left; None: that of the
-        case's `start_energy`, at rest, or on the circle of an unbalanced rotor
+        the initial motion, the last one of another march; None: that of the case's
+        `start_energy`, rest, or the circle of an unbalanced rotor
 
     Raises
     ------
@@ -98,7 +98,7 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Set scheme and state to the begin of a march, at rest or with `start`.
+        """Set scheme and state to the start of a march, at rest or with `start`.
 
         lean : scene and model to integrate; if they cannot begin with `start`, those of
             all sectors are taken instead
@@ -116,7 +116,7 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _refresh(self, state: Any) -> None:
-        """Set arrays, and a state unless it is None, to the interval of this step."""
+        """Set speed, wall, arrays and `state`, unless None, to this step's interval."""
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
         self.wall = wall_of(self.lean.model, scene, released=free)
@@ -150,7 +150,7 @@ class March:
         self._refresh(None)
 
     def _coast(self) -> FreeDecay | None:
-        """Return the search for a certificate, if the plan includes one."""
+        """Return the search for a certificate of free decay; None if there is none."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -197,7 +197,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Schedule the next search for a certificate `steps` ahead, at evidence."""
+        """Schedule the next search at the first row of evidence `steps` or more on."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
@@ -256,7 +256,7 @@ class March:
 
     @property
     def _columns(self) -> int:
-        """Columns of a row of evidence, more where a speed's change drives a rotor."""
+        """Number of columns of evidence, larger where a changing speed drives modes."""
         driven = isinstance(self.scheme.arrays.rotor, DrivenBody)
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 
@@ -316,7 +316,7 @@ class March:
         self.seconds += time.perf_counter() - start
 
     def _through_intervals(self, goal: int) -> None:
-        """March to step `goal`; a state at an interval's end is that of the next."""
+        """March to step `goal`; at the end of each interval, switch to the next."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
             cut = self._next_cut()
             self._call(min(goal, cut) - self.steps)
@@ -337,7 +337,7 @@ class March:
     def _release(self) -> None:
         """Let the casing go: its shape becomes a displacement.
 
-        The energy of that is entered in the ledger as work of the loading.
+        The energy that this adds is entered in the ledger as work of the loading.
         """
         state, places = self.state, held_displacement(self.model, self.scene)
         if self.scheme.release is None:
@@ -491,7 +491,7 @@ class March:
         return np.column_stack([z.real, z.imag])
 
     def _judged(self) -> Evidence:
-        """Return the rows of evidence so far; energies are those of all sectors."""
+        """Return the evidence sampled so far; energies are sums over all sectors."""
         rows = self.tracks.evidence[: int(self.counter[contact.JUDGED])]
         steps = np.arange(1.0, len(rows) + 1) * self.beat
         numbers = self.lean.model.folds * rows[:, contact.OF_ROTOR : contact.COLUMNS].T

@@ -62,7 +62,7 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
 
     `turns` (N, width) has cos and -sin at each blade. The columns of `wave` (width,
     wide) give the even and the odd part at blades 0 .. N // 2; padding columns repeat
-    blade 0. Behind them stands how the transform is split, see `kernels.transform`.
+    blade 0. Last in `wave` is the split of the transform, see `kernels.transform`.
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -278,10 +278,10 @@ def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
 def turn_ring(
     model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
 ) -> None:
-    """Set a ring's items, packed, to another speed, rad/s, and its state to them.
+    """Set a ring's packed items to another speed, rad/s, and adapt its state.
 
-    The kernel ends the step that waits with the items of the next one: the increments
-    before that are turned, so that it ends with the turn that it had.
+    The kernel completes the pending step with the new items. The increments of the
+    state are turned back, so that this step ends with its old angle.
     """
     if not len(items):
         return
@@ -419,13 +419,14 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
 def _rubbed(
     model: Model, step: float, mu: str, *, flies: bool
 ) -> tuple[Floats, Floats, Floats, int]:
-    """Return the cyclic arrays that depend on friction but not on the speed.
+    """Return arrays of the cyclic kernel that depend on friction, not on the speed.
 
     mu, flies : as for `_rubbed_ring` and `_rotor`
 
     Returns
     -------
-    (items of the rotor, packed; hub; column 0 of W, m/N; rows of the rotor)
+    (the rotor's items, packed; `hub` of `_rotor`; column 0 of the Delassus matrix W,
+    (N,), m/N; `rows` of `_rotor`)
     """
     items, hub, rows = _rotor(model, step, flies=flies)
     rotor = _pushed(items, float.fromhex(mu))

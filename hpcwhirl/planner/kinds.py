@@ -1,4 +1,4 @@
-"""Kinds of designs: which cases and twins follow from completions."""
+"""Kinds of designs: which cases and twins follow after a case has ended."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ class Refined:
 
 
 class Folds(Refined):
-    """Design of branches, and of cases between two of which the word changes.
+    """Design of branches, and further cases between two whose words differ.
 
     Parameters
     ----------

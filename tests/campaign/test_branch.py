@@ -167,7 +167,7 @@ def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():
         ({"branch": {"over": "speed", "directions": "left"}}, "both"),
         ({"refine": {"over": "speed", "levels": 1}}, "words must be 'branch' with"),
         ({"refine": ALONG | {"over": "friction"}}, "over must be that of [branch]"),
-        ({"refine": ALONG | {"confirm": "draft"}}, "confirm goes not with [branch]"),
+        ({"refine": ALONG | {"confirm": "draft"}}, "confirm must not be set with"),
         ({"twins": {"count": 2}}, "not with [twins]"),
         ({"cases": [{"speed": 1.0}]}, "not with [cases]"),
         ({"sweep": {"speed": [300.0]}}, "its values must be 2 to 1000"),

@@ -135,11 +135,11 @@ def refined(
 
 
 def _check_branch(table: Refine, branch: str) -> None:
-    """Refuse words of branches without [branch], and with it all but these."""
+    """Refuse words = "branch" without [branch], and what [branch] does not allow."""
     if not branch:
         if table.words == BRANCH:
             msg = f"[refine] words = {shown(BRANCH)} compares cases of [branch], which "
-            raise InputError(msg + "this campaign has not")
+            raise InputError(msg + "this campaign does not have")
         return
     if table.words != BRANCH:
         msg = f"[refine] words must be {shown(BRANCH)} with [branch], got "
@@ -149,8 +149,8 @@ def _check_branch(table: Refine, branch: str) -> None:
         raise InputError(msg + ", ".join(table.over))
     for name in ("confirm", "budget"):
         if getattr(table, name) is not None:
-            msg = f"[refine] {name} goes not with [branch]: each case begins where one "
-            raise InputError(msg + "of the same branch has ended")
+            msg = f"[refine] {name} must not be set with [branch]: each case begins "
+            raise InputError(msg + "where one of the same branch has ended")
 
 
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
@@ -166,7 +166,7 @@ def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
     for name in over.keys() & design.twins.spread.keys():
         if min(over[name]) < 0 < max(over[name]):
             msg = f"[twins] spread {name}: refining may lead to 0, and a relative "
-            raise InputError(msg + "change of 0 is none: spread another input")
+            raise InputError(msg + "change of 0 has no effect: spread another input")
 
 
 def _check_side(name: str, grid: Listed) -> None:

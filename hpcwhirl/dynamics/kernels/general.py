@@ -1,4 +1,4 @@
-"""Any rotor in a round casing: its modes one by one, the ring in slots.
+"""Kernel of any rotor in a round casing: real rotor modes, the ring in slots.
 
 In the frame of the blades the ring is the same at every angle, for any rotor: its
 harmonics are in slots as in `cyclic`, and W = W_rotor + W_ring is constant. The m modes
@@ -8,9 +8,9 @@ tangential displacements of the tips with negative sign,
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
 and the multipliers give the modal forces lambda gamma, and mu lambda sigma by friction.
-They are summed only over the blades in contact and are, like the ring's spectrum,
-pending until the next pass: a mode of the rotor is a column of `differences.pass_modes`
-with one row, which takes its modal forces from where a slot has the spectrum.
+Modal forces are summed only over the blades in contact and, like the ring's spectrum,
+act in the next pass: a mode of the rotor is a column of `differences.pass_modes` with
+one row, which takes its modal forces from where a slot has the spectrum.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,) = sum over modes of gamma q, folded.
+    """Set out (2 wide,) to the sum over modes of gamma q, see `circulant.folded`.
 
     q : (m,) or more, m % 8 == 0
     gamma : (2 wide / 8, m, 8) flat: groups of eight blades, so that it is read in order
@@ -135,7 +135,7 @@ def read_tips(q, gamma, out):
 
 @inlined
 def close_gaps(tips, gaps, row):
-    """Add tips (2 wide,) to a row of gaps; return (lowest gap, largest tip), m."""
+    """Add tips (2 wide,) to a row of gaps; return (least gap, largest |tip|), m."""
     least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
     for v in range(0, len(tips), FOUR):
         tip = load(tips, v)
@@ -151,7 +151,7 @@ def close_gaps(tips, gaps, row):
 
 @inlined
 def to_modes(push, where, active, radial, tangential, lam):
-    """Set lam (2 m,): gamma and sigma, (N, m) flat each, of the active blades' push."""
+    """Set lam (2 m,) to sums of push times gamma, then sigma, over active blades."""
     modes = len(lam) // 2
     for v in range(0, modes, EIGHT):
         a, b, c, d = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
@@ -168,7 +168,7 @@ def to_modes(push, where, active, radial, tangential, lam):
 
 @kernel
 def settle_general(c_b, c_c, state, copies):
-    """Set copies of bodies and sums (s_b, s_c, sums_b, sums_c), their step ended."""
+    """Set copies (s_b, s_c, sums_b, sums_c) to the state with its step completed."""
     t_b, t_c, end_b, end_c = copies
     copy_to(end_b, state.sums_b)
     copy_to(end_c, state.sums_c)
@@ -180,7 +180,7 @@ def settle_general(c_b, c_c, state, copies):
 
 @inlined
 def tip_of(rows, blade, q, modes):
-    """Return row `blade` of rows (N, modes) flat, times the first of q."""
+    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q."""
     at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
     for m in range(0, modes, EIGHT):
         even = fma(load(rows, at + m), load(q, m), even)
@@ -248,11 +248,10 @@ def write_tips(rotor, q, whole, tips):
 @rare
 def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, energies,
                    less, keep, judge, tracks):  # fmt: skip
-    """Write a sample of the state from copies of it with its step ended.
+    """Write a sample of the state from copies of it with its step completed.
 
-    At a row of evidence with contact, the gaps of the bodies are compared with those
-    that were solved, in `gaps` from `row` on. space.wall : spectrum of a rigid casing,
-    or 0
+    At a row of evidence with contact, the gaps between the bodies are compared with the
+    solved ones, in `gaps` from `row` on. space.wall : spectrum of a rigid casing, or 0
 
     Parameters
     ----------
@@ -352,7 +351,7 @@ def _of_waves(
 
 
 def marching(waves):
-    """Return the loop for a rotor as modes or as waves of the whole, to be compiled."""
+    """Return the time loop, to be compiled: of a rotor in waves, or in its modes."""
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,

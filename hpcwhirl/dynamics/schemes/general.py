@@ -1,4 +1,4 @@
-"""Scheme `general`: any rotor, mode by mode."""
+"""Scheme `general`: the integrator of any rotor, in its modal amplitudes."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _spinning(model: Model, scene: Scene) -> Integrator:
 
 
 def _driven(model: Model, scene: Scene) -> Integrator:
-    """Return the integrator of a rotor at a speed that changes, see `varying`."""
+    """Return the integrator of a rotor whose speed changes, see `varying`."""
     step, own = scene.solver.time_step, DrivenRotor(model, scene)
     plain, mass = modal_arrays(model, scene), model.rotor.mass
     body = driven(plain.rotor, own)

@@ -66,19 +66,19 @@ class Integrator:
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
     balance : state -> terms that complete the entries of the state's ledger
     motion : (state, steps) -> `motion.Motion` of all sectors, at the angle of the
-        step; of a rotor with an unbalance that of x, not of y
-    begin : `motion.Motion` at the angle 0 -> None; sets the state to it, at time 0. Its
+        step; with an unbalance that of x, not of y, see `case.unbalance`
+    begin : `motion.Motion` at the angle 0 -> True; sets the state to it, at time 0. Its
         energy is entered as work of the loading. False, changing nothing, where a model
-        of one sector cannot repeat it
-    casing_width : number of coordinates of the casing that the kernel stores a sample
+        of one sector cannot represent the motion
+    casing_width : number of casing coordinates that the kernel stores per sample
     casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
     refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays to an
-        interval of a changing speed, and the state to its coordinates; None where only
-        what the kernel is given changes
-    release : (state, (n,), m, casing's displacement, steps) -> None; adds it to a state
-        at rest: of a casing that is let go; None where such a case is another scheme's
-    ended : state -> copies of the arrays of rotor, ring and their sums, with the step
-        completed that the kernel has left pending; None for kernels that leave none
+        interval of a changing speed, and the state to its coordinates; None where a
+        changing speed changes only arguments of the kernel
+    release : (state, displacement (n,), m, steps) -> None; adds the displacement that a
+        casing has when it is let go; None where another scheme integrates such cases
+    ended : state -> copies of the arrays of rotor, ring and their sums, in which the
+        pending step is completed; None for kernels that leave no step pending
     """
 
     kernel: Callable[..., Any]
@@ -125,7 +125,7 @@ def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
 def ended_by(
     settle: Callable[[CyclicState, Ended], None],
 ) -> Callable[[CyclicState], Ended]:
-    """Return the function `Integrator.ended` of a kernel.
+    """Return `Integrator.ended`: a function that completes a state's pending step.
 
     settle : function that completes the state's pending step in copies of rotor, ring
         and their sums
@@ -143,7 +143,7 @@ def ended_by(
 def balance_of(
     passes: Any, arrays: Arrays, scene: Scene, ended: Callable[[CyclicState], Ended]
 ) -> Callable[[CyclicState], Balance]:
-    """Return the function `Integrator.balance` of a kernel in the rotating frame.
+    """Return `Integrator.balance`: a function from a state to its energy balance.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def motions_in_slots(
 def releaser(
     model: Model, ring: RingPlaces
 ) -> Callable[[CyclicState, Floats, int], None]:
-    """Return the function `Integrator.release` of a ring in the rotating frame."""
+    """Return `Integrator.release`: it adds a displacement to a ring's amplitudes."""
 
     def release(state: CyclicState, places: Floats, steps: int) -> None:
         body = model.casing
@@ -261,9 +261,9 @@ def releaser(
 def reader(
     model: Model, scene: Scene, of_ring: Callable[[Floats, int], Floats]
 ) -> Callable[[Floats, int], Floats]:
-    """Return the function `Integrator.casing_waves`: `of_ring` for an elastic casing.
+    """Return `Integrator.casing_waves`: from stored samples to the casing's harmonics.
 
-    For a rigid one, the harmonics follow from the time alone.
+    It is `of_ring` for an elastic casing; a rigid casing's shape depends on time alone.
     """
     if model.casing is not None:
         return of_ring
@@ -271,9 +271,9 @@ def reader(
 
 
 def ring_reader(model: Model, scene: Scene) -> Callable[[Floats, int], Floats]:
-    """Return the function `Integrator.casing_waves` of a ring in the rotating frame.
+    """Return `Integrator.casing_waves` of a ring whose samples are in the slots.
 
-    Its coordinates are those of `slots`.
+    See `dynamics.slots`.
     """
 
     def read(copies: Floats, stride: int) -> Floats:

@@ -55,17 +55,18 @@ def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
 def started(
     whole: Integrator, model: Model, scene: Scene, own: Floats, rises: Floats
 ) -> Integrator:
-    """Return the integrator of an unbalanced rotor with its state at the start.
+    """Set the state of an unbalanced rotor's integrator to the start; return it.
 
-    The rotor starts on its circle, or on a share of it. In the latter case the energy
-    of its motion about the circle is entered in the ledger as work of the loading.
+    The rotor starts on its circle, or on the circle scaled down, see `case.unbalance`.
+    In the latter case the energy of the motion about the circle is entered in the
+    ledger as work of the loading.
 
     Parameters
     ----------
-    whole : integrator at rest; its arrays have the coordinates of `dynamics.unbalance`
+    whole : integrator at rest; its last coordinates are those of `dynamics.unbalance`
     model, scene : model and scene that it integrates
-    own, rises : (m,), initial values of the other coordinates of the kernel, and their
-        increments in the step before
+    own, rises : (m,), initial values of the coordinates before those, and their
+        increments in the step before the start
     """
     state, m, share = whole.state, len(own), share_at_start(model, scene)
     outward = steady_at(model, scene, 0.0)[model.places[0]]
@@ -124,7 +125,10 @@ def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
 
 
 def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinates:
-    """Return the coordinates of a body as matrices; still : (n,), x_s, m."""
+    """Return the coordinates of a body integrated with full matrices.
+
+    still : (n,), m, x_s of an unbalanced rotor, else 0
+    """
     size = len(still)
     keep, pull = (part.T[:size, :size] for part in (body.keep, body.pull))
     same = np.eye(size)

@@ -1,6 +1,6 @@
-"""Tables of a page: folds of branches, shares of starts, and how strong they may be.
+"""Tables of a page: folds of branches, limits of damped starts, shares of motions.
 
-They tell what the words of single cases do not: which motions live side by side.
+They show which motions coexist, which the words of single cases do not tell.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Told:
 
     Attributes
     ----------
-    title : what it tells
-    head, rows : texts of its columns, and of each row
-    command : what prints all of it
+    title : what the table shows
+    head, rows : texts of its column heads, and of each row
+    command : command that prints the whole table
     """
 
     title: str
@@ -80,7 +80,7 @@ def _of_branches(results: Results) -> Told:
 
 
 def _of_starts(results: Results) -> Iterator[Told]:
-    """Yield the table of the first change over a strength, and that of shares."""
+    """Yield tables: force or energy up to which all are damped; shares of motions."""
     from hpcwhirl.analysis.basins import starts_of
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.reading.reader import open_results
@@ -116,7 +116,7 @@ def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
     head = [*map(_head, others), f"damped up to {_head(name)}", "changed at", "word"]
     command = f"margin DIR --over {name} --first"
     yield _told(
-        f"Limit of {name.replace('_', ' ')} up to which all are damped",
+        f"Limit of {name.replace('_', ' ')} up to which all cases are damped",
         head,
         rows,
         command,

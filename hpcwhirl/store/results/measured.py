@@ -1,4 +1,4 @@
-"""Variables of a user's function: their declaration, and the case given to it."""
+"""A user's function of a case: variables it returns, and the dataset it is given."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 def measured_of(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the numbers that the user's function returns.
 
-    It includes `WHY_NOT`, the reason why a case has none. {} for a plan without such a
-    function.
+    With them is `WHY_NOT`, the reason why a case has no numbers. {} for a plan without
+    such a function.
     """
     declared = plan.base.get(MEASURE) or {}
     if not declared:
