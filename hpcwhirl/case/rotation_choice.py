@@ -62,7 +62,7 @@ class Change(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """The choice of `auto` for a case.
+    """What rotation auto means for a case, none or full, and why.
 
     Attributes
     ----------
@@ -106,9 +106,9 @@ def needing(scene: Scene) -> str:
 
 
 def choice_of(scene: Scene) -> Choice:
-    """Return the choice of `auto` for a scene.
+    """Return whether rotation auto means none or full for a scene, and why.
 
-    The limit is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
+    `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
 
     Raises
     ------

@@ -215,7 +215,7 @@ def _squared(model: ModalModel, turn: Floats) -> Floats:
 
 
 def _power(seen: Complexes) -> Floats:
-    """Return the squared motion of combinations by diameter, (N // 2 + 1, c)."""
+    """Return squared amplitudes of `transform` by nodal diameter, (N // 2 + 1, c)."""
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)
     folded = whole[: count // 2 + 1].copy()

@@ -107,13 +107,13 @@ class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
 
 
 class PartCompiler(KernelCompiler):
-    """Numba's compiler, to a `PartLibrary`."""
+    """Numba's compiler of parts, see `PartLibrary`."""
 
     library = PartLibrary
 
 
 class RareCompiler(KernelCompiler):
-    """Numba's compiler, to a `RareLibrary`."""
+    """Numba's compiler of rare parts, see `RareLibrary`."""
 
     library = RareLibrary
 
@@ -137,7 +137,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     twin: Any  # a `Part`
 
     def compile(self, sig: Any) -> Any:
-        """Compile as numba does."""
+        """Compile as numba does, but without garbage collection meanwhile."""
         with _no_collection():
             return super().compile(sig)
 

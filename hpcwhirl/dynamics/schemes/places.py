@@ -165,7 +165,7 @@ class Held(NamedTuple):
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments; parts : parts of an amplitude."""
+    """Return amplitudes and present increments: two of the `parts` equal parts."""
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 

@@ -242,7 +242,7 @@ def _check_entries(
     if count > MOST_ENTRIES:
         raise source.wrong(name, f"have at most {MOST_ENTRIES} entries", count)
     if count > most:
-        raise source.refusal(f"is cut short: {count} entries do not go into it")
+        raise source.refusal(f"is cut short: it is too small for {count} entries")
 
 
 def _check_memory(source: _Source, name: str, size: int) -> None:

@@ -79,7 +79,7 @@ def credibility(data: xarray.Dataset) -> Credibility:
 
 
 def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
-    """Return the `credibility` of results; None where no case has twins."""
+    """Return how many cases keep their word in all twins; None without any twins."""
     if COUNT not in data or TWINS_OF not in data.attrs:
         return None
     count, share = (np.asarray(data[name]) for name in (COUNT, SHARED))
@@ -89,6 +89,6 @@ def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
 
 
 def credibility_in(path: Path) -> Credibility | None:
-    """Return the `credibility` of a results file; None where no case has twins."""
+    """Return `find_credibility` of a results file."""
     with Results(path) as results:
         return find_credibility(results)
