@@ -133,12 +133,12 @@ def _of_size(
     peak: float,
     several: Callable[[Scene], Scene] | None,
 ) -> list[Row]:
-    motions, asked = [FLIGHT], [_asked(scene, blades, CYCLIC, FLIGHT, "exact")]
+    motions, asked = [FLIGHT], [asked_of(scene, blades, CYCLIC, FLIGHT, "exact")]
     for sectors in (CYCLIC, UNEQUAL):
         # of equal sectors all that press are one
         more = [FLIGHT, GIVEN, RUBS] + [PRESSED] * (sectors == UNEQUAL)
         motions += more
-        single = [_asked(scene, blades, sectors, motion) for motion in more]
+        single = [asked_of(scene, blades, sectors, motion) for motion in more]
         asked += single
         if several is not None and blades <= MOST_SEVERAL:
             motions += more[:3]
@@ -161,9 +161,10 @@ def _of_size(
     return rows
 
 
-def _asked(
+def asked_of(
     scene: Scene, blades: int, sectors: str, motion: str, scheme: str = DEFAULT
 ) -> Asked:
+    """Return the timing of a motion, named as in `Row`, with so many blades."""
     if motion == RUBS:
         rubbing = {"plan": scene.solver.plan}
         scene = apply_settings(named_scene(RUBBING), rubbing)

@@ -42,7 +42,9 @@ class StepTimes:
 
 EQUAL = StepTimes(0.14, 1.0, 0.12, 1.25, 0.03, 0.0)
 UNEQUAL = StepTimes(0.133, 1.25, 0.25, 1.55, 0.0, 0.0029)
-FLYING = StepTimes(0.027, 0.4, 0.3, 1.25, 0.03, 0.0)  # `exact`
+FLYING = StepTimes(0.027, 0.3, 0.22, 1.3, 0.03, 0.0)  # `exact`
+BY_MODES = StepTimes(0.37, 1.75, 0.26, 1.1, 0.03, 0.0)  # `general`
+DENSE = StepTimes(13.5, 1.75, 4.4, 1.1, 0.0, 0.0)  # `paper`
 
 
 @dataclass(frozen=True)
@@ -84,18 +86,25 @@ class Scheme:
     times: StepTimes = UNEQUAL
 
     def step_seconds(
-        self, rotation: str, blades: Any, *, uneven: bool, share: float = USUAL[0]
+        self,
+        rotation: str,
+        blades: Any,
+        *,
+        uneven: bool,
+        share: float = USUAL[0],
+        touching: Any = None,
     ) -> Any:
         """Return the assumed computing time of a step, s, as `blades` one or (cases,).
 
         rotation, blades : engine.rotation, N
         uneven : whether blades differ
-        share : of steps in contact
+        share, touching : of steps in contact; blades touching in such a step, if known
         """
         own = self.nominal if rotation == "none" else self.turns
-        times, part = UNEQUAL if uneven else self.times, USUAL[1]
+        times, part = UNEQUAL if uneven and self.folds else self.times, USUAL[1]
         usual = self.times.step(NOMINAL_BLADES, USUAL[0], part * NOMINAL_BLADES)
-        return own * times.step(blades, share, part * blades) / usual
+        touching = part * blades if touching is None else touching
+        return own * times.step(blades, share, touching) / usual
 
 
 _TABLE = (
@@ -104,7 +113,7 @@ _TABLE = (
         turns=0.3e-6, times=EQUAL,
     ),
     Scheme(
-        "exact", "exact flow, flights and a certificate", math.inf, 0.25e-6, folds=True,
+        "exact", "exact flow, flights and a certificate", math.inf, 0.2e-6, folds=True,
         flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
         times=FLYING,
     ),
@@ -112,11 +121,11 @@ _TABLE = (
         "general",
         "mode by mode, also takes over where modal cannot (a ring of elements, "
         "supports that differ by direction)",
-        2, 0.8e-6, turns=25e-6,
+        2, 0.57e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(
-        "paper", "the dense Algorithm 1, slow and obvious", 2, 14e-6, matrices=True,
-        turns=50e-6,
+        "paper", "the dense Algorithm 1, slow and obvious", 2, 16e-6, matrices=True,
+        turns=50e-6, times=DENSE,
     ),
 )  # fmt: skip
 SCHEMES = {scheme.name: scheme for scheme in _TABLE}

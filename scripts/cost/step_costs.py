@@ -2,9 +2,10 @@
 
     python scripts/cost/step_costs.py [--sizes 22 57 ...] [--repeats N] [--write]
 
-Motions are those of `hpcwhirl bench --sizes`, scheme `modal`; foretold from number of
-blades, share of steps in contact and blades touching, relative to the median of the
-run, as a campaign learns how fast its machine is. 36 and 57 were not fitted.
+Motions are those of `hpcwhirl bench --sizes`, and equal sectors by the other schemes;
+foretold from number of blades, share of steps in contact and blades touching, relative
+to the median of the run, as a campaign learns how fast its machine is. For `modal`, 36
+and 57 blades were not fitted.
 """
 
 from __future__ import annotations
@@ -12,38 +13,79 @@ from __future__ import annotations
 import argparse
 import statistics
 import sys
+from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import table
 
-from hpcwhirl.benchmark.bench import fma_peak
-from hpcwhirl.benchmark.sizes import UNEQUAL, Row, rows_of
-from hpcwhirl.scene import Scene, apply_settings, schemes
-from hpcwhirl.scene.schemes import DEFAULT
+from hpcwhirl.benchmark.bench import Timing, fma_peak, time_steps
+from hpcwhirl.benchmark.sizes import (
+    CYCLIC,
+    FLIGHT,
+    GIVEN,
+    RUBS,
+    UNEQUAL,
+    asked_of,
+    rows_of,
+)
+from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
 PAGE = Path(__file__).with_suffix(".md")
 CLOSE = 0.25  # relative
 SIZES = 22, 36, 57
 
 
+class Row(NamedTuple):
+    """A motion by a scheme, and the time of its steps."""
+
+    blades: int
+    sectors: str
+    motion: str
+    timing: Timing
+
+
+def timed(scene: Scene, sizes: Sequence[int], repeats: int) -> list[Row]:
+    """Return the steps of `modal` and, of equal sectors, those of the other schemes."""
+    found = [
+        Row(row.blades, row.sectors, row.motion, row.timing)
+        for row in rows_of(scene, sizes, repeats, fma_peak(repeats))
+        if row.timing.scheme == DEFAULT
+    ]
+    others = [name for name in NAMES if name != DEFAULT]
+    kinds = list(product(others, sizes, (FLIGHT, GIVEN, RUBS)))
+    asked = [asked_of(scene, n, CYCLIC, motion, name) for name, n, motion in kinds]
+    for (_, n, motion), timing in zip(kinds, time_steps(asked, repeats), strict=True):
+        found.append(Row(n, CYCLIC, motion, timing))
+    return found
+
+
 def foretold(row: Row) -> float:
     """Return the time of a step that the planner's formula gives, us."""
-    times = schemes.UNEQUAL if row.sectors == UNEQUAL else schemes.EQUAL
-    return float(times.step(row.blades, row.timing.contact, row.timing.touching))
+    found, uneven = row.timing, row.sectors == UNEQUAL
+    return 1e6 * float(
+        SCHEMES[found.scheme].step_seconds(
+            "none", row.blades, uneven=uneven, share=found.contact,
+            touching=found.touching,
+        )
+    )  # fmt: skip
 
 
 def page(rows: list[Row]) -> str:
     """Return the comparison as Markdown."""
     ratios = [foretold(row) / row.timing.microseconds_per_step for row in rows]
     middle = statistics.median(ratios)
-    head = ("blades", "sectors", "motion", "in contact", "touching", "foretold, µs",
-            "measured, µs", "foretold / measured, over the median",
+    head = ("scheme", "blades", "sectors", "motion", "in contact", "touching",
+            "foretold, µs", "measured, µs", "foretold / measured, over the median",
             )  # fmt: skip
     lines = [
         [
-            row.blades, row.sectors, row.motion, f"{row.timing.contact:.0%}",
-            f"{row.timing.touching:.1f}", f"{foretold(row):.3f}",
+            row.timing.scheme, row.blades, row.sectors, row.motion,
+            f"{row.timing.contact:.0%}", f"{row.timing.touching:.1f}",
+            f"{foretold(row):.3f}",
             f"{row.timing.microseconds_per_step:.3f}",
             f"{ratio / middle:.2f}" + " ✗" * (abs(ratio / middle - 1.0) > CLOSE),
         ]
@@ -52,7 +94,7 @@ def page(rows: list[Row]) -> str:
     close = sum(abs(ratio / middle - 1.0) <= CLOSE for ratio in ratios)
     return "\n".join([
         "# Steps foretold and measured", "",
-        "Made by `python scripts/cost/step_costs.py --write`, beside other work.", "",
+        "Made by `python scripts/cost/step_costs.py --write`.", "",
         *table(head, lines), "",
         f"Within {CLOSE:.0%}: {close} of {len(rows)} (✗: not); median {middle:.2f}.",
         "",
@@ -67,8 +109,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
     scene = apply_settings(Scene(), {"plan": "everything"})  # leave out no step
-    found = rows_of(scene, args.sizes, args.repeats, fma_peak(args.repeats))
-    told = page([row for row in found if row.timing.scheme == DEFAULT])
+    told = page(timed(scene, args.sizes, args.repeats))
     print(told)
     if args.write:
         PAGE.write_text(told)
