@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from html import escape
 from typing import Any
@@ -203,13 +203,19 @@ class Course:
 
         measure : whether chaos is measured afterwards, if `output.chaos` > 0
         """
-        results = self.results(between_slices)
-        result = next(results)
-        while self.number + 1 < len(self.ends) and is_open(result.row):
-            result = next(results)
-        return self._with_motion(result, between_slices) if measure else result
+        with one_thread():
+            while True:
+                march, self.last = self.march, None
+                if self.keep or self.number + 1 < len(self.ends):
+                    march.reach(march.last_row, between_slices)
+                    fits = march.steps == march.last_row
+                    self.last = snapshot(march) if fits else None
+                result = result_of(march.case, march.run(between_slices))
+                if self.number + 1 == len(self.ends) or not is_open(result.row):
+                    break
+                self._go_on()
+            return self._with_motion(result, between_slices) if measure else result
 
-    @one_thread()
     def _with_motion(
         self, result: Result, between_slices: Callable[[], None] | None
     ) -> Result:
@@ -232,26 +238,6 @@ class Course:
         word = motion_of(row | found, _LIMITS)
         return Result({**row, "motion": word, **found}, result.traces, performance)
 
-    def results(
-        self, between_slices: Callable[[], None] | None = None
-    ) -> Iterator[Result]:
-        """Yield the result at each end time, whatever its regime."""
-        yield self._to_the_end(between_slices)
-        while self.number + 1 < len(self.ends):
-            self._go_on()
-            yield self._to_the_end(between_slices)
-
-    @one_thread()
-    def _to_the_end(self, between_slices: Callable[[], None] | None) -> Result:
-        """Integrate the present march to its end time; return its result."""
-        march, self.last = self.march, None
-        if self.keep or self.number + 1 < len(self.ends):
-            march.reach(march.last_row, between_slices)
-            fits = march.steps == march.last_row
-            self.last = snapshot(march) if fits else None
-        return result_of(march.case, march.run(between_slices))
-
-    @one_thread()
     def _go_on(self) -> None:
         """Begin the next longer march, if possible from the state of the last one."""
         self.number += 1
