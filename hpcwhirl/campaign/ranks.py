@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -54,6 +55,7 @@ class Tally:
         others
     span : time from the first units sent until all ranks have ended, s
     cases : number of computations finished here, including twins and later stages
+    seconds : time of the last computation, s
     beside, first : overhead of a computation beyond its kernel, s: the median, and the
         extra of the first one
     waits : function called repeatedly while this rank waits for others
@@ -62,23 +64,22 @@ class Tally:
     busy: float = 0.0
     span: float = 0.0
     cases: int = 0
+    seconds: float = 0.0
     beside: float = 0.0
     first: float = 0.0
     begun: float = field(default_factory=time.perf_counter)
     waits: Callable[[], None] = lambda: None
 
-    def compute(
-        self, unit: Unit, evaluate: Evaluate, between: Callable[[], None]
-    ) -> Done:
-        """Compute a unit; count its time even if it is stopped."""
+    @contextmanager
+    def computing(self) -> Iterator[None]:
+        """Count a computation, and its time even if it is stopped."""
         start = time.perf_counter()
         try:
-            end = evaluate(unit[1], between)
+            yield
         finally:
-            seconds = time.perf_counter() - start
-            self.busy += seconds
+            self.seconds = time.perf_counter() - start
+            self.busy += self.seconds
         self.cases += 1
-        return unit[0], end, seconds
 
     def wait(self) -> None:
         """Sleep for a moment."""
@@ -145,9 +146,21 @@ class _Root:
     def run(self, evaluate: Evaluate) -> bool:
         try:
             while self.queue or self.queue.may_grow:
-                self.next(evaluate)
+                self.between()
+                if self.queue:
+                    ((unit, task),) = self.units([self.queue.take()])
+                    with self.tally.computing():
+                        end = evaluate(task, self.while_busy)
+                    self.done(unit, end, self.tally.seconds)
+                elif self.queue.may_grow:  # running units may add others
+                    self.tally.wait()
         except Stop:
             self.queue.drop()
+        self.await_workers()
+        return self.queue.left == 0
+
+    def await_workers(self) -> None:
+        """Serve messages until every worker has ended."""
         while self.at_work:
             if not self.serve():
                 self.tally.wait()
@@ -155,16 +168,6 @@ class _Root:
                 self.halt()
         if not self.halted:
             self.dismiss()
-        return self.queue.left == 0
-
-    def next(self, evaluate: Evaluate) -> None:
-        """Compute a unit, or wait for running units, which may add others."""
-        self.between()
-        if self.queue:
-            (unit,) = self.units([self.queue.take()])
-            self.done(*self.tally.compute(unit, evaluate, self.while_busy))
-        elif self.queue.may_grow:
-            self.tally.wait()
 
     def done(self, unit: int, end: Any, seconds: float) -> None:
         self.queue.finished(unit, seconds)
@@ -237,9 +240,10 @@ class _Worker:
         try:
             while units and not self.halted:
                 self.tell(ASK)
-                for unit in units:
-                    done = self.tally.compute(unit, evaluate, self.between)
-                    self.finished.append(done)
+                for unit, task in units:
+                    with self.tally.computing():
+                        end = evaluate(task, self.between)
+                    self.finished.append((unit, end, self.tally.seconds))
                     self.between()
                 units = self.wait()
         except Stop:

@@ -100,8 +100,15 @@ def _computed(
             stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
-        complete, gave_up = _compute(evaluate, work, queue, comm)
-    return work, complete, gave_up
+        report = _Report(queue, context)
+        tally = Tally(waits=evaluate.keep_due)
+        complete = map_ranks(queue, evaluate, report, stopping, comm, tally)
+        complete &= all(comm.allgather(evaluate.keep()))
+        tally.beside, tally.first = evaluate.costs_beside()
+        if work.jobs:
+            why = "" if complete else stopping.reason
+            keep_shares(folder, work.run, tally, comm, why)
+    return work, complete, report.gave_up
 
 
 @contextmanager
@@ -128,21 +135,6 @@ def context_of(
         yield RankContext(
             rank, journal, running, checkpoints, child, policy, stopping, work.suspects
         )
-
-
-def _compute(
-    evaluate: Evaluator, work: Work, queue: WorkQueue, comm: Communicator
-) -> tuple[bool, bool]:
-    """Compute on all ranks; return (whether complete, whether too many failed)."""
-    context, report = evaluate.context, _Report(queue, evaluate.context)
-    tally = Tally(waits=evaluate.keep_due)
-    complete = map_ranks(queue, evaluate, report, context.stopping, comm, tally)
-    complete &= all(comm.allgather(evaluate.keep()))
-    tally.beside, tally.first = evaluate.costs_beside()
-    if work.jobs:
-        why = "" if complete else context.stopping.reason
-        keep_shares(context.journal.folder, work.run, tally, comm, why)
-    return complete, report.gave_up
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
