@@ -18,7 +18,7 @@ from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import as_begun, check_folder
-from hpcwhirl.campaign.session import Prepared, Session, together
+from hpcwhirl.campaign.session import Prepared, Session
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import (
     InputError,
@@ -55,26 +55,23 @@ class Call:
         """Run on all ranks and return the results; if one rank fails, end all ranks."""
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
-            found: Path | WhirlError | int
-            if comm.size == 1:  # no other rank waits: raise in the caller's process
-                found = self._run(Session(ALONE, stopping))
-            else:
-                found = together(comm, stopping, self._run, _tell_broken)
-        if isinstance(found, int):  # MPI is ending all ranks
-            sys.exit(found)
+            alone = comm.size == 1  # no other rank waits: raise in the caller's process
+            own, tell = (ALONE, None) if alone else (comm, _tell_broken)
+            with Session(own, stopping, tell) as session:
+                measure, failure = self._agreed(own)
+                found: Path | WhirlError
+                if failure is not None:
+                    found = failure
+                else:
+                    found = session.run(self._prepared, _concluded, measure)
+        if session.code is not None:  # MPI is ending all ranks
+            sys.exit(session.code)
         if not isinstance(found, Path):
             raise found
         data = hpcwhirl.open_results(found)  # also registers `data.hpcwhirl`
         if comm.rank == 0 and self.function is not None:
             _tell_unmeasured(data)
         return data
-
-    def _run(self, session: Session) -> Path | WhirlError:
-        """Return the directory, or the error; the same on every rank."""
-        measure, failure = self._agreed(session.comm)
-        if failure is not None:
-            return failure
-        return session.run(self._prepared, _concluded, measure)
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
         """Return this rank's measure, or the error if the measure of any rank is wrong.

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, Self, TypeVar
 
 from hpcwhirl.campaign.begin import StartOptions, begin
 from hpcwhirl.campaign.finalize import Ending
@@ -49,12 +49,15 @@ class Prepared(NamedTuple):
 
 @dataclass
 class Session:
-    """A call of a campaign on all ranks.
+    """A call of a campaign on all ranks; as a context, it ends all if one fails.
 
     Attributes
     ----------
     comm : communicator of all ranks
     stopping : handler of stop requests and signals
+    tell : prints an exception of this rank, which ends all ranks; returns their exit
+        code. None: exceptions pass, since no other rank waits
+    code : exit code after an exception; None: there was none
     watchdog : ends ranks that hang after a stop request; None: no watchdog
     folder : the campaign's directory; None before this rank knows it
     claim : claim on the directory, which rank 0 holds while the campaign runs
@@ -62,9 +65,12 @@ class Session:
 
     comm: Communicator
     stopping: Stopping
+    tell: Callable[[Session, BaseException], int] | None = None
+    code: int | None = None
     watchdog: Watchdog | None = None
     folder: Path | None = None
     claim: Claim | None = None
+    _after: ExitStack = field(default_factory=ExitStack)
 
     def on_root(self, action: Callable[[], T]) -> T | WhirlError:
         """Return on every rank the value of rank 0's action, or its WhirlError."""
@@ -112,41 +118,29 @@ class Session:
             prepared = self.on_root(opened)
             if isinstance(prepared, WhirlError):
                 return prepared
-            ending = self._run(prepared, measure)
+            design, self.folder, policy, _ = prepared
+            if self.watchdog is not None:
+                self.watchdog.seconds = policy.patience
+                if self.claim is not None:
+                    self.watchdog.last = self.claim.release
+            ending = run_campaign(
+                replace(design, measure=measure),
+                self.folder, self.comm, policy, self.stopping, self.claim,
+            )  # fmt: skip
             return self.on_root(lambda: conclude(ending, prepared))
 
-    def _run(self, prepared: Prepared, measure: Measure | None) -> Ending:
-        """Integrate the cases and gather the results, on all ranks."""
-        design, self.folder, policy, _ = prepared
-        if self.watchdog is not None:
-            self.watchdog.seconds = policy.patience
-            if self.claim is not None:
-                self.watchdog.last = self.claim.release
-        own = replace(design, measure=measure)
-        return run_campaign(
-            own, self.folder, self.comm, policy, self.stopping, self.claim
-        )
+    def __enter__(self) -> Self:
+        """Watch over the ranks that wait for each other, if there is `tell`."""
+        if self.tell is not None:
+            dog = Watchdog(self.stopping, Policy().patience, self.comm)
+            self.watchdog = self._after.enter_context(dog)
+        return self
 
-
-def together(
-    comm: Communicator,
-    stopping: Stopping,
-    call: Callable[[Session], T],
-    tell: Callable[[Session, BaseException], int],
-) -> T | int:
-    """Return the value of `call`; if it raises on one rank, end all ranks.
-
-    Parameters
-    ----------
-    comm, stopping : see `Session`
-    call : called on every rank
-    tell : prints the exception and returns the exit code for all ranks
-    """
-    with Watchdog(stopping, Policy().patience, comm) as watchdog:
-        session = Session(comm, stopping, watchdog)
-        try:
-            return call(session)
-        except BaseException as failed:  # noqa: BLE001 - told; the others would wait
-            code = tell(session, failed)
-            end_all(comm, code)
-            return code
+    def __exit__(self, _: object, failed: BaseException | None, trace: object) -> bool:
+        """Tell an exception of this rank, and end all ranks."""
+        with self._after:
+            if failed is None or self.tell is None:
+                return False
+            self.code = self.tell(self, failed)
+            end_all(self.comm, self.code)
+            return True

@@ -53,15 +53,24 @@ __all__ = ["arguments", "run"]
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on all ranks; return the exit code."""
     with Stopping() as stopping:  # until the end: a signal must not interrupt gathering
-        from hpcwhirl.campaign.session import together
+        from hpcwhirl.campaign.session import Session
 
-        comm = communicator()
-        code = together(comm, stopping, partial(_run, args), partial(_broken, args))
+        comm, code = communicator(), FAILED
+        with Session(comm, stopping, partial(_broken, args)) as session:
+            prepare = partial(_prepared, args, comm.size)
+            if args.dry_run:
+                found = session.on_root(lambda: _predict(args, session, prepare()))
+            else:
+                conclude = partial(_conclude, args, session)
+                found = session.run(prepare, conclude, begun=_tell_inputs)
+            if isinstance(found, WhirlError):
+                found = _refused(args, found, root=comm.rank == 0)
+            code = found
         if comm.size > 1:
             # When one rank exits with 75, srun may send TERM to the others: ignore it,
             # so that they exit with 75, too.
             stopping.ignore()
-    return code
+    return code if session.code is None else session.code
 
 
 def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -> int:
@@ -75,19 +84,6 @@ def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -
     if isinstance(failed, Exception):
         return tell_failure(failed)
     raise failed
-
-
-def _run(args: argparse.Namespace, session: Session) -> int:
-    """Run the campaign, or predict its cost on rank 0; return the exit code."""
-    prepare = partial(_prepared, args, session.comm.size)
-    if args.dry_run:
-        found = session.on_root(lambda: _predict(args, session, prepare()))
-    else:
-        conclude = partial(_conclude, args, session)
-        found = session.run(prepare, conclude, begun=_tell_inputs)
-    if isinstance(found, int):
-        return found
-    return _refused(args, found, root=session.comm.rank == 0)
 
 
 def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
