@@ -55,9 +55,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if listens:
         early_signals.listen()
     try:
-        from hpcwhirl.cli.command import run_command, run_program
+        from hpcwhirl.cli.command import run_command
 
-        return run_program(words) if argv is None else run_command(words)
+        return run_command(words, program=argv is None)
     finally:
         if listens:
             early_signals.leave(program=argv is None)

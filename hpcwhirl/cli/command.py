@@ -8,7 +8,8 @@ import os
 import resource
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
@@ -45,20 +46,44 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
-def run_program(words: Sequence[str]) -> int:
-    """Run a sub-command as the program itself: replace its streams, flush stdout.
+def run_command(words: Sequence[str], *, program: bool = False) -> int:
+    """Run a sub-command and return its exit code.
 
-    Returns
-    -------
-    the exit code
+    program : whether this process is the program itself: its streams are replaced, and
+        its stdout is flushed
     """
-    stand_in()
+    if program:
+        stand_in()
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
     try:
-        code = run_command(words)
-    except SystemExit as left:  # --help, --version
-        code = int(left.code or COMPLETE)
+        code = int(_prepared(words)())
     except KeyboardInterrupt:
-        return INTERRUPTED
+        if program:
+            return INTERRUPTED
+        raise
+    except BaseException as failed:  # noqa: BLE001 - told, or raised again
+        code = _code_after(failed, words, program=program)
+    return _flushed(code, words) if program else code
+
+
+def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -> int:
+    """Print an error and return the exit code; raise again what is no error."""
+    if isinstance(failed, WhirlError):
+        tell_error(failed)
+        return code_of(failed)
+    unread = failed.__context__ if isinstance(failed, SystemExit) else failed
+    if isinstance(unread, BrokenPipeError):  # Rich exits then
+        return _unread(words)
+    if program and isinstance(failed, SystemExit):  # --help, --version
+        return int(failed.code or COMPLETE)
+    if isinstance(failed, Exception):  # Python's exit code 1 has a meaning here
+        return tell_failure(failed)
+    raise failed
+
+
+def _flushed(code: int, words: Sequence[str]) -> int:
+    """Flush stdout; return the exit code, or that of an error in doing so."""
     try:
         flush_stdout()
     except WhirlError as failed:
@@ -68,25 +93,6 @@ def run_program(words: Sequence[str]) -> int:
     except BrokenPipeError:
         return code or _unread(words)
     return code
-
-
-def run_command(words: Sequence[str]) -> int:
-    """Run a sub-command and return its exit code."""
-    for name in THREADS:
-        os.environ.setdefault(name, "1")
-    try:
-        return _run(words)
-    except WhirlError as failed:
-        tell_error(failed)
-        return code_of(failed)
-    except BrokenPipeError:
-        return _unread(words)
-    except SystemExit as left:
-        if isinstance(left.__context__, BrokenPipeError):  # Rich exits then
-            return _unread(words)
-        raise
-    except Exception as failed:  # noqa: BLE001 - Python's exit code 1 has a meaning here
-        return tell_failure(failed)
 
 
 def code_of(failed: BaseException) -> int:
@@ -135,24 +141,30 @@ def _limit() -> str:
     return "" if most == resource.RLIM_INFINITY else f" (ulimit -v {most >> 10})"
 
 
-def _run(words: Sequence[str]) -> int:
+def _prepared(words: Sequence[str]) -> Callable[[], int]:
+    """Return the sub-command with its arguments, once they are checked."""
     if not words or words[0].startswith("-"):
-        parser = _parser()
-        if words:
-            parser.parse_args(words)
-        parser.print_help()
-        return WRONG_INPUT
+        return partial(_help, words)
     _check_words(words)
     _check_place()
     _check_memory()
     if words[0] not in TOGETHER and launched_ranks() > 1:
         if not launched_first():
-            return COMPLETE  # rank 0 alone runs the command
+            return partial(int, COMPLETE)  # rank 0 alone runs the command
         without_mpi()
     module = importlib.import_module(_command(words[0]))
     parser = _Parser(prog=f"hpcwhirl {words[0]}", description=COMMANDS[words[0]])
     module.arguments(parser)
-    return int(module.run(parser.parse_args(words[1:])))
+    return partial(module.run, parser.parse_args(words[1:]))
+
+
+def _help(words: Sequence[str]) -> int:
+    """Print the help or the version."""
+    parser = _parser()
+    if words:
+        parser.parse_args(words)
+    parser.print_help()
+    return WRONG_INPUT
 
 
 def _check_words(words: Sequence[str]) -> None:
