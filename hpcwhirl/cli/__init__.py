@@ -30,7 +30,7 @@ COMMANDS = {
     "edge": "follow the motion on the boundary between two words",
     "figures": "draw spectra, orbits, contributions, contacts and energy ledgers",
     "report": "write one HTML page to explore a campaign offline",
-    "job": "print a job script for slurm, pbs, lsf, sge or flux",
+    "job": "print a job script for the scheduler of a cluster",
     "doctor": "check machine, MPI and directory: what will break, and the remedy",
     "manual": "show a page of the manual, or list the pages",
     "inputs": "list inputs and presets: default, unit, allowed values, meaning",

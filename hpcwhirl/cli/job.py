@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
+from hpcwhirl.cluster.jobs.request import Request
+from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.safe_open import read_regular
 
@@ -53,7 +54,7 @@ NUMBERS = {
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(LAUNCHERS)}"
+        "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(SCHEDULERS)}"
     )
     parser.add_argument("file", metavar="FILE.toml", help="campaign file")
     defaults = Request.__dataclass_fields__
@@ -83,7 +84,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
-    from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
     from hpcwhirl.cluster.jobs.script import job_script
     from hpcwhirl.store.atomic import write_whole
 

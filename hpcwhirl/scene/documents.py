@@ -23,8 +23,9 @@ from hpcwhirl.scene.files import (
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.presets import preset_inputs, preset_names
 from hpcwhirl.scene.resolve_path import anchored
+from hpcwhirl.scene.swept import KEYS
 
-DESIGN_TABLES = ("sweep", "zip", "cases", *TABLES)  # only in campaign files
+DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:

@@ -17,7 +17,7 @@ from launch import LIMIT, ROOT, tree, wait_for
 from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.cli import main
 from hpcwhirl.cli.forecast import job_line
-from hpcwhirl.cluster.jobs.request import LAUNCHERS, Request
+from hpcwhirl.cluster.jobs.request import Request
 from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS, clock
 from hpcwhirl.cluster.jobs.script import PRINTED, job_script
 
@@ -180,7 +180,7 @@ def test_what_is_asked_for_stands_in_the_directives(scheduler, lines):
 
 
 @given(
-    st.sampled_from(sorted(LAUNCHERS)),
+    st.sampled_from(sorted(SCHEDULERS)),
     st.integers(1, 10**6),
     st.integers(60, 10**7),
     st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1),

@@ -6,16 +6,10 @@ import re
 import shlex
 from dataclasses import dataclass, fields
 
+from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.launch import MOST_SHARDS, parse_shard
 
-LAUNCHERS = {  # scheduler: launchers that it allows, the default first
-    "slurm": ("mpirun", "mpiexec", "srun"),
-    "pbs": ("mpirun", "mpiexec"),
-    "lsf": ("mpirun", "mpiexec"),
-    "sge": ("mpirun", "mpiexec"),
-    "flux": ("flux",),
-}
 WORD = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}")
 PLACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.,:@/+=-]{0,199}")
 TIME = re.compile(r"(?:(\d{1,3})-)?(\d{1,3}):([0-5]\d):([0-5]\d)")
@@ -37,7 +31,7 @@ class Request:
 
     Attributes
     ----------
-    scheduler : a key of `LAUNCHERS`
+    scheduler : a key of `SCHEDULERS`
     file, out : campaign file and directory, as `hpcwhirl campaign` takes them
     ntasks : number of ranks of the job; of an array, of each element
     time : time limit, ``[D-]HH:MM:SS``
@@ -49,7 +43,7 @@ class Request:
         an expression with & and |
     array : number of elements of an array job, one shard each; 0: no array
     shard : ``I/N``, the single shard that this job computes; empty: all
-    launcher : program that starts the ranks; empty: the first of `LAUNCHERS`
+    launcher : program that starts the ranks; empty: the scheduler's first
     mpi : value of ``srun --mpi``
     pe : parallel environment of Grid Engine
     venv : virtual environment to activate
@@ -90,8 +84,8 @@ class Request:
         InputError
             for values that are unsafe in a script, out of range, or contradictory
         """
-        if self.scheduler not in LAUNCHERS:
-            raise unknown("scheduler", self.scheduler, LAUNCHERS)
+        if self.scheduler not in SCHEDULERS:
+            raise unknown("scheduler", self.scheduler, SCHEDULERS)
         for name in ("file", "out", "venv", "script"):
             _check_path(name, getattr(self, name))
         for module in self.modules:
@@ -138,7 +132,7 @@ class Request:
 
     def _check_together(self) -> None:
         """Refuse options that contradict each other or that the scheduler lacks."""
-        allowed = LAUNCHERS[self.scheduler]
+        allowed = SCHEDULERS[self.scheduler].launchers
         if self.launcher and self.launcher not in allowed:
             msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"
             raise InputError(f"{msg}, got {self.launcher!r}")
@@ -163,7 +157,7 @@ class Request:
     @property
     def starts_with(self) -> str:
         """Name of the program that starts the ranks."""
-        return self.launcher or LAUNCHERS[self.scheduler][0]
+        return self.launcher or SCHEDULERS[self.scheduler].launchers[0]
 
     @property
     def seconds(self) -> int:

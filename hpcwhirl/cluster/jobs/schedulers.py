@@ -13,8 +13,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from hpcwhirl.cluster.jobs.request import Request
+if TYPE_CHECKING:
+    from hpcwhirl.cluster.jobs.request import Request
 
 Lines = list[str]
 
@@ -34,6 +36,7 @@ class Scheduler:
     stop : shell command that asks the running ranks to stop
     traps : signals sent before the time limit, and signals that cancel the job
     opening : shell lines before all others
+    launchers : programs that may start the ranks, the default first
     """
 
     sentinel: str
@@ -45,6 +48,7 @@ class Scheduler:
     stop: str = 'kill -USR1 "$running"'
     traps: tuple[str, str] = ("USR1", "TERM INT USR2")
     opening: tuple[str, ...] = ()
+    launchers: tuple[str, ...] = ("mpirun", "mpiexec")
 
 
 def clock(seconds: int) -> str:
@@ -244,6 +248,7 @@ SCHEDULERS = {
     "slurm": Scheduler(
         "#SBATCH ", "sbatch", "$SLURM_ARRAY_TASK_ID",
         _slurm, _slurm_launch, _slurm_again,
+        launchers=("mpirun", "mpiexec", "srun"),
     ),
     "pbs": Scheduler(
         "#PBS ", "qsub", "${PBS_ARRAY_INDEX:-$HPCWHIRL_SHARD}",
@@ -263,5 +268,6 @@ SCHEDULERS = {
         _flux, lambda _: 'flux run -n "$ranks"', _flux_again,
         # Flux itself forwards USR1 to the ranks; the signal would end flux run
         stop='[ "$again" = yes ] || flux cancel --all', traps=("USR1", "TERM INT HUP"),
+        launchers=("flux",),
     ),
 }  # fmt: skip
