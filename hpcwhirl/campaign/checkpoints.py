@@ -21,13 +21,7 @@ from hpcwhirl.dynamics.snapshot import (
 )
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.store.directory.record import Record
-from hpcwhirl.store.directory.states import (
-    drop_state,
-    hand_over,
-    read_state,
-    stored_states,
-    write_state,
-)
+from hpcwhirl.store.directory.states import States
 
 FITS = "model, kernel or compiler"  # what a fingerprint identifies, for messages
 MOTIONS = f"motion by {CODE}"  # later cases depend on its rounding
@@ -49,8 +43,8 @@ class Checkpoints:
     """
 
     def __init__(self, folder: Path, every: float, say: Callable[[str], None]) -> None:
-        self.folder, self.every, self.say = folder, every, say
-        self.kept = stored_states(folder)  # the directory is listed only once
+        self.states, self.every, self.say = States(folder), every, say
+        self.kept = self.states.names()  # the directory is listed only once
         self.mute = False
         self.saved: dict[
             str, float
@@ -63,7 +57,7 @@ class Checkpoints:
         state may belong to any of these marches.
         """
         try:
-            arrays = read_state(self.folder, digest, {}) if digest in self.kept else {}
+            arrays = self.states.read(digest, {}) if digest in self.kept else {}
         except StoreError:  # printed below
             arrays = {}
         if arrays:
@@ -94,13 +88,13 @@ class Checkpoints:
         to match it.
         """
         try:
-            return read_state(self.folder, digest, {FITS: fingerprint(march)})
+            return self.states.read(digest, {FITS: fingerprint(march)})
         except StoreError:
             if march.lean.model.folds == 1:
                 raise
         march.unfold()  # the case may have been unfolded before it was saved
         try:
-            return read_state(self.folder, digest, {FITS: fingerprint(march)})
+            return self.states.read(digest, {FITS: fingerprint(march)})
         except StoreError:
             march.fold()
             raise
@@ -129,7 +123,7 @@ class Checkpoints:
     def read(self, digest: str) -> tuple[bool, Motion | None]:
         """Return whether the end of a case is stored, and its last motion."""
         try:  # any rank may have saved it
-            arrays = read_state(self.folder, end_name(digest), {FITS: MOTIONS})
+            arrays = self.states.read(end_name(digest), {FITS: MOTIONS})
         except StoreError as failed:
             self.say(f"{failed}: the cases before it are integrated again")
             return False, None
@@ -142,11 +136,11 @@ class Checkpoints:
     def drop_end(self, digest: str) -> None:
         """Remove the stored last motion of a case."""
         if digest:
-            drop_state(self.folder, end_name(digest))
+            self.states.drop(end_name(digest))
 
     def _write(self, digest: str, belongs: Record, arrays: Arrays) -> None:
         try:
-            write_state(self.folder, digest, belongs, arrays)
+            self.states.write(digest, belongs, arrays)
             self.kept.add(digest)
         except MissingFileError as failed:
             if not self.mute:
@@ -157,7 +151,7 @@ class Checkpoints:
         """Let case `after` continue from the state of `digest` if it has none."""
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # it can start anew
-                if hand_over(self.folder, digest, after):  # any rank may have saved it
+                if self.states.hand_over(digest, after):  # any rank may have saved it
                     self.kept |= {digest, after}
 
     def drop(self, digest: str) -> None:
@@ -165,4 +159,4 @@ class Checkpoints:
         self.saved.pop(digest, None)
         if digest in self.kept:
             self.kept.discard(digest)
-            drop_state(self.folder, digest)
+            self.states.drop(digest)

@@ -25,7 +25,7 @@ from hpcwhirl.launch import ALONE, Communicator, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
 from hpcwhirl.store.directory.completions import planner_of
-from hpcwhirl.store.directory.heartbeats import forget_crashes, notes
+from hpcwhirl.store.directory.heartbeats import Notes
 from hpcwhirl.store.directory.journal import scan
 from hpcwhirl.store.directory.owner import Asking, BrokenOffError
 from hpcwhirl.store.directory.refined import dropped_of, full_plan
@@ -132,9 +132,10 @@ def _tell_budget(design: Design, folder: Path) -> None:
 
 def _forget_the_dead(folder: Path) -> None:
     """Remove notes of dead processes whose cases have a result by now."""
-    if notes(folder):
+    notes = Notes(folder)
+    if notes.all():
         ended = scan(folder, lambda record: record["status"])
-        forget_crashes(folder, {name for name in ended if ended[name] == "ok"})
+        notes.forget({name for name in ended if ended[name] == "ok"})
 
 
 def _stopped(cases: int, error: Exception) -> Ending:

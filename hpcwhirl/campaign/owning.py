@@ -12,7 +12,7 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.store.atomic import sweep
-from hpcwhirl.store.directory.heartbeats import sweep_notes
+from hpcwhirl.store.directory.heartbeats import Notes
 from hpcwhirl.store.directory.manifest import NAME
 from hpcwhirl.store.directory.owner import (
     CAMPAIGN,
@@ -97,6 +97,6 @@ def _tidy(own: Claim, *, shared: bool) -> None:
     for place in (own.folder / "states", own.folder / "runs"):
         sweep(place, older=older)
     sweep(own.folder, NAME, older)
-    sweep_notes(own.folder, older)
+    Notes(own.folder).sweep(older)
     for stem in PICTURES:  # commands `map` and `report` may be writing these now
         sweep(own.folder, stem, min(older, begun))

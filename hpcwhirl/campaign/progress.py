@@ -22,7 +22,7 @@ from hpcwhirl.scene.words import NO_REGIME, REGIMES
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import Told, told_by
 from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
-from hpcwhirl.store.directory.heartbeats import notes
+from hpcwhirl.store.directory.heartbeats import Note, Notes
 from hpcwhirl.store.directory.journal import next_run, read_journals
 from hpcwhirl.store.directory.manifest import Manifest, read_manifest
 from hpcwhirl.store.directory.record import Record
@@ -157,18 +157,19 @@ def status_of(end: Completion) -> str:
 
 
 def computing(
-    folder: Path, digests: Sequence[str], ends: Mapping[str, float], now: float
+    notes: Sequence[Note], digests: Sequence[str], ends: Mapping[str, float], now: float
 ) -> list[Computing]:
     """Return the cases that each rank computes, without those that have ended since.
 
     Parameters
     ----------
-    folder, digests : the campaign's directory, and the digests of its plan
+    notes : of all ranks and runs
+    digests : those of the plan
     ends : {digest: time at which the case ended, s since 1970}
     now : present time, s since 1970
     """
     known, found = CaseIndex(digests), []
-    for note in notes(folder):
+    for note in notes:
         begun = note.since or 0.0
         at_it = [d for d in note.digests if not ends.get(d, -math.inf) > begun]
         cases = [case for d in at_it if (case := known.find(d, -1)) >= 0]
@@ -228,20 +229,21 @@ class Seen:
     """
 
     def __init__(self, folder: Path, manifest: Manifest) -> None:
+        self.folder, self.notes = folder, Notes(folder).all()
         self.manifest, self.work = manifest, predicted_work(manifest)
         self.workers: list[Worker] = []
         self.spent = self.longest = 0.0
         if is_plain(manifest):
-            self._from_columns(folder)
+            self._from_columns()
         else:
-            self._from_records(folder)
+            self._from_records()
 
-    def _from_columns(self, folder: Path) -> None:
+    def _from_columns(self) -> None:
         """Read a plan in which each case is one job, by columns."""
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
-        for told in self._journals(folder):
+        for told in self._journals():
             own = told.case >= 0
             case, ok = told.case[own], told.status[own] == "ok"
             outcome = told.outcome[own]
@@ -255,13 +257,13 @@ class Seen:
         self._count(status[~self.open].tolist(), regime[regime != ""].tolist())
         self.without = int(((regime == "") & ~self.open).sum())
         known = CaseIndex(self.manifest.digests)
-        named = {digest for note in notes(folder) for digest in note.digests}
+        named = {digest for note in self.notes for digest in note.digests}
         cases = {name: known.find(name, -1) for name in named}
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
 
-    def _journals(self, folder: Path) -> Iterator[Told]:
+    def _journals(self) -> Iterator[Told]:
         """Yield the columns of each journal, and count the work of its rank."""
-        each = told_by(folder, self.manifest.digests)
+        each = told_by(self.folder, self.manifest.digests)
         for _, parts in itertools.groupby(each, key=lambda pair: pair[0]):
             told = Told(*map(np.concatenate, zip(*(p for _, p in parts), strict=True)))
             self._take(told.case, told.ended, np.nan_to_num(told.seconds))
@@ -281,9 +283,9 @@ class Seen:
         self.spent += float(seconds.sum())
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
-    def _from_records(self, folder: Path) -> None:
+    def _from_records(self) -> None:
         """Read a plan with extensions, twins or refined cases, record by record."""
-        journals = read_journals(folder)
+        journals = read_journals(self.folder)
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}
         planner = ended_of(self.manifest, records.values()).planner()
@@ -328,7 +330,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
     done_work = sum(w.work for w in seen.workers)
     last = max((w.ended for w in seen.workers), default=None)
     left, spent = int(seen.open.sum()), seen.spent
-    at_it = computing(folder, manifest.digests, seen.ends, now)
+    at_it = computing(seen.notes, manifest.digests, seen.ends, now)
     return Progress(
         cases=len(work),
         done=len(work) - left - seen.without,

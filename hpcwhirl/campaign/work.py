@@ -23,11 +23,11 @@ from hpcwhirl.launch import Communicator, Shard
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.planner import Jobs, Planner
 from hpcwhirl.store.directory.completions import Ended, ended_in
-from hpcwhirl.store.directory.heartbeats import crashes, forget_crashes
+from hpcwhirl.store.directory.heartbeats import Notes
 from hpcwhirl.store.directory.journal import claim_run, is_whole
 from hpcwhirl.store.directory.manifest import read_manifest
 from hpcwhirl.store.directory.record import Record
-from hpcwhirl.store.directory.states import drop_state, stored_states
+from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.results.measured import WHY_NOT
 
 CRASHES = 2  # number of processes that died during a case, from which it is isolated
@@ -75,16 +75,18 @@ def _planned(
     extended, costs = read_manifest(folder).extended, costs_of(design)
     plan = replace(design.manifest(), extended=extended)
     mine = share(costs.steps, policy.shard)
-    asked = stored_states(folder) | crashes(folder).keys()
+    states, notes = States(folder), Notes(folder)
+    asked = states.names() | notes.crashes().keys()
     again = partial(is_again, folder, policy.retry) if policy.retry else None
     ended = ended_in(folder, plan, asked, again)
     planner = ended.planner()
     costs = _learned(design, costs, ended, planner)
-    _tidy(folder, ended.told)
+    _tidy(states, ended.told)
+    notes.forget(set(ended.told))
     jobs = planner.left()
     if policy.shard:
         jobs = Jobs(*(one[np.isin(jobs.row, np.asarray(mine))] for one in jobs))
-    alone = _suspects(folder, design, planner, jobs, extended)
+    alone = _suspects(notes.crashes(), design, planner, jobs, extended)
     kinds = [case for case in _kinds(design, planner, jobs) if case not in alone]
     order = Order(alone, even=policy.pilot is not None)
     queue = JobQueue(planner, jobs, design.code, costs, ranks, order)
@@ -133,19 +135,15 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
     return [*design.columns.first_of(coarse, FOLDING), *beyond.values()]
 
 
-def _tidy(folder: Path, ended: Mapping[str, Completion]) -> None:
-    """Remove states and crash notes of cases that have ended since.
-
-    States of cases with an open regime stay, for longer runs.
-    """
-    for name in stored_states(folder) & ended.keys():  # left by a killed process
+def _tidy(states: States, ended: Mapping[str, Completion]) -> None:
+    """Remove states of cases that have ended since, unless their regime is open."""
+    for name in states.names() & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
-            drop_state(folder, name)
-    forget_crashes(folder, set(ended))
+            states.drop(name)
 
 
 def _suspects(
-    folder: Path,
+    died: Mapping[str, int],
     design: Design,
     planner: Planner,
     jobs: Jobs,
@@ -158,11 +156,12 @@ def _suspects(
 
     Parameters
     ----------
-    folder, design, planner : the campaign's directory, design and planner
+    died : {digest: number of processes that died while computing the case}
+    design, planner : the campaign's design and planner
     jobs : jobs that are left
     extended : end times of the extensions, s
     """
-    names = {name for name, count in crashes(folder).items() if count >= CRASHES}
+    names = {name for name, count in died.items() if count >= CRASHES}
     if not names:
         return frozenset()
     found = {name: design.digests.find(name) for name in names}

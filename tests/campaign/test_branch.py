@@ -21,7 +21,7 @@ from hpcwhirl.planner.jobs import Job
 from hpcwhirl.planner.kinds import cases_before
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.history import parsed
-from hpcwhirl.store.directory.states import stored_states
+from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.reading.results_file import Results
 
 TABLES = {
@@ -128,7 +128,7 @@ def test_the_command_of_a_case_gives_its_result(swept, tmp_path, capsys):
 def test_only_the_last_of_a_branch_leaves_its_motion(swept):
     design = Design.of(TABLES)
     lasts = {f"{design.digest(case)}-end" for case in (2, 5, 8, 11)}
-    assert stored_states(swept) == lasts
+    assert States(swept).names() == lasts
 
 
 def test_what_is_lost_on_the_way_is_computed_again_with_the_same_bits(swept, tmp_path):
@@ -215,7 +215,7 @@ def test_a_fold_is_bisected_and_its_cases_go_on_from_the_last_before_it(folded):
         _, before = parsed(settings["history"])
         assert before[-1] < settings["speed"]
         assert digest(case_before(scene)) in rows
-    assert stored_states(folded) == {f"{name}-end" for name in rows}  # others follow
+    assert States(folded).names() == {f"{name}-end" for name in rows}  # others follow
 
 
 def test_a_branch_is_refined_further_without_computing_a_case_again(folded, tmp_path):

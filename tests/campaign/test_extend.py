@@ -21,7 +21,7 @@ from hpcwhirl.launch import Shard
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.store.directory.journal import read_records
 from hpcwhirl.store.directory.manifest import MEASURE, read_manifest, write_manifest
-from hpcwhirl.store.directory.states import stored_states
+from hpcwhirl.store.directory.states import States
 
 SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
 TABLES = {
@@ -66,7 +66,7 @@ def test_an_extended_campaign_is_one_that_went_on_by_itself(
     policy = Policy(keep_states=keep)
     first, _ = run(tmp_path, policy=policy)
     assert set(hpcwhirl.open_results(tmp_path).duration.values) == {0.1}
-    assert bool(stored_states(tmp_path)) == keep
+    assert bool(States(tmp_path).names()) == keep
     made = steps_of()
     later, ending = run(tmp_path, 0.8, policy=policy)
     assert ending.failed == 0
@@ -147,7 +147,7 @@ def test_progress_counts_what_is_still_to_go_on(tmp_path):
 def test_states_are_left_of_what_is_undecided_alone(tmp_path):
     run(tmp_path, 0.8)
     rows = read_records(tmp_path)
-    kept = stored_states(tmp_path)
+    kept = States(tmp_path).names()
     assert {rows[name]["row"]["regime"] for name in kept} == {"undecided"}
     assert all(rows[name]["longest"] == 0.8 for name in kept)
 

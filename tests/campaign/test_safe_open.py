@@ -12,9 +12,9 @@ import pytest
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.safe_open import open_regular, read_regular
-from hpcwhirl.store.directory.heartbeats import Running, notes
+from hpcwhirl.store.directory.heartbeats import Notes, Running
 from hpcwhirl.store.directory.journal import Journal
-from hpcwhirl.store.directory.states import read_state, write_state
+from hpcwhirl.store.directory.states import States
 
 pytestmark = pytest.mark.timeout(900)
 
@@ -79,7 +79,7 @@ def test_commands_tell_what_they_cannot_read(odd, folder, capsys, name, command)
 def test_notes_that_no_result_depends_on_are_passed_over(odd, folder, name):
     (folder / name).parent.mkdir(exist_ok=True)
     odd(folder / name)
-    assert notes(folder) == []
+    assert Notes(folder).all() == []
     assert main(["status", str(folder)]) == 0
     assert main(["gather", str(folder)]) == 0
 
@@ -100,10 +100,10 @@ def test_no_rank_notes_what_it_does_in_what_is_no_file(odd, tmp_path):
 
 
 def test_no_state_is_taken_from_what_is_no_file(odd, tmp_path):
-    write_state(tmp_path, "d", {}, {"x": np.zeros(2)})
+    States(tmp_path).write("d", {}, {"x": np.zeros(2)})
     odd(tmp_path / "states" / "d.state")
     with pytest.raises(StoreError, match="cannot read"):
-        read_state(tmp_path, "d", {})
+        States(tmp_path).read("d", {})
 
 
 def test_no_job_script_is_read_from_what_is_no_file(odd, tmp_path, capsys):

@@ -13,13 +13,8 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene import apply_settings, named_scene
-from hpcwhirl.store.directory.heartbeats import Running, crashes, forget_crashes
-from hpcwhirl.store.directory.states import (
-    drop_state,
-    read_state,
-    stored_states,
-    write_state,
-)
+from hpcwhirl.store.directory.heartbeats import Notes, Running
+from hpcwhirl.store.directory.states import States
 
 SCHEMES = {
     "modal": {},
@@ -61,10 +56,10 @@ def test_a_state_through_a_file_continues_to_the_same_bits(name, tmp_path):
     for steps in (1, 88, 301):  # from one cut to the next, each in a new march
         march.advance(steps)
         kept = fingerprint(march)
-        write_state(tmp_path, "d", FITS, snapshot(march))
+        States(tmp_path).write("d", FITS, snapshot(march))
         march = March(case)
         assert fingerprint(march) == kept
-        assert restore(march, read_state(tmp_path, "d", FITS))
+        assert restore(march, States(tmp_path).read("d", FITS))
     assert march.steps == 390
     assert_same_bits(ended(march), whole)
 
@@ -101,29 +96,29 @@ def test_a_state_of_another_case_kernel_or_shape_does_not_fit():
 def test_a_damaged_state_is_never_taken(tmp_path):
     march = March(resolve(scene(traces="orbit", interval=1e-4)))
     march.advance(500)
-    write_state(tmp_path, "d", FITS, snapshot(march))
+    States(tmp_path).write("d", FITS, snapshot(march))
     path = tmp_path / "states/d.state"
     whole = path.read_bytes()
-    assert read_state(tmp_path, "d", FITS).keys() == snapshot(march).keys()
-    assert read_state(tmp_path, "e", FITS) is None
+    assert States(tmp_path).read("d", FITS).keys() == snapshot(march).keys()
+    assert States(tmp_path).read("e", FITS) is None
     for end in range(0, len(whole), 97):
         path.write_bytes(whole[:end])
         with pytest.raises(StoreError, match="damaged"):
-            read_state(tmp_path, "d", FITS)
+            States(tmp_path).read("d", FITS)
     for place in range(0, len(whole), 97):
         spoilt = whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :]
         path.write_bytes(spoilt)
         with pytest.raises(StoreError, match="damaged"):
-            read_state(tmp_path, "d", FITS)
+            States(tmp_path).read("d", FITS)
     path.write_bytes(whole)
     with pytest.raises(StoreError, match="another machine"):
-        read_state(tmp_path, "d", {"machine": "other"})
+        States(tmp_path).read("d", {"machine": "other"})
     path.rename(tmp_path / "states/e.state")
     with pytest.raises(StoreError, match="another digest"):
-        read_state(tmp_path, "e", FITS)
-    drop_state(tmp_path, "e")
-    drop_state(tmp_path, "e")
-    assert stored_states(tmp_path) == set()
+        States(tmp_path).read("e", FITS)
+    States(tmp_path).drop("e")
+    States(tmp_path).drop("e")
+    assert States(tmp_path).names() == set()
 
 
 def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, steps_of, monkeypatch):
@@ -152,7 +147,7 @@ def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, steps_o
     (line,) = told
     assert "it is damaged: the case starts anew" in line
     assert sum(made) == 1500
-    assert stored_states(tmp_path) == set()
+    assert States(tmp_path).names() == set()
 
 
 def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypatch):
@@ -172,7 +167,7 @@ def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, steps_of):
     checkpoints = Checkpoints(tmp_path, 1e9, print)
     with pytest.raises(LateError, match=r"more than 0\.01 s of computing"):
         compute(case, "d", checkpoints, 0.01, lambda: None)
-    assert stored_states(tmp_path) == {"d"}
+    assert States(tmp_path).names() == {"d"}
     made = steps_of()
     result = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
     assert 0 < sum(made) < 100_000 == result.row["steps"]
@@ -182,10 +177,10 @@ def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, steps_of):
 def test_only_a_process_that_dies_leaves_word_of_what_it_computed(tmp_path):
     with Running(tmp_path, 1, 0) as running:
         running.begin(["a", "b" * 64, "c"])
-        assert crashes(tmp_path) == {"a": 1, "b" * 64: 1, "c": 1}
+        assert Notes(tmp_path).crashes() == {"a": 1, "b" * 64: 1, "c": 1}
         running.begin(["d"])
-        assert crashes(tmp_path) == {"d": 1}
-    assert not crashes(tmp_path)
+        assert Notes(tmp_path).crashes() == {"d": 1}
+    assert not Notes(tmp_path).crashes()
     for run in (2, 3):  # in processes that die, and take nothing back
         died = os.fork()
         if died == 0:
@@ -193,8 +188,8 @@ def test_only_a_process_that_dies_leaves_word_of_what_it_computed(tmp_path):
             os._exit(0)
         os.waitpid(died, 0)
     (tmp_path / "running/0004-00000.log").write_bytes(b"")
-    assert crashes(tmp_path) == {"e": 2, "f": 2}
-    forget_crashes(tmp_path, {"e"})
-    assert crashes(tmp_path) == {"e": 2, "f": 2}
-    forget_crashes(tmp_path, {"e", "f"})
-    assert not crashes(tmp_path)
+    assert Notes(tmp_path).crashes() == {"e": 2, "f": 2}
+    Notes(tmp_path).forget({"e"})
+    assert Notes(tmp_path).crashes() == {"e": 2, "f": 2}
+    Notes(tmp_path).forget({"e", "f"})
+    assert not Notes(tmp_path).crashes()

@@ -23,7 +23,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.heartbeats import Running, crashes, notes
+from hpcwhirl.store.directory.heartbeats import Notes, Running
 from hpcwhirl.store.directory.journal import (
     Journal,
     claim_run,
@@ -357,7 +357,7 @@ def test_notes_that_cannot_be_read_block_nothing(tmp_path, kind, monkeypatch):
     for path in (tmp_path / "runs/0001.json", tmp_path / "running/0001-00000.log"):
         unreadable(path, kind, monkeypatch)
     gather(tmp_path, {})
-    assert notes(tmp_path) == []
+    assert Notes(tmp_path).all() == []
     assert progress_of(tmp_path).running == []
 
 
@@ -370,8 +370,8 @@ def test_a_note_of_a_rank_that_lacks_something_is_left_out(tmp_path, lacking):
     (tmp_path / "running/0001-00000.log").write_bytes(sealed(note))
     with Running(tmp_path, 1, 1) as running:
         running.begin(["d1"])
-        assert crashes(tmp_path) == {"d1": 1}
-        assert len(notes(tmp_path)) == 1
+        assert Notes(tmp_path).crashes() == {"d1": 1}
+        assert len(Notes(tmp_path).all()) == 1
 
 
 @pytest.mark.parametrize(

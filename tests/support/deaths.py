@@ -4,7 +4,7 @@ from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import compute
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.dynamics import march as marching
-from hpcwhirl.store.directory.states import stored_states
+from hpcwhirl.store.directory.states import States
 
 SLICE = 512  # steps
 MOST = 400
@@ -60,6 +60,6 @@ def stopped_again_and_again(case, folder, slices):
         try:
             return compute(case, "d", checkpoints, 1e9, between), stops
         except Stop:
-            assert stored_states(folder) == {"d"}
+            assert States(folder).names() == {"d"}
         assert told == []
     raise AssertionError

@@ -127,49 +127,52 @@ def _note(path: Path) -> Note | None:
     return Note(rank, host, pid, digests, since, ticks)
 
 
-def _whole_notes(folder: Path) -> list[tuple[Path, Note]]:
-    """Return (file, note) for each complete note; no result depends on the others."""
-    try:
-        paths = listed(folder / "running", ".log")
-    except MissingFileError:
-        return []
-    return [(path, note) for path in paths if (note := _note(path)) is not None]
+class Notes:
+    """The notes of all ranks and runs in a campaign's directory.
 
-
-def notes(folder: Path) -> list[Note]:
-    """Return all complete notes, of living and of dead processes."""
-    return [note for _, note in _whole_notes(folder)]
-
-
-def crashes(folder: Path) -> Counter[str]:
-    """Return {digest: number of processes that died while computing the case}."""
-    return Counter(digest for note in notes(folder) for digest in note.digests)
-
-
-def sweep_notes(folder: Path, older: float) -> None:
-    """Remove incomplete notes of dead processes.
-
-    They name no case, so `forget_crashes` would never remove them.
-
-    Parameters
-    ----------
     folder : the campaign's directory
-    older : remove only notes last written before this time, s since 1970 by the clock
-        of the file system
     """
-    with suppress(MissingFileError):
-        for path in listed(folder / "running", ".log"):
-            with suppress(OSError):
-                if _note(path) is None and path.lstat().st_mtime < older:
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder / "running"
+
+    def _whole(self) -> list[tuple[Path, Note]]:
+        """Return (file, note) for each complete note; no result depends on others."""
+        try:
+            paths = listed(self.folder, ".log")
+        except MissingFileError:
+            return []
+        return [(path, note) for path in paths if (note := _note(path)) is not None]
+
+    def all(self) -> list[Note]:
+        """Return all complete notes, of living and of dead processes."""
+        return [note for _, note in self._whole()]
+
+    def crashes(self) -> Counter[str]:
+        """Return {digest: number of processes that died while computing the case}."""
+        return Counter(digest for note in self.all() for digest in note.digests)
+
+    def sweep(self, older: float) -> None:
+        """Remove incomplete notes of dead processes.
+
+        They name no case, so `forget` would never remove them.
+
+        older : remove only notes last written before this time, s since 1970 by the
+            clock of the file system
+        """
+        with suppress(MissingFileError):
+            for path in listed(self.folder, ".log"):
+                with suppress(OSError):
+                    if _note(path) is None and path.lstat().st_mtime < older:
+                        path.unlink()
+
+    def forget(self, finished: Collection[str]) -> None:
+        """Remove the notes of dead processes all of whose cases have ended since."""
+        ended = set(finished)
+        here = socket.gethostname()
+        for path, note in self._whole():
+            # a process of another shard may be at work
+            at_work = note.host == here and not note.left_over
+            if set(note.digests) <= ended and not at_work:
+                with suppress(OSError):
                     path.unlink()
-
-
-def forget_crashes(folder: Path, finished: Collection[str]) -> None:
-    """Remove the notes of dead processes all of whose cases have ended since."""
-    ended = set(finished)
-    here = socket.gethostname()
-    for path, note in _whole_notes(folder):
-        at_work = note.host == here and not note.left_over  # a process of another shard
-        if set(note.digests) <= ended and not at_work:
-            with suppress(OSError):
-                path.unlink()

@@ -28,54 +28,92 @@ FORMAT = 2
 TYPES = ("<f8", "<i8")
 
 
-def _path(folder: Path, digest: str) -> Path:
-    return folder / "states" / f"{digest}.state"
+class States:
+    """The saved states of cases in a campaign's directory.
 
-
-def write_state(folder: Path, digest: str, belongs: Record, arrays: Arrays) -> None:
-    """Write the state of a case, replacing an older one.
-
-    Parameters
-    ----------
     folder : the campaign's directory
-    digest : digest of the case
-    belongs : JSON object that must be equal when the state is read
-    arrays : {name: float64 or int64 array}
-
-    Raises
-    ------
-    MissingFileError
-        where it cannot be written; an older state stays
     """
-    data = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays.values())
-    head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
-    head["arrays"] = {n: [a.dtype.str, list(a.shape)] for n, a in arrays.items()}
-    head |= {"bytes": len(data), "crc": zlib.crc32(data)}
-    write_whole(_path(folder, digest), sealed(head) + data)
 
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder / "states"
 
-def read_state(folder: Path, digest: str, belongs: Record) -> Arrays | None:
-    """Return the arrays of a case's saved state, None if there is none.
+    def _path(self, digest: str) -> Path:
+        return self.folder / f"{digest}.state"
 
-    Raises
-    ------
-    StoreError
-        where the state is damaged, or what it belongs to differs from `belongs`
-    """
-    path = _path(folder, digest)
-    try:
-        with open_regular(path) as file:
-            head, data = opened(file.readline()), file.read()
-    except FileNotFoundError:
-        return None
-    except OSError as failed:
-        msg = f"cannot read {path}: {failed.strerror}"
-        raise StoreError(msg) from None
-    try:
-        return _arrays(head, data, {"format": FORMAT, "digest": digest, **belongs})
-    except (KeyError, TypeError, ValueError) as failed:
-        msg = f"{path} is not usable: {failed}"
-        raise StoreError(msg) from None
+    def write(self, digest: str, belongs: Record, arrays: Arrays) -> None:
+        """Write the state of a case, replacing an older one.
+
+        Parameters
+        ----------
+        digest : digest of the case
+        belongs : JSON object that must be equal when the state is read
+        arrays : {name: float64 or int64 array}
+
+        Raises
+        ------
+        MissingFileError
+            where it cannot be written; an older state stays
+        """
+        data = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays.values())
+        head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
+        head["arrays"] = {n: [a.dtype.str, list(a.shape)] for n, a in arrays.items()}
+        head |= {"bytes": len(data), "crc": zlib.crc32(data)}
+        write_whole(self._path(digest), sealed(head) + data)
+
+    def read(self, digest: str, belongs: Record) -> Arrays | None:
+        """Return the arrays of a case's saved state, None if there is none.
+
+        Raises
+        ------
+        StoreError
+            where the state is damaged, or what it belongs to differs from `belongs`
+        """
+        path = self._path(digest)
+        try:
+            with open_regular(path) as file:
+                head, data = opened(file.readline()), file.read()
+        except FileNotFoundError:
+            return None
+        except OSError as failed:
+            msg = f"cannot read {path}: {failed.strerror}"
+            raise StoreError(msg) from None
+        try:
+            return _arrays(head, data, {"format": FORMAT, "digest": digest, **belongs})
+        except (KeyError, TypeError, ValueError) as failed:
+            msg = f"{path} is not usable: {failed}"
+            raise StoreError(msg) from None
+
+    def hand_over(self, digest: str, after: str) -> bool:
+        """Copy the saved state of a case for another case, which continues it.
+
+        The copy still names what the original belongs to.
+
+        Returns
+        -------
+        whether there was an undamaged state
+
+        Raises
+        ------
+        MissingFileError
+            where it cannot be written
+        """
+        try:
+            with open_regular(self._path(digest)) as file:
+                head, data = opened(file.readline()), file.read()
+            _arrays(head, data, {"format": FORMAT, "digest": digest})
+        except (OSError, KeyError, TypeError, ValueError):
+            return False
+        write_whole(self._path(after), sealed({**(head or {}), "digest": after}) + data)
+        return True
+
+    def drop(self, digest: str) -> None:
+        """Remove the state of a case, if there is one."""
+        with suppress(OSError):  # a state left behind does no harm
+            self._path(digest).unlink()
+
+    def names(self) -> set[str]:
+        """Return the digests of the cases with a saved state."""
+        return {path.stem for path in listed(self.folder, ".state")}
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
@@ -96,38 +134,3 @@ def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
         out[name] = np.frombuffer(data, kind, count, start).reshape(shape)
         start += 8 * count
     return out
-
-
-def hand_over(folder: Path, digest: str, after: str) -> bool:
-    """Copy the saved state of a case for another case, which continues it.
-
-    The copy still names what the original belongs to.
-
-    Returns
-    -------
-    whether there was an undamaged state
-
-    Raises
-    ------
-    MissingFileError
-        where it cannot be written
-    """
-    try:
-        with open_regular(_path(folder, digest)) as file:
-            head, data = opened(file.readline()), file.read()
-        _arrays(head, data, {"format": FORMAT, "digest": digest})
-    except (OSError, KeyError, TypeError, ValueError):
-        return False
-    write_whole(_path(folder, after), sealed({**(head or {}), "digest": after}) + data)
-    return True
-
-
-def drop_state(folder: Path, digest: str) -> None:
-    """Remove the state of a case, if there is one."""
-    with suppress(OSError):  # a state left behind does no harm
-        _path(folder, digest).unlink()
-
-
-def stored_states(folder: Path) -> set[str]:
-    """Return the digests of the cases with a saved state."""
-    return {path.stem for path in listed(folder / "states", ".state")}
