@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
@@ -92,7 +91,16 @@ def _computed(
     """Compute the jobs left; return (work, whether complete, whether it gave up)."""
     work, queue = work_of(design, folder, policy, comm)
     names = design.measure.variables if design.measure else ()
-    with context_of(folder, work, comm, policy, stopping, names) as context:
+    checkpoints = Checkpoints(folder, policy.save_every, say)
+    with (
+        Journal(folder, work.run, comm.rank, work.plan, names) as journal,
+        Running(folder, work.run, comm.rank) as running,
+        closing(Child(folder, policy.save_every)) as child,
+    ):
+        context = RankContext(
+            comm.rank, journal, running, checkpoints, child, policy, stopping,
+            work.suspects,
+        )  # fmt: skip
         evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
@@ -109,32 +117,6 @@ def _computed(
             why = "" if complete else stopping.reason
             keep_shares(folder, work.run, tally, comm, why)
     return work, complete, report.gave_up
-
-
-@contextmanager
-def context_of(
-    folder: Path,
-    work: Work,
-    comm: Communicator,
-    policy: Policy,
-    stopping: Stopping,
-    measured: Iterable[str] = (),
-) -> Iterator[RankContext]:
-    """Open files and helpers of this rank.
-
-    measured : names of the variables of the user's function
-    """
-    rank = comm.rank
-    checkpoints = Checkpoints(folder, policy.save_every, say)
-    child = Child(folder, policy.save_every)
-    with (
-        Journal(folder, work.run, rank, work.plan, measured) as journal,
-        Running(folder, work.run, rank) as running,
-        closing(child),
-    ):
-        yield RankContext(
-            rank, journal, running, checkpoints, child, policy, stopping, work.suspects
-        )
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
