@@ -150,6 +150,20 @@ def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, steps_o
     assert States(tmp_path).names() == set()
 
 
+def test_states_that_cannot_be_written_are_told_once(tmp_path):
+    told: list[str] = []
+    checkpoints, march = (
+        Checkpoints(tmp_path, 1e9, told.append),
+        March(resolve(scene())),
+    )
+    march.advance(10)
+    (tmp_path / "states").touch()  # a file where the directory belongs
+    for name in ("d", "e"):
+        checkpoints.save(name, march)
+    (line,) = told
+    assert "if the run stops now, this case starts anew" in line
+
+
 def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypatch):
     saved, save = [], Checkpoints.save
     monkeypatch.setattr(

@@ -18,10 +18,18 @@ from hpcwhirl.analysis.rotation import critical_of, waves_over
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
-from hpcwhirl.report.figures import frequencies, kinds, motions, shapes, sweeps
+from hpcwhirl.report.figures import (
+    frequencies,
+    kinds,
+    motions,
+    shapes,
+    sweeps,
+    wear,
+)
 from hpcwhirl.report.map.critical import speeds_of
 from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.store.reading.results_file import Results
@@ -555,3 +563,23 @@ def test_the_stability_diagram_shows_who_grows_by_damping_that_turns():
     marked = f"unstable from: {onset:.0f} rad/s"
     assert marked in lines
     figure.draw_without_rendering()
+
+
+def test_wear_is_drawn_in_micrometres_around_the_casing(cases):
+    made = apply_settings(Scene(), {"contact_law": "archard"})
+    angle = np.linspace(0, 2 * np.pi, rods_of(made), endpoint=False)
+    depth = 3e-6 * (1.0 + np.cos(4 * angle))
+    traces = {"worn": np.stack([0.0 * depth, depth]), "time": np.arange(2.0)}
+    shown = SimpleNamespace(
+        traces=lambda _: traces, rows=cases.rows, scene=lambda _: made
+    )
+    figure = wear.draw_wear(shown, 0)
+    (bars,) = figure.axes[0].patches
+    values, edges, _ = bars.get_data()
+    assert values == pytest.approx(1e6 * depth)
+    assert (edges[0], edges[-1]) == (0.0, 360.0)
+    assert "strongest harmonic 4" in figure.axes[0].get_title()
+    assert all("µm" in axes.get_ylabel() for axes in (figure.axes[0], figure.axes[2]))
+    traces["worn"][:] = 0.0
+    with pytest.raises(InputError, match="no rod of the layer was worn"):
+        wear.draw_wear(shown, 0)

@@ -5,6 +5,7 @@ import tracemalloc
 from collections import Counter
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
 import made_up
@@ -582,3 +583,16 @@ def test_a_picture_needs_no_figure(made):
     picture = picture_of(open_results(made("one case")), Wish())
     assert len(picture) == 1
     assert (picture.x.name, picture.y.name) == ("", "")
+
+
+def test_texts_at_ticks_are_shown_as_they_are_written():
+    from matplotlib.figure import Figure
+
+    own = Figure().subplots().xaxis
+    files = SimpleNamespace(
+        name="file", ticks=lambda *_, **__: ([0.0, 1.0], ["a$x$.h5", "b_2.h5"])
+    )
+    layout._ticks(own, files, 500.0)
+    labels = own.get_ticklabels()
+    assert [label.get_text() for label in labels] == ["a$x$.h5", "b_2.h5"]
+    assert not any(label.get_parse_math() for label in labels)

@@ -139,6 +139,9 @@ def test_the_table_and_its_files(tmp_path, capsys, monkeypatch):
     facts = json.loads((out / "tradeoff.json").read_text())
     assert (out / "tradeoff.png").stat().st_size > 1000
     assert facts["machine"] in text
+    finest = facts["reference"]["time_step"]
+    assert "Reference, at least: " in text
+    assert f"time_step {finest}" in text
     assert len(facts["compared"]) == 2
     assert markdown(facts) in text
     first, second = table_of(facts)

@@ -217,6 +217,24 @@ def test_closed_streams_change_no_exit_code(tmp_path, line, code):
     assert (done.returncode, done.stderr) == (code, "")
 
 
+STAND_IN = """
+import os
+os.close(0), os.close(2)
+from hpcwhirl.cli.streams import stand_in
+stand_in()
+print([os.get_inheritable(number) for number in range(3)])
+"""
+
+
+def test_what_stands_in_for_a_closed_stream_is_open_for_children_too():
+    """A child's first file would get the number of stderr otherwise."""
+    done = subprocess.run(
+        [sys.executable, "-c", STAND_IN], env=ENVIRONMENT | {"PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, timeout=LIMIT, check=False,
+    )  # fmt: skip
+    assert done.stdout == "[True, True, True]\n"
+
+
 @pytest.mark.parametrize(
     ("stdout", "code"), [(">/dev/full", 75), ("> >(exec true)", 1), (">&-", 0)]
 )

@@ -210,6 +210,7 @@ def test_a_long_table_says_what_it_leaves_out(folder, capsys):
 def test_every_column_is_told(folder, data, capsys):
     assert main(["cases", str(folder), "--columns", "?"]) == 0
     out = capsys.readouterr().out
+    assert out.startswith("word: the regime, or overloaded, unstable, failed, missing")
     assert "growth_rate, 1/s: growth rate of ln sqrt(energy) over the window" in out
     names = {line.split(":")[0].split(",")[0] for line in out.splitlines()}
     assert {n for n, v in data.variables.items() if v.dims == ("case",)} <= names
