@@ -8,8 +8,8 @@ comparison, a constant off by one (a float: doubled or halved), a negated condit
 dropped statement. First a kind is drawn, then a place. `--kernels` also draws the bugs
 of planted.toml inside the kernels, each of which compiles them anew.
 
-Test files run in the order of how near they are to the changed module, by the imports
-from one to the other, until one test fails: the nearest twelve, or `--files` of them.
+Test files run until one test fails: first those named after the changed module, then in
+the order of how near they are to it by imports; twelve, or `--files` of them.
 `--write` puts the table of survivors into mutants.md, with the verdicts that are there
 already. Exits 1 where a survivor has no verdict. Calls that send signals are not
 changed.
@@ -50,6 +50,7 @@ PAGE = Path(__file__).with_suffix(".md")
 KERNELS = "hpcwhirl/dynamics/kernels"
 QUICK = "not slow and not evidence and not browser and not cluster"
 LIMIT = 300  # s a test: a mutant may loop for ever
+LIKE = 5  # letters in which the names of a module and of a test agree
 LIBRARIES = ("h5netcdf", "h5py", "matplotlib.figure", "numba", "numpy",
              "pydantic", "rich.console", "scipy.sparse.linalg", "scipy.stats",
              "xarray")  # fmt: skip
@@ -250,10 +251,18 @@ def importers(tree: Path) -> dict[Path, set[Path]]:
     return found
 
 
+def alike(module: Path, test: Path) -> bool:
+    """Whether a test file is named after a module, or after the folder it lies in."""
+    words = {w for part in (module.parent.name, module.stem) for w in part.split("_")}
+    own = test.stem.split("_")[1:]
+    return any(a[:LIKE] == b[:LIKE] for a in words for b in own if len(a) >= LIKE)
+
+
 def near(graph: dict[Path, set[Path]], module: Path, most: int) -> list[Path]:
     """Return so many of the test files that import a module: the nearest first.
 
-    Of those equally near, first the ones that import little else, which are about it.
+    First come those named after it; of those equally near, the ones that import little
+    else, which are about it.
     """
     fan = Counter(path for others in graph.values() for path in others)
     seen, edge, tests = {module}, {module}, []
@@ -262,7 +271,7 @@ def near(graph: dict[Path, set[Path]], module: Path, most: int) -> list[Path]:
         seen |= edge
         found = [path for path in edge if path.name.startswith("test_")]
         tests += sorted(found, key=lambda path: (fan[path], path))
-    return tests[:most]
+    return sorted(tests, key=lambda path: not alike(module, path))[:most]
 
 
 def loaded() -> None:
