@@ -2,6 +2,7 @@
 
 import ast
 import itertools
+from pathlib import Path
 
 import pytest
 from evidence import mutants
@@ -58,6 +59,14 @@ def test_the_tests_that_import_a_module_come_before_those_further_away(tmp_path)
     graph, module = mutants.importers(tmp_path), tmp_path / "hpcwhirl/a.py"
     found = [[p.name for p in mutants.near(graph, module, most)] for most in (1, 9)]
     assert found == [["test_near.py"], ["test_near.py", "test_far.py"]]
+
+
+def test_tests_named_after_a_module_come_first():
+    names = "x/margin_views.py", "x/other.py", "test_near.py", "test_margins.py"
+    module, other, near, named = map(Path, names)
+    graph = {module: {near, other}, other: {named}, near: set(), named: set()}
+    assert mutants.near(graph, module, 9) == [named, near]
+    assert mutants.near(graph, other, 9) == [named]
 
 
 def test_a_verdict_stays_with_its_survivor_when_lines_move():
