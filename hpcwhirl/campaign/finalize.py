@@ -24,7 +24,7 @@ from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import ALONE, Communicator, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
-from hpcwhirl.store.directory.completions import planner_of
+from hpcwhirl.store.directory.completions import ended_in
 from hpcwhirl.store.directory.heartbeats import Notes
 from hpcwhirl.store.directory.journal import scan
 from hpcwhirl.store.directory.owner import Asking, BrokenOffError
@@ -82,7 +82,7 @@ def conclude(
     more = bool(work.extended or design.twins)  # such cases may still have a row
     if comm.rank == 0 and (more or shard):
         plan = replace(design.manifest(), extended=list(work.extended))
-        planner = planner_of(folder, plan)
+        planner = ended_in(folder, plan).planner()
         found = _ending_of(work.mine, planner) if shard else None
     of_shard: Ending | None = comm.bcast(found, root=0)
     if of_shard is not None and of_shard.left:

@@ -188,11 +188,6 @@ def is_plain(plan: Manifest) -> bool:
     return not (plan.refine or plan.twins or plan.extended or chained)
 
 
-def planner_of(folder: Path, plan: Manifest) -> Planner:
-    """Return the planner of the jobs that are left to do in a directory."""
-    return ended_in(folder, plan).planner()
-
-
 def ended_in(
     folder: Path,
     plan: Manifest,

@@ -20,7 +20,7 @@ from hpcwhirl.refinement.tree import CONFIRM
 from hpcwhirl.scene import preset_of
 from hpcwhirl.scene.quantities import REFINED, variable_name
 from hpcwhirl.scene.quantity import Quantity
-from hpcwhirl.store.directory.completions import digest_of, family_of, planner_of
+from hpcwhirl.store.directory.completions import digest_of, ended_in, family_of
 from hpcwhirl.store.directory.manifest import Manifest, digests_of, read_manifest
 from hpcwhirl.store.schema import dtype
 
@@ -54,7 +54,7 @@ def full_plan(folder: Path) -> Manifest:
         where `folder` is no campaign directory, or its plan is damaged
     """
     plan = read_manifest(folder)
-    return grown_plan(plan, planner_of(folder, plan)) if plan.refine else plan
+    return grown_plan(plan, ended_in(folder, plan).planner()) if plan.refine else plan
 
 
 def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
