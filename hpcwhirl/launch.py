@@ -35,7 +35,7 @@ FAMILIES = {  # MPI family: words in the version text of its libraries and launc
     "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
 }
 READY = 13  # tag of the message by which rank 0 wakes another rank
-REST = 0.01  # s between checks for that message
+REST = 1e-4, 0.01  # s between checks for that message, the first and the longest
 HEARD_WITHIN = 2.0  # s, longest wait for the launcher to read a rank's last output
 MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
@@ -132,9 +132,20 @@ def rest_until_root(comm: Any) -> None:
         for rank in range(1, comm.size):
             comm.send(None, dest=rank, tag=READY)
         return
+    rest, longest = REST
     while not comm.Iprobe(source=0, tag=READY):
-        time.sleep(REST)
+        time.sleep(rest)
+        rest = min(2.0 * rest, longest)
     comm.recv(source=0, tag=READY)
+
+
+def from_root(comm: Any, value: Any) -> Any:
+    """Return rank 0's value on every rank; the others sleep until it is known.
+
+    value : that of rank 0; the others' are not used
+    """
+    rest_until_root(comm)
+    return comm.bcast(value, root=0)
 
 
 def end_all(comm: Communicator, code: int) -> None:

@@ -21,7 +21,7 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.work import Work
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
-from hpcwhirl.launch import ALONE, Communicator, library_of
+from hpcwhirl.launch import ALONE, Communicator, from_root, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
 from hpcwhirl.store.directory.completions import ended_in
@@ -84,7 +84,7 @@ def conclude(
         plan = replace(design.manifest(), extended=list(work.extended))
         planner = ended_in(folder, plan).planner()
         found = _ending_of(work.mine, planner) if shard else None
-    of_shard: Ending | None = comm.bcast(found, root=0)
+    of_shard: Ending | None = from_root(comm, found)
     if of_shard is not None and of_shard.left:
         return of_shard
     try:
@@ -116,7 +116,7 @@ def _gathered(
     results, fresh = folder / RESULTS, work.jobs > 0
     if comm.rank == 0:
         fresh = fresh or not is_current(results, threshold_facts())
-    fresh = bool(comm.bcast(fresh, root=0))
+    fresh = bool(from_root(comm, fresh))
     if fresh:
         gather(folder, facts_of(design, comm), comm, asking=asking)
     return results, fresh

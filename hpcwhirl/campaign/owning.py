@@ -10,7 +10,7 @@ from pathlib import Path
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.launch import Communicator, Shard
+from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.store.atomic import sweep
 from hpcwhirl.store.directory.heartbeats import Notes
 from hpcwhirl.store.directory.manifest import NAME
@@ -75,7 +75,7 @@ def owned(
             own = new = claim(folder, claim_of(shard), asking_of(stopping))
         except WhirlError as failed:
             error = failed
-    error = comm.bcast(error, root=0)
+    error = from_root(comm, error)
     if error is not None:
         raise error
     try:

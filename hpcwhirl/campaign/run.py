@@ -19,7 +19,7 @@ from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
-from hpcwhirl.launch import ALONE, Communicator, Shard, node_of
+from hpcwhirl.launch import ALONE, Communicator, Shard, node_of, rest_until_root
 from hpcwhirl.planner.jobs import Completion
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
@@ -120,11 +120,11 @@ def _computed(
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
-    """Compile on one rank of each node; the others read its cache."""
+    """Compile on one rank of each node; the others sleep, then read its cache."""
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see the request, too
             evaluate.warm(work.kinds)
-    node.Barrier()
+    rest_until_root(node)
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:

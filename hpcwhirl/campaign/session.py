@@ -22,7 +22,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.errors import WhirlError
-from hpcwhirl.launch import Communicator, end_all, rest_until_root
+from hpcwhirl.launch import Communicator, end_all, from_root
 from hpcwhirl.store.directory.owner import Claim
 
 T = TypeVar("T")
@@ -80,8 +80,7 @@ class Session:
                 done = action()
             except WhirlError as failed:
                 done = failed
-        rest_until_root(self.comm)
-        told: T | WhirlError = self.comm.bcast(done, root=0)
+        told: T | WhirlError = from_root(self.comm, done)
         return told
 
     def run(

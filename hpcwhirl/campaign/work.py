@@ -19,7 +19,7 @@ from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.plan import FOLDING
-from hpcwhirl.launch import Communicator, Shard
+from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.planner import Jobs, Planner
 from hpcwhirl.store.directory.completions import Ended, ended_in
@@ -65,7 +65,7 @@ def work_of(
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
         work, queue = _planned(design, folder, policy, comm.size)
-    return comm.bcast(work, root=0), queue
+    return from_root(comm, work), queue
 
 
 def _planned(

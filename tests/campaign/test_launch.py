@@ -9,9 +9,11 @@ import time
 from pathlib import Path
 
 import pytest
-from launch import ENVIRONMENT, LIMIT, ROOT, launch
+from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT, launch
 
-from hpcwhirl.launch import alien_family, family, launched_ranks
+from hpcwhirl.campaign.run import _warm
+from hpcwhirl.campaign.work import work_of
+from hpcwhirl.launch import alien_family, family, from_root, launched_ranks
 
 # What every communicator of one rank answers, by the words that campaigns use.
 ANSWERS = """
@@ -162,3 +164,64 @@ def test_no_rank_ends_the_others_before_its_last_line_is_read(tmp_path):
         assert not told.exists()
         assert process.stderr.read() == "why it ended\n"
     assert told.read_text() == "0"
+
+
+class Later:
+    """What rank 1 sees of a communicator: rank 0 arrives at the third look."""
+
+    rank, size = 1, 2
+
+    def __init__(self):
+        self.looks, self.woken = 0, False
+
+    def Iprobe(self, source, tag):  # noqa: ARG002
+        self.looks += 1
+        return self.looks > 2
+
+    def recv(self, source, tag):  # noqa: ARG002
+        assert self.looks > 2
+        self.woken = True
+
+    def bcast(self, value, root):  # noqa: ARG002
+        assert self.woken, "rank 1 is in a collective call before rank 0"
+        return "told"
+
+    Barrier = allgather = scatter = gather = bcast
+
+
+@pytest.mark.parametrize(
+    "wait",
+    [
+        lambda comm: from_root(comm, None),
+        lambda comm: _warm(None, None, comm),
+        lambda comm: work_of(None, None, None, comm),
+    ],
+    ids=["a value", "compiling", "planning"],
+)
+def test_a_rank_enters_no_collective_call_before_rank_0(wait):
+    wait(later := Later())
+    assert later.woken
+
+
+WAITING = r"""
+import time
+from mpi4py import MPI
+from hpcwhirl.launch import from_root
+comm, begun = MPI.COMM_WORLD, time.process_time()
+while comm.rank == 0 and time.process_time() - begun < 0.5:
+    pass
+value = from_root(comm, comm.rank + 7)
+print(f"{comm.rank} {value} {time.process_time() - begun}\n", end="")
+"""
+
+
+@pytest.mark.mpi
+def test_a_rank_that_waits_for_rank_0_sleeps():
+    done = subprocess.run(
+        [*MPIRUN, "-n", "2", sys.executable, "-c", WAITING],
+        capture_output=True, text=True, timeout=LIMIT, check=True, env=ENVIRONMENT,
+        cwd=ROOT,
+    )  # fmt: skip
+    told = sorted(line.split() for line in done.stdout.splitlines())
+    assert [line[:2] for line in told] == [["0", "7"], ["1", "7"]]
+    assert float(told[0][2]) >= 0.5 > 2 * float(told[1][2])
