@@ -2,14 +2,19 @@
 
 A start of `hpcwhirl campaign` costs seconds of the processor for imports, kernels from
 the cache and a process that draws the map. Where a test asks for another process, not
-for its start, one that has done all that forks for each command.
+for its start, one that has done all that forks for each command, or for each rank:
+mpirun then starts `rank_start`, which hands its files and environment over.
 """
 
 import atexit
+import fcntl
 import gc
 import importlib
 import json
 import os
+import select
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -17,30 +22,46 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from types import SimpleNamespace
 
+from rank_start import ask
+
+HIGH = 500  # number from which files are put that wait for their own
+START = Path(__file__).with_name("rank_start.py")
+
 
 class Server:
     """An interpreter with an environment of its own that forks for each command."""
 
     def __init__(self, env):
-        call = [sys.executable, __file__]
-        env = {**env, "PYTHONPATH": str(Path(__file__).parents[2])}
+        self.env = {**env, "PYTHONPATH": str(Path(__file__).parents[2])}
+        self.place = tempfile.TemporaryDirectory()
+        self.path = f"{self.place.name}/forks"
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        self.process = subprocess.Popen(call, env=env, **pipes)
+        call = [sys.executable, __file__, self.path]
+        self.process = subprocess.Popen(call, env=self.env, **pipes)
+        assert self.process.stdout.readline() == "ready\n"
         atexit.register(self.close)
 
     def close(self):
         self.process.communicate()
+        self.place.cleanup()
 
     def command(self, words, cwd, env=None, out=None):
         """Return the ended command with its `returncode`, `out` and `err`."""
         with tempfile.TemporaryDirectory() as place:
             told = {"out": str(out or f"{place}/out"), "err": f"{place}/err"}
-            asked = {"words": [*map(str, words)], "cwd": str(cwd), "env": env or {}}
-            self.process.stdin.write(json.dumps(asked | told) + "\n")
-            self.process.stdin.flush()
-            code = int(self.process.stdout.readline())
+            paths = ["/dev/null", *told.values()]
+            files = [os.open(path, os.O_RDWR | os.O_CREAT, 0o666) for path in paths]
+            own = {**self.env, **(env or {})}
+            numbers = dict(enumerate(files))
+            code = ask(self.path, [*map(str, words)], str(cwd), own, numbers)
+            for file in files:
+                os.close(file)
             texts = {name: Path(path).read_text() for name, path in told.items()}
         return SimpleNamespace(returncode=code, **texts)
+
+    def rank(self):
+        """Return the words of a program that becomes a command's rank."""
+        return [sys.executable, "-I", "-S", str(START), self.path]
 
 
 SMALL = "scene = {duration = 1e-3}\nsweep = {speed = [300, 410]}\n"
@@ -60,32 +81,84 @@ def warm():
             assert main(words) == 0
 
 
-def serve():
-    """Fork for each line of stdin; tell on stdout how the fork ended."""
+def serve(path):
+    """Fork for each connection until stdin ends; answer how the fork ended."""
     from hpcwhirl.cli import main
 
     warm()
     gc.freeze()  # pages that no collection touches stay shared
-    for line in sys.stdin:
-        pid = os.fork()
-        if pid == 0:
-            begin(**json.loads(line))
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(path)
+    listener.listen(64)
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    forks = Forks()
+    while True:
+        ready, _, _ = select.select([0, listener, *forks.watched()], [], [])
+        if 0 in ready:
+            return
+        for file in ready:
+            forks.look(file)
+        if listener in ready and not forks.begin(listener):
             sys.exit(main())
-        code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-        sys.stdout.write(f"{code}\n")
-        sys.stdout.flush()
 
 
-def begin(words, cwd, env, out, err):
+class Forks:
+    """The forks at work, each with a file that tells its end and who asked for it."""
+
+    def __init__(self):
+        self.asked = {}  # file of the process: (process, connection)
+
+    def watched(self):
+        return [*self.asked, *(asker for _, asker in self.asked.values())]
+
+    def begin(self, listener):
+        """Fork for who asks next; return whether this is still the server."""
+        asker, _ = listener.accept()
+        message, files = b"", []
+        while not message.endswith(b"\n"):
+            more, some, _, _ = socket.recv_fds(asker, 1 << 20, 8)
+            message, files = message + more, files + list(some)
+        pid = os.fork()
+        if pid:
+            for file in files:
+                os.close(file)
+            self.asked[os.pidfd_open(pid)] = pid, asker
+            return True
+        for handle in self.asked:
+            os.close(handle)
+        for own in (listener, asker, *(other for _, other in self.asked.values())):
+            own.close()  # its number may be that of another file now
+        become(**json.loads(message), files=files)
+        return False
+
+    def look(self, file):
+        """Answer for a fork that has ended; kill one whose asker is gone."""
+        for handle, (pid, asker) in list(self.asked.items()):
+            if file is asker:  # it says nothing more: it was closed
+                os.kill(pid, signal.SIGKILL)
+            if file in (handle, asker):
+                code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+                if file is handle:
+                    asker.sendall(b"%d\n" % code)
+                os.close(handle)
+                asker.close()
+                del self.asked[handle]
+
+
+def become(words, cwd, env, numbers, files):
     """Give a fork its words, its directory, its environment and its files."""
     sys.argv[1:] = words
     os.chdir(cwd)
-    for number, path in enumerate(("/dev/null", out, err)):
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        os.dup2(handle, number)
-        os.close(handle)
+    high = [fcntl.fcntl(file, fcntl.F_DUPFD, HIGH) for file in files]
+    for file in files:
+        os.close(file)
+    for number, file in zip(numbers, high, strict=True):
+        os.dup2(file, number)
+        os.close(file)
+    os.environ.clear()
     os.environ.update(env)  # last: it may let calls fail
 
 
 if __name__ == "__main__":
-    serve()
+    serve(sys.argv[1])
