@@ -95,7 +95,7 @@ def test_every_rank_computes_rank_0_too(tmp_path):
 def test_a_killed_campaign_continues_to_the_same_bits(undisturbed, tmp_path, ranks):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start(words, ranks)
+    process = start(words, ranks, env=ENVIRONMENT)
     wait_for(lambda: records(out), process)
     kill(process)
     kept = records(out)
@@ -148,7 +148,7 @@ def test_a_signal_after_the_end_does_not_change_the_exit_code(tmp_path):
 def test_a_stopped_campaign_says_75_and_continues(undisturbed, tmp_path, ranks, wish):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start(words, ranks)
+    process = start(words, ranks, env=ENVIRONMENT)
     wait_for(lambda: records(out), process)
     process.send_signal(wish)
     _, told = process.communicate(timeout=LIMIT)

@@ -53,7 +53,7 @@ def undisturbed(tmp_path_factory):
 def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, hung):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start([*words, "--patience", "1"], ranks=3)
+    process = start([*words, "--patience", "1"], ranks=3, env=ENVIRONMENT)
     wait_for(lambda: records(out), process)
     os.kill(pid_of(process, hung), signal.SIGSTOP)
     kept = records(out)

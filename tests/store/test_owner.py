@@ -16,6 +16,7 @@ from launch import (
     LIMIT,
     ROOT,
     finish,
+    fork_of,
     kill,
     launch,
     records,
@@ -527,11 +528,12 @@ def test_a_campaign_goes_on_after_a_kill_of_its_owner(tmp_path):
     words = ["campaign", tmp_path / "long.toml", "--out", out]
     process = start(words)
     wait(lambda: list(out.glob("running/*")), process)
-    process.send_signal(signal.SIGSTOP)  # it lives, however fast this machine is
+    pid = fork_of(process.pid)
+    os.kill(pid, signal.SIGSTOP)  # it lives, however fast this machine is
     assert len(owners(out)) == 1
     refused = launch(*words)
     assert refused.returncode == 2
-    assert f"process {process.pid} on" in refused.err
+    assert f"process {pid} on" in refused.err
     kill(process)
     assert launch(*words).returncode == 0
     assert not (out / "owners").exists()

@@ -2,8 +2,8 @@
 
 A start of `hpcwhirl campaign` costs seconds of the processor for imports, kernels from
 the cache and a process that draws the map. Where a test asks for another process, not
-for its start, one that has done all that forks for each command, or for each rank:
-mpirun then starts `rank_start`, which hands its files and environment over.
+for its start, one that has done all that forks for each command. Where mpirun starts it
+or a test sends it signals, `rank_start` stands for it and hands its files over.
 """
 
 import atexit
@@ -59,8 +59,15 @@ class Server:
             texts = {name: Path(path).read_text() for name, path in told.items()}
         return SimpleNamespace(returncode=code, **texts)
 
-    def rank(self):
-        """Return the words of a program that becomes a command's rank."""
+    def fork_of(self, pid):
+        """Return the fork for which a process stands, or 0."""
+        try:
+            return int(Path(f"{self.path}-{pid}").read_text() or 0)
+        except FileNotFoundError:
+            return 0
+
+    def starter(self):
+        """Return the first words of a command that stands for a fork."""
         return [sys.executable, "-I", "-S", str(START), self.path]
 
 
@@ -92,10 +99,11 @@ def serve(path):
     listener.listen(64)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
-    forks = Forks()
+    forks = Forks(path)
     while True:
         ready, _, _ = select.select([0, listener, *forks.watched()], [], [])
         if 0 in ready:
+            forks.end()
             return
         for file in ready:
             forks.look(file)
@@ -106,7 +114,8 @@ def serve(path):
 class Forks:
     """The forks at work, each with a file that tells its end and who asked for it."""
 
-    def __init__(self):
+    def __init__(self, path):
+        self.path = path
         self.asked = {}  # file of the process: (process, connection)
 
     def watched(self):
@@ -124,6 +133,11 @@ class Forks:
             for file in files:
                 os.close(file)
             self.asked[os.pidfd_open(pid)] = pid, asker
+            told = asker.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 4)
+            Path(f"{self.path}-{int.from_bytes(told, sys.byteorder)}").write_text(
+                f"{pid}"
+            )
+            asker.sendall(b"%d\n" % pid)
             return True
         for handle in self.asked:
             os.close(handle)
@@ -131,6 +145,10 @@ class Forks:
             own.close()  # its number may be that of another file now
         become(**json.loads(message), files=files)
         return False
+
+    def end(self):
+        for pid, _ in self.asked.values():
+            os.kill(pid, signal.SIGKILL)
 
     def look(self, file):
         """Answer for a fork that has ended; kill one whose asker is gone."""

@@ -36,9 +36,15 @@ def words_of(settings):
 
 
 def start(words, ranks=0, **options):
-    """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0."""
+    """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0.
+
+    With options such as `env`, and where HDF5 is parallel, which begins MPI as it is
+    imported, these are real starts; else forks of one process, which cost nothing.
+    """
     front = [*MPIRUN, "-n", str(ranks)] if ranks else []
-    call = [*front, sys.executable, "-m", "hpcwhirl", *map(str, words)]
+    real = options or h5py.get_config().mpi
+    tool = [sys.executable, "-m", "hpcwhirl"] if real else server().starter()
+    call = [*front, *tool, *map(str, words)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen(call, cwd=ROOT, **pipes, **{"env": ENVIRONMENT, **options})
 
@@ -59,18 +65,10 @@ def server():
 
 
 def launch(*words, ranks=0, **options):
-    """Return the ended command, or all ranks of it.
-
-    With the environment of the tests each is a fork, whose start costs nothing; a
-    parallel HDF5 begins MPI as it is imported, and ranks start as usual.
-    """
-    if options or (ranks and h5py.get_config().mpi):
+    """Return the ended command; a plain one is a fork, too."""
+    if ranks or options:
         return finish(start(words, ranks, **options))
-    if not ranks:
-        return server().command(words, ROOT)
-    call = [*MPIRUN, "-n", str(ranks), *server().rank(), *map(str, words)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return finish(subprocess.Popen(call, cwd=ROOT, env=ENVIRONMENT, **pipes))
+    return server().command(words, ROOT)
 
 
 def wait_for(reached, process):
@@ -86,10 +84,17 @@ def wait_for(reached, process):
 def tree(pid):
     """Return a process and all that descend from it; mpirun's have own groups."""
     found = [pid]
+    if (fork := fork_of(pid)) != pid:
+        found += tree(fork)
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in task.read_text().split():
             found += tree(int(child))
     return found
+
+
+def fork_of(pid):
+    """Return the fork for which a process stands; of other processes themselves."""
+    return (server().fork_of(pid) if server.cache_info().currsize else 0) or pid
 
 
 def pid_of(process, rank):
@@ -100,8 +105,9 @@ def pid_of(process, rank):
             call = Path(f"/proc/{pid}/cmdline").read_bytes()
         except OSError:
             continue
-        if b"hpcwhirl" in call and any(name + b"%d" % rank in told for name in RANK):
-            return pid
+        ours = b"hpcwhirl" in call or fork_of(pid) != pid
+        if ours and any(name + b"%d" % rank in told for name in RANK):
+            return fork_of(pid)
     return None
 
 
