@@ -26,6 +26,7 @@ from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
 from hpcwhirl.case.unbalance import is_unbalanced
 from hpcwhirl.dynamics.history import History, between
+from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.reduction.waves import unbalance_speeds
 from hpcwhirl.scene import Scene
 
@@ -131,7 +132,7 @@ def crossings(case: Case) -> list[dict[str, Any]]:
     law, scene = law_of(case.scene), case.scene
     if law is None:
         return []
-    k, rotor = scene.nodal_diameter, case.model.rotor
+    k, rotor = scene.nodal_diameter, rotor_by_diameter(case.model)
     waves = [one for one in critical_of(case, 1) if one["nodal_diameter"] == k]
     speeds = [("waves", float(one["speed"])) for one in waves]
     if is_unbalanced(scene):

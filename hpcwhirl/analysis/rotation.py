@@ -17,6 +17,7 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.reduction.families import (
     first_family,
     modal_table,
@@ -50,15 +51,14 @@ def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
     table = modal_table(case.model)
     if case.model.rotor.spin is None:
         return critical_of_families(table, orders)
-    return critical_of_waves(case.model.rotor, first_family(table, "casing"), orders)
+    rotor = rotor_by_diameter(case.model)
+    return critical_of_waves(rotor, first_family(table, "casing"), orders)
 
 
 def lines_of(case: Case) -> list[dict[str, Any]]:
     """Return the rotor's frequencies at the case's speed, as records of `WaveLine`."""
-    model = case.model
-    return [
-        asdict(line) for line in wave_lines(model.rotor, model.blades, case.given.speed)
-    ]
+    rotor, blades = rotor_by_diameter(case.model), case.model.blades
+    return [asdict(line) for line in wave_lines(rotor, blades, case.given.speed)]
 
 
 def rotation_of_case(case: Case) -> dict[str, Any]:
@@ -77,14 +77,14 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     unbalance : the circle of the scene's unbalance, see `facts_of_unbalance`, or None
     """
     model, speed = case.model, case.given.speed
-    turns = model.rotor.spin is not None
+    rotor, turns = rotor_by_diameter(model), model.rotor.spin is not None
     running = apply_settings(case.given, {"gap": max(case.clearance, 0.0)})
     return {
         "kind": case.reduced.engine.rotation,
         "auto": _chosen(case.given),
-        "growth": largest_growth(model.rotor, model.blades, speed),
-        "unstable_from": unstable_from(model.rotor, model.blades) if turns else None,
-        "unbalance_speeds": unbalance_speeds(model.rotor),
+        "growth": largest_growth(rotor, model.blades, speed),
+        "unstable_from": unstable_from(rotor, model.blades) if turns else None,
+        "unbalance_speeds": unbalance_speeds(rotor),
         "tip_growth": case.growth if turns else None,
         "clearance": case.clearance,
         "film": _film(model.rotor, speed),
@@ -162,7 +162,7 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     InputError
         with full rotation and unequal sectors, whose waves have no single diameter
     """
-    model = case.model.rotor
+    model = rotor_by_diameter(case.model)
     if model.spin is None:
         table = modal_table(case.model)
         own = {name: w[k] for name, w in moving_families(table).items() if k in w}
@@ -194,7 +194,7 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
     (n,), growth rates of the fastest growing motion of any nodal diameter; and {family:
     ((n,), (n,))} of both waves of k = 1, see `waves_over`, empty if there are none
     """
-    model, blades = case.model.rotor, case.model.blades
+    model, blades = rotor_by_diameter(case.model), case.model.blades
     fastest = [largest_growth(model, blades, speed) for speed in speeds.tolist()]
     spin = model.spin
     if spin is None or len(spin.waves) < 2:
@@ -217,7 +217,8 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
     speeds : (n,), rad/s
     """
     model, same = case.model, np.ones(len(speeds))
-    if model.rotor.spin is None:
+    rotor = rotor_by_diameter(model)
+    if rotor.spin is None:
         found: dict[str, list[float]] = {}
         for line in modal_table(model):
             if line.body == "rotor":
@@ -226,7 +227,7 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
         return {name: (min(w) * same, max(w) * same) for name, w in found.items()}
     sizes: dict[str, list[list[float]]] = {}
     for place, speed in enumerate(speeds.tolist()):
-        lines = wave_lines(model.rotor, model.blades, speed)
+        lines = wave_lines(rotor, model.blades, speed)
         for wave in (line for line in lines if line.nodal_diameter != 1):
             own = sizes.setdefault(wave.family, [[] for _ in speeds])
             own[place].append(abs(wave.rotating))

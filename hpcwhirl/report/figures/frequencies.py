@@ -21,6 +21,7 @@ from hpcwhirl.analysis.rotation import (
 )
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.reduction.families import (
     Line,
     first_family,
@@ -125,8 +126,9 @@ def _beside(axes: Any, case: Case, span: Floats) -> None:
 
 def _at_speed(axes: Any, case: Case, most: float) -> None:
     """Mark speeds where unbalance excites a wave, and where free motions grow."""
-    unstable = unstable_from(case.model.rotor, case.model.blades)
-    marks = [("unbalance", unbalance_speeds(case.model.rotor)),
+    rotor = rotor_by_diameter(case.model)
+    unstable = unstable_from(rotor, case.model.blades)
+    marks = [("unbalance", unbalance_speeds(rotor)),
              ("unstable from", [unstable] if unstable else [])]  # fmt: skip
     for (told, speeds), look in zip(marks, ("-.", "--"), strict=True):
         for speed in [speed for speed in speeds if speed <= most]:

@@ -19,6 +19,7 @@ from hpcwhirl.analysis.spectrum import (
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
     POINTS,
@@ -120,11 +121,11 @@ def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
     """Draw what a tip may answer to over its spectra: engine orders, and omega(Omega).
 
     A family's band over nodal diameters, see `bands_over`, is between dashed lines; of
-    several points a tip and full rotation it is unknown, and left out.
+    unequal sectors with full rotation, whose waves have none, it is left out.
     """
     span = np.linspace(edges[0], edges[-1], POINTS)
     engine_orders(axes, span, top, ("#ffffff", "#ffffff"))
-    spin = case.model.rotor.spin
+    spin = rotor_by_diameter(case.model).spin
     bands = {} if spin is not None and not spin.waves else bands_over(case, span)
     for name, pair in bands.items():
         if name not in COLOURS:
