@@ -18,7 +18,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "frequency, cascade, bifurcation, interaction, growth; of sweeps up and down: "
         "branches; of the engine: shapes, campbell, stability; of the starts: basins; "
         "of each case: orbit, section, contributions, contacts, chord (several points "
-        "a tip), waterfall (speed or gap that changes), wear (a layer), ledger",
+        "a tip), tips, waterfall (speed or gap that changes), wear (a layer), ledger",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",

@@ -28,6 +28,7 @@ from hpcwhirl.report.figures import (
     motions,
     shapes,
     sweeps,
+    tip_maps,
     wear,
 )
 from hpcwhirl.report.map.critical import speeds_of
@@ -123,10 +124,24 @@ def test_help_names_every_kind(capsys):
 
 def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys):
     words = ["figures", str(finished), "--out", str(tmp_path)]
-    assert main([*words, "--kind", "contributions", "--kind", "orbit"]) == 0
+    asked = ["--kind", "contributions", "--kind", "tips", "--kind", "orbit"]
+    assert main([*words, *asked]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert re.search("^contributions: needs traces = full, .* none of tips$", lines[0])
-    assert [Path(li).name for li in lines[1:]] == ["orbit-0000.png", "orbit-0001.png"]
+    for name, line in zip(("contributions", "tips"), lines, strict=False):
+        assert re.search(f"^{name}: needs traces = full, .* none of tips$", line)
+    assert [Path(li).name for li in lines[2:]] == ["orbit-0000.png", "orbit-0001.png"]
+
+
+def test_maps_of_tips_show_the_displacements_in_the_window(cases):
+    traces, row = cases.traces(0), cases.rows[0]
+    late = motions.in_window(traces["time"], row)
+    axes = tip_maps.draw_tips(cases, 0).axes
+    for part, panel in enumerate(axes[:2]):
+        factor, unit = motions.unit_of(np.abs(traces["tips"][late, :, part]).max())
+        shown = panel.collections[0].get_array()
+        assert np.array_equal(shown, factor * traces["tips"][late, :, part].T)
+        told = f"{tip_maps.DIRECTIONS[part]}, {unit}"
+        assert axes[2 + part].get_ylabel().startswith(told)
 
 
 @pytest.mark.parametrize(

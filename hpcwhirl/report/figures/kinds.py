@@ -19,6 +19,7 @@ from hpcwhirl.report.figures import (
     motions,
     shapes,
     sweeps,
+    tip_maps,
     waterfall,
     wear,
 )
@@ -109,6 +110,7 @@ KINDS = {
     "chord": Kind(
         chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
     ),
+    "tips": Kind(tip_maps.draw_tips, ("tips",), "case", transient=True),
     "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
     "wear": Kind(wear.draw_wear, ("worn",), "case", asked=True),
     "basins": Kind(basin_shares.draw_basins, (), "engine", asked=True),

@@ -1,0 +1,117 @@
+"""Maps of the displacements of blade tips over time, blade and chord."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.points import TipPoints
+from hpcwhirl.report.figures.motions import in_window, unit_of
+from hpcwhirl.report.labels import DIVERGING, axis_of, title_of
+from hpcwhirl.store.reading.results_file import Results
+
+Floats = NDArray[np.float64]
+MOST_COLUMNS = 600  # of a map, along time
+DIRECTIONS = "radial", "tangential"
+
+
+def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
+    """Return maps of the tips' displacements, rotating frame, over time and blade.
+
+    Of several contact points a tip also over time and chord, of the blade that moves
+    most. A cell in which there are several samples has the one that is largest in size.
+    """
+    traces, row = cases.traces(case), cases.rows[case]
+    shown = in_window(traces["time"], row) | transient
+    points = resolve(cases.scene(case)).model.rotor.points
+    moved = traces["point_tips"][shown] if points else traces["tips"][shown, :, None]
+    if not np.abs(moved).max(initial=0.0) > 0.0:
+        where = "" if transient else " in the window; --transient shows earlier ones"
+        msg = f"no displacement of a tip{where}"
+        raise InputError(msg)
+    least = np.abs(moved).max(axis=0).max(axis=(1, 2))
+    blade, middle = int(least.argmax()), points.reference if points else 0
+    edges = edges_of(traces["time"][shown], row["sample_interval"])
+    figure = Figure(figsize=(11, 10 if points else 6.5), layout="constrained")
+    panels = figure.subplots(4 if points else 2, 1, sharex=True)
+    for part, name in enumerate(DIRECTIONS):
+        own = moved[..., part]
+        look = _scale(own)
+        bars = [_map(panels[part], edges, own[:, :, middle], look)]
+        panels[part].set_ylabel("blade")
+        if points:
+            axes = panels[2 + part]
+            bars.append(_map(axes, edges, own[:, blade], look))
+            _label_chord(axes, points, blade)
+        for axes, mesh in zip(panels[part::2], bars, strict=True):
+            bar = figure.colorbar(mesh, ax=axes, label=f"{name}, {look['unit']}")
+            if name == DIRECTIONS[0]:
+                _mark_gap(bar, row, look)
+    panels[-1].set_xlabel(axis_of("time"))
+    _count_revolutions(panels[0], row)
+    figure.suptitle(f"Displacements of tips, rotating frame. {title_of(row)}")
+    return figure
+
+
+def edges_of(time: Floats, interval: float) -> Floats:
+    """Return the ends of the cells along time, (c + 1,), s, c <= `MOST_COLUMNS`.
+
+    time : (n,), s, of samples `interval` apart; each is the end of its own interval
+    """
+    every = -(-len(time) // MOST_COLUMNS)
+    return np.append(time[::every], time[-1] + interval) - interval
+
+
+def extremes(values: Floats) -> Floats:
+    """Return values (n, r) of cells (c, r): of each the sample largest in size."""
+    every = -(-len(values) // MOST_COLUMNS)
+    cells = [values[first : first + every] for first in range(0, len(values), every)]
+    found = [np.take_along_axis(own, np.abs(own).argmax(0)[None], 0) for own in cells]
+    return np.concatenate(found)
+
+
+def _scale(values: Floats) -> dict[str, Any]:
+    """Return factor and unit of lengths, m, and the end of the colours."""
+    most = float(np.abs(values).max())
+    factor, unit = unit_of(most)
+    return {"factor": factor, "unit": unit, "end": factor * most or 1.0}
+
+
+def _map(axes: Any, edges: Floats, values: Floats, look: Mapping[str, Any]) -> Any:
+    """Draw values (n, r), m, over time and row; return the mesh."""
+    rows, end = np.arange(values.shape[1] + 1) - 0.5, look["end"]
+    shown = look["factor"] * extremes(values).T
+    return axes.pcolormesh(
+        edges, rows, shown, cmap=DIVERGING, vmin=-end, vmax=end, rasterized=True
+    )
+
+
+def _label_chord(axes: Any, points: TipPoints, blade: int) -> None:
+    """Label the rows of a panel by the axial places of a blade's points."""
+    ticks = [f"{1e3 * place:.4g}" for place in points.station]
+    axes.set_yticks(np.arange(points.count), ticks)
+    axes.set_ylabel(f"blade {blade}:\naxial place, mm")
+
+
+def _mark_gap(bar: Any, row: Mapping[str, Any], look: Mapping[str, Any]) -> None:
+    """Mark the gap on the colour bar of radial displacements, if it is on it."""
+    gap = look["factor"] * row["gap"]
+    if 0.0 < gap <= look["end"]:
+        bar.ax.axhline(gap, c="k", ls="--", lw=1.0)
+        bar.set_label(f"{bar.ax.get_ylabel()} (dashed: gap)")
+
+
+def _count_revolutions(axes: Any, row: Mapping[str, Any]) -> None:
+    """Add an axis of revolutions above a panel, at a constant speed that turns."""
+    if row["speed"] == 0.0 or "words_over_speed" in row:
+        return
+    turn = 2 * np.pi / abs(row["speed"])
+    above = axes.secondary_xaxis("top", functions=(lambda t: t / turn,
+                                                   lambda n: n * turn))  # fmt: skip
+    above.set_xlabel("revolutions")

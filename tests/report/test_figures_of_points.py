@@ -1,0 +1,138 @@
+"""Figures of tips with several contact points, and the traces of these points."""
+
+import numpy as np
+import pytest
+from stage import N, rotor, turning, written
+
+from hpcwhirl import open_results
+from hpcwhirl.analysis.rotation import bands_over
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.cli import main
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.figures import sweeps, tip_maps
+from hpcwhirl.store.reading.results_file import Results
+
+TOML = """
+[scene]
+duration = 1e-2
+gap = 1e-4
+friction = 0.3
+force = 6e4
+pulse = 6e-4
+nodal_diameter = 2
+[engine]
+rotation = "{rotation}"
+file = "{file}"
+[engine.rotor]
+blades = {blades}
+[engine.casing]
+discretization = "shell"
+width = 0.1
+thickness = 0.004
+axial_modes = 2
+harmonics = 4
+support_damping = -1
+[solver]
+time_step = 5e-6
+[output]
+traces = "full"
+interval = 1e-4
+[sweep]
+speed = {speeds}
+"""
+
+
+def campaign(folder, arrays, **words):
+    file = written(folder / "stage.h5", arrays)
+    text = TOML.format(file=file, blades=N, **words)
+    (folder / "stage.toml").write_text(text)
+    words = ["campaign", str(folder / "stage.toml"), "--out", str(folder / "out")]
+    assert main(words) == 0
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("stage")
+    return campaign(folder, rotor(), rotation="none", speeds=[300])
+
+
+@pytest.fixture(scope="module")
+def turned(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("turned")
+    return campaign(folder, turning(rotor()), rotation="full", speeds=[200, 300])
+
+
+def test_impulses_of_points_are_those_of_their_blades(stage):
+    data = open_results(stage)
+    points, blades = data.point_impulse.to_numpy(), data.blade_impulse.to_numpy()
+    assert points.shape == (*blades.shape, 3)
+    assert blades[0, -1].max() > 0.0
+    assert points.sum(axis=-1) == pytest.approx(blades, rel=1e-12)
+    assert np.array_equal(data.point_tips.to_numpy()[..., 1, :], data.tips.to_numpy())
+
+
+def test_the_map_is_drawn(stage, tmp_path, capsys):
+    words = ["figures", str(stage), "--kind", "chord", "--out", str(tmp_path)]
+    assert main([*words, "--transient"]) == 0, capsys.readouterr()
+    assert (tmp_path / "chord-0000.png").stat().st_size > 10000
+
+
+def test_it_needs_several_points(finished, tmp_path, capsys):
+    assert main(["figures", str(finished), "--kind", "chord", "--out", str(tmp_path)])
+    assert "chord: needs " in "".join(capsys.readouterr())
+
+
+def meshes(figure):
+    """Return the numbers that the panels of a figure show, in units of the picture."""
+    return [axes.collections[0].get_array() for axes in figure.axes[:4]]
+
+
+def test_the_maps_of_tips_show_their_traces(stage):
+    """Blades by their middle point; the blade that moves most by all its points."""
+    cases = Results(stage)
+    points = 1e3 * cases.traces(0)["point_tips"]
+    figure = tip_maps.draw_tips(cases, 0, transient=True)
+    radial, tangential, *chord = meshes(figure)
+    assert np.array_equal(radial, points[:, :, 1, 0].T)
+    assert np.array_equal(tangential, points[:, :, 1, 1].T)
+    most = int(np.abs(points).max(axis=(0, 2, 3)).argmax())
+    for part, shown in enumerate(chord):
+        assert np.array_equal(shown, points[:, most, :, part].T)
+    assert f"blade {most}" in figure.axes[2].get_ylabel()
+    assert figure.axes[3].get_xlabel() == "time, s"
+
+
+def test_a_cell_of_many_samples_keeps_the_largest(monkeypatch):
+    values = np.array([[1.0], [-3.0], [2.0], [0.5], [-0.25]])
+    monkeypatch.setattr(tip_maps, "MOST_COLUMNS", 3)
+    assert tip_maps.extremes(values).ravel().tolist() == [-3.0, 2.0, -0.25]
+    edges = tip_maps.edges_of(0.1 * np.arange(1, 6), 0.1)
+    assert edges == pytest.approx([0.0, 0.2, 0.4, 0.5])
+
+
+def test_tips_at_rest_are_told(stage, monkeypatch):
+    cases = Results(stage)
+    still = {n: 0 * a if n != "time" else a for n, a in cases.traces(0).items()}
+    monkeypatch.setattr(cases, "traces", lambda _: still)
+    with pytest.raises(InputError, match="no displacement of a tip in the window; --"):
+        tip_maps.draw_tips(cases, 0)
+
+
+def test_own_frequencies_are_drawn_with_rotation(turned):
+    cases = Results(turned)
+    axes = sweeps.draw_frequency(cases, cases.like(0)).axes[0]
+    lines = [line for line in axes.get_lines() if line.get_linestyle() == "--"]
+    case, both = resolve(cases.scene(0)), []
+    for name in ("1F", "2F"):
+        both += [*bands_over(case, lines[0].get_xdata())[name]]
+    found = np.array([2 * np.pi * line.get_ydata() for line in lines])
+    assert found == pytest.approx(np.array(both))
+
+
+def test_waves_over_the_speed_are_drawn_with_rotation(turned, tmp_path, capsys):
+    kinds = "campbell", "interaction", "stability"
+    words = [word for kind in kinds for word in ("--kind", kind)]
+    assert main(["figures", str(turned), "--out", str(tmp_path), *words]) == 0
+    told = capsys.readouterr().out
+    assert {p.stem for p in tmp_path.iterdir()} == {*kinds}, told
