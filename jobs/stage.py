@@ -42,6 +42,8 @@ FINE = (6, 2, 3, 22, 12)  # elements around, across a blade, out, along, and axi
 COARSE = (4, 2, 1, 3, 4)
 POINTS = 3  # of a tip
 MODES = 6 * BLADES  # fixed-interface modes, beside the points and what speed adds
+ROOT = {"root, front": -0.5, "root, middle": 0.0, "root, rear": 0.5}  # of the width
+ABOVE = 0.02  # of a blade's height, of the points where its stress is told
 EDGES = 1e-4  # m, clearance of the chord's ends beyond that of its middle
 NEWTON, LOADED = 1e-10, 12  # relative residual, most iterations
 CHUNK = 64  # solids at a time
@@ -211,6 +213,25 @@ class Sector:
             out |= {f"left{letter}": own.tolist(), f"right{letter}": over}
         return out
 
+    def stress(self, place: np.ndarray) -> np.ndarray:
+        """Return rows (6, n), Pa/m, of the stress at the blade's point next to a place.
+
+        At rest, at the nearest integration point, where the stress of quadratic shapes
+        is most exact; xx, yy, zz, yz, zx, xy.
+        """
+        points = self.basis.global_coordinates()
+        away = np.linalg.norm(points - place[:, None, None], axis=0)
+        away[np.hypot(points[0], points[1]) < RIM] = np.inf
+        solid, own = np.unravel_index(away.argmin(), away.shape)
+        out = np.zeros((6, self.basis.N))
+        for shape, dof in zip(
+            self.basis.basis, self.basis.element_dofs[:, solid], strict=True
+        ):
+            slope = np.asarray(shape[0].grad)[:, :, [[solid]], [[own]]]
+            found = elastic((slope + np.swapaxes(slope, 0, 1)) / 2)[..., 0, 0]
+            out[:, dof] += found[[0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
+        return out @ self.tie
+
     def wave(self, k: int) -> sparse.csc_array:
         """Return T of u = T v for motions e^{2 pi i k j / N} of sector j."""
         cut, size = self.cuts(), len(self.load)
@@ -308,7 +329,12 @@ def written(folder: Path, grid: tuple[int, ...], modes: int = MODES) -> Sector:
     files |= {"centrifugal_load": "load.mtx"}
     table = files | {"blades": BLADES, "modes": modes, "speeds": list(SPEEDS)}
     tips, centre = tip_table(body, grid[-1]), body.centre | {"stiffness": SHAFT}
+    places = (section(ABOVE, THICKNESS / 2, WIDTH * z, TWIST) for z in ROOT.values())
+    rows = np.vstack([body.stress(place) for place in places])
+    mmwrite(folder / "stress.mtx", sparse.coo_array(rows), precision=17)
+    stress = {"matrix": "stress.mtx", "names": list(ROOT)}
     document = {"sector": table | body.cuts(), "tips": tips, "centre": centre}
+    document["stress"] = stress
     for name, whole in (("sector", document), ("map", CAMPAIGN)):
         (folder / f"{name}.toml").write_text(tomli_w.dumps(whole), encoding="utf-8")
     return body

@@ -56,7 +56,8 @@ class Result:
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
         `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
         (n, H + 1, 2), m, STATIC frame, and with several contact points a tip
-        `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c); empty for `summary`
+        `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
+        stress matrix `stress` (n, N, P), Pa; empty for `summary`
     performance : numbers that depend on the machine and the day
     """
 
@@ -319,6 +320,8 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
         }
         if history.worn.shape[1]:
             traces["worn"] = history.worn
+        if history.stress.shape[2]:
+            traces["stress"] = history.stress
         if history.point_impulse.shape[2]:
             traces["point_tips"] = history.point_tips
             traces["point_impulse"] = history.point_impulse

@@ -16,6 +16,7 @@ from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
 from hpcwhirl.reduction.round_casing import table_of
+from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.scene import NAMED, to_toml
 from hpcwhirl.structure import FourierOperator
 
@@ -84,6 +85,14 @@ def turning_arrays(
     return out | {"speeds": speeds, "stiffness_a": at[0], "stiffness_b": at[1]}
 
 
+def arrays_of_stress(stress: Stress | None) -> dict[str, Any]:
+    """Return {name in the group rotor: array} of the stress at named points."""
+    if stress is None:
+        return {}
+    names = np.array([name.encode() for name in stress.names])
+    return {"stress": stress.rows, "stress_name": names}
+
+
 def arrays_of(model: Model) -> dict[str, Any]:
     """Return {path in the file: array} of all that is exported of a model."""
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
@@ -103,6 +112,8 @@ def arrays_of(model: Model) -> dict[str, Any]:
         "rotor/modal_centre": centre_rows(model.rotor, model.blades),
     }
     out |= places
+    stress = arrays_of_stress(model.rotor.stress)
+    out |= {f"rotor/{name}": array for name, array in stress.items()}
     if model.rotor.spin is not None:
         body = model.rotor
         turning = turning_arrays(

@@ -13,12 +13,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     parser.add_argument(
         "--kind", action="append", metavar="NAME",
-        help="kind of figure, may be repeated (default: all but basins, chord and "
-        "wear, branches only of a campaign with [branch]); over the speed: "
+        help="kind of figure, may be repeated (default: all but basins, chord, "
+        "stress and wear, branches only of a campaign with [branch]); over the speed: "
         "frequency, cascade, bifurcation, interaction, growth; of sweeps up and down: "
         "branches; of the engine: shapes, campbell, stability; of the starts: basins; "
         "of each case: orbit, section, contributions, contacts, chord (several points "
-        "a tip), tips, waterfall (speed or gap that changes), wear (a layer), ledger",
+        "a tip), tips, stress (a file with a stress matrix), waterfall (speed or gap "
+        "that changes), wear (a layer), ledger",
     )  # fmt: skip
     parser.add_argument(
         "--case", action="append", type=int, metavar="I", dest="cases",

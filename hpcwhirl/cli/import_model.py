@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.export_model import turning_arrays
+from hpcwhirl.cli.export_model import arrays_of_stress, turning_arrays
 from hpcwhirl.cli.options import add_json, check_writable, print_json
 from hpcwhirl.errors import InputError
 
@@ -49,7 +49,7 @@ def arrays_of(rotor: Imported) -> dict[str, Any]:
     if rotor.spin is not None:
         matrices = rotor.mass, rotor.stiffness
         turning = turning_arrays(*matrices, rotor.spin, rotor.omega)
-    beside = turning | rotor.points
+    beside = turning | rotor.points | arrays_of_stress(rotor.stress)
     return {f"rotor/{name}": array for name, array in beside.items()} | {
         "rotor/mass": rotor.mass,
         "rotor/stiffness": rotor.stiffness,
@@ -81,6 +81,7 @@ def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
         "translation": rotor.strained,
         "mass": rotor.carried,
         "turns": rotor.spin is not None,
+        "stress": list(rotor.stress.names) if rotor.stress else [],
         "time_step_limit": 2.0 / float(rotor.omega[-1]),
     }
 
@@ -135,6 +136,8 @@ def _show(out: Path, facts: dict[str, Any]) -> None:
         print(f"{facts['translation']:.1e}")
     if facts["turns"]:
         print("terms of rotation are in it: engine.rotation may be full")
+    if facts["stress"]:
+        print(f"stress at {', '.join(facts['stress'])} of each blade")
     if facts["rigid_modes"]:
         print(f"rigid modes {facts['rigid_modes']}: nothing holds the wheel there")
     print(out)

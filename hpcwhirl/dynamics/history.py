@@ -73,6 +73,8 @@ class History:
         unless asked
     point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same of all contact
         points where tips have several, of which `tips` has one; else n_c is 0
+    stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless asked, or
+        where the rotor has none
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
         evidence where the final one is not finite
     gap_error : largest difference between the solved gaps and those of the bodies, over
@@ -130,6 +132,7 @@ class History:
     casing: Floats = field(default_factory=lambda: np.zeros((0, 1, 2)))
     point_tips: Floats = field(default_factory=lambda: np.zeros((0, 1, 0, 2)))
     point_impulse: Floats = field(default_factory=lambda: np.zeros((0, 1, 0)))
+    stress: Floats = field(default_factory=lambda: np.zeros((0, 1, 0)))
     folds: int = 1
     worn: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))

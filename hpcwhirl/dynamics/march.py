@@ -35,6 +35,7 @@ from hpcwhirl.dynamics.tracks import empty_tracks
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
+from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01  # duration of a slice
@@ -112,6 +113,7 @@ class March:
         self.state = self.scheme.state
         self._refresh(self.state)
         self.tracks = self._empty_tracks()
+        self.stresses = self._empty_stresses()
         self.coast = self._coast()
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
@@ -220,6 +222,7 @@ class March:
             self.counter[contact.STOP] = CERTAIN
         elif self.steps < self.total:
             strides = Strides(self.stride, self.beat)
+            self._read_ahead()
             self.coast.finish(self.state, self.tracks, self.total, strides)
 
     def _timed_look(self) -> None:
@@ -237,7 +240,8 @@ class March:
         samples, rods = self.total // self.stride, rods_of(self.scene)
         tips, casing = kept in {"blades", "full"}, kept == "full"
         width = self.scheme.casing_width
-        size = 8.0 * samples * (7 + 3 * blades * tips + (width + rods) * casing)
+        more = width + rods + self._stress_shape[0] * self._stress_shape[1]
+        size = 8.0 * samples * (7 + 3 * blades * tips + more * casing)
         rows = self.total // self.beat
         if 8.0 * self._columns * rows > MOST_TRACES:
             msg = (
@@ -253,6 +257,40 @@ class March:
             raise InputError(msg)
         kept_samples = samples, samples * tips, samples * casing
         return empty_tracks(kept_samples, (rows, self._columns), blades, width, rods)
+
+    @property
+    def _stress_shape(self) -> tuple[int, int]:
+        """Blades and named points (N, P) whose stress is kept; (N, 0): of none.
+
+        It is read from the state after a step, at samples, at which a scheme that jumps
+        does not stop.
+        """
+        stress, own = self.model.rotor.stress, SCHEMES[self.scene.solver.scheme]
+        whole = self.scene.output.traces == "full" and not own.flies
+        return self.model.blades, len(stress.names) if stress and whole else 0
+
+    def _empty_stresses(self) -> Floats:
+        return np.zeros((self.total // self.stride, *self._stress_shape))
+
+    def _read_stress(self) -> None:
+        """Keep the stress at the present step, that of a sample."""
+        stress = self.model.rotor.stress
+        if stress is not None:
+            row = self.steps // self.stride - 1
+            self.stresses[row] = stress.at(self.displacements()[0])
+
+    def _read_ahead(self) -> None:
+        """Keep the stress of all samples to the end, and leave the march as it is.
+
+        Beyond a certificate the motion is that of steps without contact, to round-off.
+        """
+        if not self.stresses.size:
+            return
+        parts = *self.state, self.tracks.closed
+        before = [part.copy() for part in parts]
+        self.advance(self.total - self.steps)
+        for part, own in zip(parts, before, strict=True):
+            part[:] = own
 
     @property
     def _columns(self) -> int:
@@ -309,11 +347,22 @@ class March:
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any division into slices gives the same bits."""
         start, goal = time.perf_counter(), min(self.steps + steps, self.total)
+        while self.steps < goal and self.counter[contact.STOP] == 0:
+            self._march_to(self._next_read(goal))
+            if self.stresses.size and self.steps % self.stride == 0:
+                self._read_stress()
+        self.seconds += time.perf_counter() - start
+
+    def _next_read(self, goal: int) -> int:
+        """Return the step, at most `goal`, at which stress is read next."""
+        after = self.steps - self.steps % self.stride + self.stride
+        return min(goal, after) if self.stresses.size else goal
+
+    def _march_to(self, goal: int) -> None:
         if self.schedule is None and self.let_go == NEVER:
             self._call(goal - self.steps)
         else:
             self._through_intervals(goal)
-        self.seconds += time.perf_counter() - start
 
     def _through_intervals(self, goal: int) -> None:
         """March to step `goal`; at the end of each interval, switch to the next."""
@@ -453,6 +502,7 @@ class March:
             interval=self.interval,
             folds=folds,
             circle=self._circle(judged.time),
+            stress=self.stresses[:count],
             worn=kept.worn,
             layer=getattr(self.state, "worn", NO_LAYER),
             **by_point,

@@ -82,11 +82,15 @@ def _state(march: March) -> Arrays:
 def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
     """Return the written rows of each track of a march with these counters."""
     counts = {"evidence": counter[contact.JUDGED], "closed": contact.CLOSED}
+    tracks = march.tracks._asdict()
+    if march.stresses.size:
+        tracks["stress"] = march.stresses
+        counts["stress"] = counter[contact.STEP] // march.stride
     return {  # tracks that are not kept have no rows
         f"tracks.{name}": track[
             : max(int(counts.get(name, counter[contact.SAMPLE])), 0)
         ]
-        for name, track in march.tracks._asdict().items()
+        for name, track in tracks.items()
     }
 
 

@@ -19,7 +19,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 
-from hpcwhirl.reduction.cyclic_coordinates import centre_width, diameters, is_simple
+from hpcwhirl.reduction.cyclic_coordinates import (
+    centre_width,
+    diameters,
+    is_simple,
+    spread,
+)
 from hpcwhirl.reduction.factors import Tell
 from hpcwhirl.reduction.modes import (
     Block,
@@ -38,6 +43,7 @@ from hpcwhirl.reduction.sparse_modes import (
     whole_pairs,
 )
 from hpcwhirl.reduction.spin import check_turned, stiffness_terms
+from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
 from hpcwhirl.structure.assembly import turn
@@ -71,6 +77,7 @@ class Imported:
     strained : relative strain by a translation, see `_strained`; None without a centre
     carried : the wheel's mass in a translation, kg; None without a centre
     points : {name as in an engine's file: (n_c,)} of several contact points a tip
+    stress : stress at named points, if the wheel has it
     """
 
     mass: Floats
@@ -87,6 +94,7 @@ class Imported:
     strained: float | None
     carried: float | None
     points: dict[str, Floats] = field(default_factory=dict)
+    stress: Stress | None = None
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,7 @@ class _Reduced:
     """Reduced M, K and terms of rotation, omega^2 of the last mode, worst condition.
 
     added : number of coordinates that speed adds to the basis at rest
+    stress : rows of the stress (N P c, n), if the wheel has it
     """
 
     mass: Floats
@@ -102,6 +111,7 @@ class _Reduced:
     last: float
     condition: float
     added: int
+    stress: Floats | None
 
 
 class _Map:
@@ -206,7 +216,9 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
     lift.add(rest, lift.fresh(len(rest)), 1.0)
     turned = lift.matrix(size)
     project = partial(_projected, wheel, turned)
-    piece = condensed(project, boundary, wheel.modes, tell)
+    piece = condensed(
+        project, boundary, wheel.modes, tell, keep=wheel.stress is not None
+    )
     count = whole_pairs(piece.squared, piece.reach, wheel.modes)
     still = piece.lowest(count)
     piece = _finished(wheel, still, project, tell)
@@ -215,8 +227,15 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
         coriolis, first, *second = piece.turning
         load = piece.loaded(turned.T @ wheel.turning["centrifugal_load"])
         spin = Spin(coriolis, first, load, second[0] if second else None)
-    matrices = piece.mass, piece.stiffness, spin
-    return _Reduced(*matrices, last, piece.condition, len(piece.mass) - len(still.mass))
+    return _Reduced(
+        mass=piece.mass,
+        stiffness=piece.stiffness,
+        spin=spin,
+        last=last,
+        condition=piece.condition,
+        added=len(piece.mass) - len(still.mass),
+        stress=wheel.stress and wheel.stress[1] @ turned @ piece.lift,
+    )
 
 
 def _finished(
@@ -278,8 +297,9 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
             tell(f"nodal diameter {k} of {blades // 2}: {count} modes")
             lift, boundary = _sector_map(wheel, cut, k)
             pieces[k] = condensed(
-                partial(_projected, wheel, lift), boundary, count, tell
-            )
+                partial(_projected, wheel, lift), boundary, count, tell,
+                keep=wheel.stress is not None,
+            )  # fmt: skip
         counts, last = _shared(pieces, blades, wheel.modes)
         wanted = {
             k: 2 * len(piece.squared)
@@ -295,9 +315,9 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
         pieces[k] = _finished(wheel, rest, project, tell)
         more = len(pieces[k].mass) - len(rest.mass)
         added += more if is_simple(k, blades) else 2 * more
-    matrices = _spread(wheel, cut, pieces)
+    mass, stiffness, spin, stress = _spread(wheel, cut, pieces)
     condition = max(piece.condition for piece in pieces.values())
-    return _Reduced(*matrices, last, condition, added)
+    return _Reduced(mass, stiffness, spin, last, condition, added, stress)
 
 
 def _shared(
@@ -320,8 +340,8 @@ def _spread(
     wheel: FiniteElements,
     cuts: Cut,
     pieces: dict[int, Condensed],
-) -> tuple[Floats, Floats, Spin | None]:
-    """Return (M, K, terms) in tips, centre and real amplitudes, from all diameters."""
+) -> tuple[Floats, Floats, Spin | None, Floats | None]:
+    """Return (M, K, terms, stress) in tips, centre and amplitudes of all diameters."""
     blades, none, own = wheel.blades, np.zeros((0, 0)), 2 * wheel.each
     hub = () if wheel.centre is None else (own * blades, own * blades + 1)
     structure = CyclicStructure(none, none, blades, own, tuple(range(own)), hub)
@@ -353,7 +373,30 @@ def _spread(
         pairs.append((block, physical_columns(block, structure, own, whole, start)))
         inner = len(block.mass) - own - centre_width(structure, block.k)
         start += inner * block.multiplicity
-    return *assembled(pairs), assembled_spin(pairs)
+    stress = None
+    if wheel.stress is not None:
+        each = [_spread_stress(wheel, cuts, pieces[one[0].k], one) for one in pairs]
+        stress = np.sum(each, axis=0)
+    return *assembled(pairs), assembled_spin(pairs), stress
+
+
+def _spread_stress(
+    wheel: FiniteElements, cuts: Cut, piece: Condensed, pair: tuple[Block, Floats]
+) -> Floats:
+    """Return the rows of the stress of all blades, (N r, n), of one nodal diameter.
+
+    A wave moves blade j by Re(w_j y), w_j = sqrt(2 / N) e^{2 pi i k j / N} of a pair,
+    with y = y_0 + i y_1 in the block's real coordinates.
+    """
+    if wheel.stress is None:
+        raise TypeError(wheel)
+    block, columns = pair
+    own = wheel.stress[1] @ _sector_map(wheel, cuts, block.k)[0] @ piece.lift
+    waves = spread(block.k, wheel.blades)
+    turned = np.multiply.outer(waves @ [1.0, -1j][: block.multiplicity], own)
+    parts = (turned.real, -turned.imag)[: block.multiplicity]
+    rows = np.concatenate(parts, axis=-1).reshape(-1, columns.shape[1])
+    return np.asarray(rows @ columns.T)
 
 
 def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
@@ -391,7 +434,17 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
         strained=strained,
         carried=carried,
         points=wheel.points,
+        stress=_stress(wheel, reduced),
     )
+
+
+def _stress(wheel: FiniteElements, reduced: _Reduced) -> Stress | None:
+    """Return the stress of all blades in the rotor's coordinates, if there is any."""
+    if wheel.stress is None or reduced.stress is None:
+        return None
+    names, size = wheel.stress[0], len(reduced.mass)
+    rows = reduced.stress.reshape(wheel.blades, len(names), -1, size)
+    return Stress(names, np.ascontiguousarray(rows))
 
 
 def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:

@@ -42,6 +42,7 @@ from hpcwhirl.reduction.spin import (
     transformed,
     turned_alike,
 )
+from hpcwhirl.reduction.stress import stress_of
 from hpcwhirl.reduction.supports import Support
 from hpcwhirl.store.models.engine_file import Given, read_rotor
 
@@ -120,11 +121,39 @@ def _from_matrices(
         if name in given or name != "damping"
     ]
     spin = transformed(spin_of(given), np.eye(len(order))[:, order]) if turns else None
+    stress = stress_of(given, blades)
+    if stress is not None:
+        stress = replace(stress, rows=stress.rows[..., order])
     reach = math.inf
     if eta is not None and eta < len(rest):
         basis = _basis(given, whole, spin, len(held), eta)
         if basis.shape[1] < len(order):
             whole, spin, reach = _reduced(whole, spin, basis, len(held) + eta)
+            stress = stress and stress.of(basis)
+    omega, shapes, ratios = _modes_and_ratios(given, whole, order, blades, damping)
+    kept = len(whole[0]) - len(places)
+    matrices = whole[0], whole[1]
+    model = named_modes(matrices, shapes, omega, blades, ratios, kept=kept)
+    points = tip_points(given, blades, len(places))
+    return replace(model, spin=spin, reach=reach, points=points, stress=stress)
+
+
+def _modes_and_ratios(
+    given: Given,
+    whole: list[Floats],
+    order: Integers,
+    blades: int,
+    damping: float | Floats,
+) -> tuple[Floats, Floats, float | Floats]:
+    """Return (omega (m,), shapes (n, m), damping ratios) of matrices, checked.
+
+    Parameters
+    ----------
+    whole : mass, stiffness and, if the file has it, damping, in the order below, or
+        reduced from it
+    order : (n,), places of the coordinates in the file
+    damping : ratios if the file has none
+    """
     mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
     shapes, ratios = aligned(shapes, omega, blades), damping
@@ -138,10 +167,7 @@ def _from_matrices(
         if len(mass) < len(order):  # truncation slightly couples modes by damping
             modal = np.diag(np.diag(modal))
         ratios = _ratios(given, modal, omega)
-    kept = len(mass) - len(places)
-    model = named_modes((mass, stiffness), shapes, omega, blades, ratios, kept=kept)
-    points = tip_points(given, blades, len(places))
-    return replace(model, spin=spin, reach=reach, points=points)
+    return omega, shapes, ratios
 
 
 def _reduced(
@@ -212,6 +238,7 @@ def _basis(
 
 
 def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalModel:
+    stress_of(given, blades)  # refuses one, whose coordinates are those of matrices
     omega = given["omega"]
     if len(omega) == 0 or not omega.min() >= 0 or not omega.max() > 0:
         raise given.wrong("omega", "be >= 0 rad/s and not all 0", omega[:3])

@@ -23,6 +23,7 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     spread,
 )
 from hpcwhirl.reduction.points import TipPoints
+from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support
 from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
@@ -144,6 +145,7 @@ class ModalModel:
     spin : terms of rotation, if included; omega and shapes are those at rest
     reach : rad/s, highest omega of the basis at rest; modes beyond it only a basis for
         all speeds has
+    stress : stress at named points of the blades, of a rotor from file that has it
     points : the contact points of a rotor with several a tip; the tips among the
         coordinates are the reference points then, others are behind the centre
     """
@@ -163,6 +165,7 @@ class ModalModel:
     spin: Spin | None = None
     reach: float = math.inf
     points: TipPoints | None = None
+    stress: Stress | None = None
 
     @property
     def ratios(self) -> Floats:

@@ -49,7 +49,7 @@ class Condensed:
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
-    lift : (n, b + m + c), the basis; (0, b + m) without terms of rotation
+    lift : (n, b + m + c), the basis; (0, b + m) without terms of rotation, unless kept
     turning : reduced C, K_1 and, if any, K_2 of a basis that serves all speeds
     """
 
@@ -119,7 +119,9 @@ def whole_pairs(squared: Floats, reach: float, most: int) -> int:
     return 0
 
 
-def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Condensed:
+def condensed(
+    project: Project, boundary: int, count: int, tell: Tell, *, keep: bool = False
+) -> Condensed:
     """Return the Craig-Bampton reduction to the first DoF and the lowest modes at rest.
 
     Parameters
@@ -130,6 +132,7 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     boundary : b, number of leading DoF that are kept
     count : fixed-interface modes wanted; some more are returned
     tell : called with a line of text before a large factor is made
+    keep : whether the basis is kept without terms of rotation, too
 
     Raises
     ------
@@ -140,7 +143,7 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     if mass.shape[0] == boundary:
         whole = mass.toarray(), stiffness.toarray()
         return Condensed(*whole, np.zeros(0), np.inf, 1.0, np.eye(boundary))
-    turns = bool(turning)
+    keep = keep or bool(turning)
     own = _interior(mass, stiffness, boundary)
     del mass, stiffness, turning
     lift, squared, reach, condition = _lift(*own, count, tell)
@@ -150,7 +153,7 @@ def condensed(project: Project, boundary: int, count: int, tell: Tell) -> Conden
     gc.collect()
     mass, stiffness, *_ = project()
     parts = _reduced(mass, lift), _reduced(stiffness, lift)
-    if not turns:
+    if not keep:
         lift = np.zeros((0, lift.shape[1]))
     return Condensed(*parts, squared, reach, condition, lift)
 

@@ -213,6 +213,12 @@ TRACES: dict[str, Quantity] = {
         "casing, static frame: radial displacement by harmonic, its cos and sin part",
         axes=("harmonic", "phase"),
     ),
+    "stress": Quantity(
+        "Pa",
+        "stress of the vibration at named points of each blade: von Mises' of six "
+        "components, one with its sign",
+        axes=("blade", "place"),
+    ),
     "worn": Quantity(
         "m", "worn depth of each rod of the casing's layer", axes=("rod",)
     ),
@@ -256,6 +262,8 @@ ARRAYS: dict[str, Quantity] = {
     **_table("f8", "m", tip_station="axial position of each contact point of a tip"),
     **_table("f8", "rad", tip_angle="angle of each contact point beyond its blade's"),
     **_table("f8", "m", tip_gap="clearance of each contact point beyond the gap"),
+    **_table("f8", "Pa/m", stress="stress at named points, of unit coordinates"),
+    **_table("S60", "1", stress_name="names of these points"),
     **_table("f8", "m", station="axial positions of modal_radial, modal_tangential"),
     **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
     **_table(
@@ -294,6 +302,7 @@ AXES = {
     "blade": Quantity("1", "blade"),
     "chord": Quantity("1", "contact point of a tip, by its axial place"),
     "component": Quantity("1", "0: radial, 1: tangential"),
+    "place": Quantity("1", "named point of a blade, in the order of rotor/stress_name"),
     "rod": Quantity("1", "rod of the layer, by angle from 0 on the casing"),
     "harmonic": Quantity("1", "number of waves around the casing"),
     "phase": Quantity("1", "0: cos, 1: sin"),

@@ -146,6 +146,48 @@ def test_modes_at_rest_are_those_of_all_unknowns(stage, made, tangents, k):
     assert found == pytest.approx(truth, rel=1e-4)
 
 
+def test_a_load_on_all_tips_has_the_stress_of_all_unknowns(made, tangents):
+    """At the root, as without reduction: static shapes of the tips are in the basis."""
+    folder, body, arrays = made
+    points = arrays["tip_radial"].shape[1]
+    pushes = np.random.default_rng(2).normal(size=2 * points)
+    force = np.zeros(len(arrays["mass"]))
+    for part, way in enumerate(("tip_radial", "tip_tangential")):
+        force[arrays[way]] = pushes[part::2]
+    found = arrays["stress"] @ np.linalg.solve(arrays["stiffness"], force)
+    wheel = read_wheel(folder / "sector.toml")
+    whole, lift = np.zeros(len(body.load)), body.wave(0)
+    for pair, angle, push in zip(
+        wheel.tips, wheel.angle, pushes.reshape(-1, 2), strict=True
+    ):
+        c, s = np.cos(angle), np.sin(angle)
+        whole[pair] = [c * push[0] - s * push[1], s * push[0] + c * push[1]]
+    solve = splu(sparse.csc_array(lift.T @ tangents(0.0) @ lift)).solve
+    truth = wheel.stress[1] @ (lift @ solve(lift.T @ whole))
+    assert arrays["stress"].shape[:3] == (FEW, 3, 6)
+    assert wheel.stress[0] == tuple(n.decode() for n in arrays["stress_name"])
+    for blade in found:
+        assert blade.ravel() == pytest.approx(truth, abs=1e-6 * np.abs(truth).max())
+
+
+def test_a_pulled_blade_has_the_stress_of_its_strain(stage, made):
+    """Rows of an affine displacement give Hooke's law, at every point."""
+    _, body, _ = made
+    slope = 1e-3 * np.random.default_rng(3).normal(size=(3, 3))
+    moved = np.zeros(len(body.load))
+    moved[:-2] = np.einsum("pj,pj->p", body.place, slope[body.axis])
+    strain = (slope + slope.T) / 2
+    shear = stage.YOUNG / (2 * (1 + stage.POISSON))
+    lame = 2 * shear * stage.POISSON / (1 - 2 * stage.POISSON)
+    own = 2 * shear * strain + lame * np.trace(strain) * np.eye(3)
+    truth = [own[0, 0], own[1, 1], own[2, 2], own[1, 2], own[2, 0], own[0, 1]]
+    for z in stage.ROOT.values():
+        place = stage.section(
+            stage.ABOVE, stage.THICKNESS / 2, stage.WIDTH * z, stage.TWIST
+        )
+        assert body.stress(place) @ moved == pytest.approx(np.array(truth), rel=1e-9)
+
+
 def test_the_tangent_is_the_derivative_of_the_forces(made):
     _, body, _ = made
     random = np.random.default_rng(1)

@@ -9,7 +9,7 @@ from hpcwhirl.analysis.rotation import bands_over
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures import sweeps, tip_maps
+from hpcwhirl.report.figures import stress_lines, sweeps, tip_maps
 from hpcwhirl.store.reading.results_file import Results
 
 TOML = """
@@ -60,7 +60,10 @@ def stage(tmp_path_factory):
 @pytest.fixture(scope="module")
 def turned(tmp_path_factory):
     folder = tmp_path_factory.mktemp("turned")
-    return campaign(folder, turning(rotor()), rotation="full", speeds=[200, 300])
+    arrays = turning(rotor())
+    rows = np.random.default_rng(5).normal(size=(N, 2, 6, len(arrays["mass"])))
+    arrays |= {"stress": 1e12 * rows, "stress_name": ["root", "fillet"]}
+    return campaign(folder, arrays, rotation="full", speeds=[200, 300])
 
 
 def test_impulses_of_points_are_those_of_their_blades(stage):
@@ -136,3 +139,33 @@ def test_waves_over_the_speed_are_drawn_with_rotation(turned, tmp_path, capsys):
     assert main(["figures", str(turned), "--out", str(tmp_path), *words]) == 0
     told = capsys.readouterr().out
     assert {p.stem for p in tmp_path.iterdir()} == {*kinds}, told
+
+
+def test_the_stress_is_drawn_of_the_blade_that_has_most(turned):
+    cases = Results(turned)
+    stress = 1e-6 * cases.traces(1)["stress"]
+    over, around = stress_lines.draw_stress(cases, 1, transient=True).axes
+    most = stress.max(axis=0)
+    for line, other in zip(over.get_lines(), around.get_lines(), strict=True):
+        name, told = line.get_label().split(": ")
+        point = ["root", "fillet"].index(name)
+        blade = int(most[:, point].argmax())
+        assert told == f"{most[blade, point]:.4g} MPa, blade {blade}"
+        assert np.array_equal(line.get_ydata(), stress[:, blade, point])
+        assert np.array_equal(other.get_ydata(), most[:, point])
+    assert "von Mises stress, MPa" in over.get_ylabel()
+
+
+def test_results_have_the_stress_of_every_sample(turned, stage):
+    data = open_results(turned)
+    assert data.stress.dims == ("case", "time", "blade", "place")
+    assert data.stress.attrs["units"] == "Pa"
+    assert data.stress.shape[1] == data.tips.shape[1]
+    assert "stress" not in open_results(stage)
+
+
+def test_the_figure_of_stress_needs_a_stress_matrix(stage, tmp_path, capsys):
+    words = ["--kind", "stress", "--out", str(tmp_path)]
+    assert main(["figures", str(stage), *words])
+    told = "".join(capsys.readouterr())
+    assert "stress: needs an engine.file with rotor/stress, and a scheme other" in told

@@ -18,6 +18,7 @@ from hpcwhirl.report.figures import (
     frequencies,
     motions,
     shapes,
+    stress_lines,
     sweeps,
     tip_maps,
     waterfall,
@@ -32,9 +33,10 @@ from hpcwhirl.store.reading.select import swept_of, where
 
 MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
 # traces that `full` alone keeps
-FULL = {"tips", "blade_impulse", "point_impulse", "worn"}
+FULL = {"tips", "blade_impulse", "point_impulse", "stress", "worn"}
 SPECIAL = {  # trace: what it needs beside `full`
     "point_impulse": "needs an engine.file of several contact points a tip",
+    "stress": "needs an engine.file with rotor/stress, and a scheme other than exact",
     "worn": "needs a layer that wears: engine.casing.contact_law",
 }
 
@@ -111,6 +113,9 @@ KINDS = {
         chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
     ),
     "tips": Kind(tip_maps.draw_tips, ("tips",), "case", transient=True),
+    "stress": Kind(
+        stress_lines.draw_stress, ("stress",), "case", transient=True, asked=True
+    ),
     "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
     "wear": Kind(wear.draw_wear, ("worn",), "case", asked=True),
     "basins": Kind(basin_shares.draw_basins, (), "engine", asked=True),

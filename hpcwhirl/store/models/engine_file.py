@@ -35,6 +35,12 @@ tip_angle                   (n_c,), rad: angle of each beyond that of its blade,
                             radial and tangential are the directions there
 tip_gap                     (n_c,), m: clearance of each beyond the scene's gap, if any
 
+of the stress at P points of each blade, see `reduction.stress`, with matrices,
+
+stress                      (N, P, c, n), Pa/m: c = 1 or 6 components (xx, yy, zz, yz,
+                            zx, xy) of unit coordinates
+stress_name                 (P,), text: names of the points, all different
+
 or, instead of matrices,
 
 omega                       (m,), rad/s: frequencies of mass-orthonormal modes
@@ -110,7 +116,12 @@ DATASETS: Kinds = {
     "tip_station": ((1,), False),
     "tip_angle": ((1,), False),
     "tip_gap": ((1,), False),
+    "stress": ((4,), False),
+    "stress_name": ((1,), False),
 }
+TEXTS = {"stress_name"}  # hold text; all others hold numbers
+LONGEST_NAME = 60  # bytes of a text
+COMPONENTS = (1, 6)  # of a stress: one, or all
 AT_SPEEDS = ("speeds", "stiffness_a", "stiffness_b")
 BY_PARTS = ("stress_stiffness", "softening")
 BODY = (
@@ -323,10 +334,12 @@ def _check_kind(
     """Check type, dimensions and size of a dataset before it is read."""
     dimensions, indices = kind
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
+    kinds = ("SO", "text") if name in TEXTS else kinds
+    widest = LONGEST_NAME if name in TEXTS else WIDEST
     shape = getattr(data, "shape", None)
     if shape is None:
         raise given.wrong(name, f"hold {kinds[1]}", "no array")
-    if data.dtype.kind not in kinds[0] or data.dtype.itemsize > WIDEST:
+    if data.dtype.kind not in kinds[0] or data.dtype.itemsize > widest:
         raise given.wrong(name, f"hold {kinds[1]}", data.dtype)
     if len(shape) not in dimensions:
         told = " or ".join(map(str, dimensions))
@@ -359,6 +372,30 @@ def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
 def _checked(given: Given, name: str, *, indices: bool) -> Array:
     """Return the array as float64 or int64, finite."""
     array = given.arrays[name]
+    if name in TEXTS:
+        return _texts(given, name, array)
     if not np.isfinite(array).all():
         raise given.wrong(name, "be finite", array[~np.isfinite(array)][0])
     return np.asarray(array, dtype=np.int64 if indices else np.float64)
+
+
+def _texts(given: Given, name: str, array: Array) -> Array:
+    """Return texts of a file as an array of str."""
+    try:
+        texts = [bytes(text).decode() for text in array]
+    except (TypeError, UnicodeDecodeError):
+        raise given.wrong(name, "hold text in UTF-8", str(array.dtype)) from None
+    long = next((text for text in texts if len(text) > LONGEST_NAME), None)
+    if long is not None:
+        raise given.wrong(
+            name, f"have at most {LONGEST_NAME} characters each", len(long)
+        )
+    return np.array(texts, dtype=str)
+
+
+def wrong_name(names: tuple[str, ...]) -> str | None:
+    """Return the first name that is empty, cannot be printed or is there twice."""
+    for place, name in enumerate(names):
+        if not name.strip() or not name.isprintable() or name in names[:place]:
+            return name
+    return None

@@ -99,24 +99,46 @@ def read_vector(path: Path, name: str, size: int) -> Array:
     MissingFileError, InputError
         as `read_matrix`
     """
+    return np.asarray(_rectangle(path, name, (size, 1)).toarray().ravel())
+
+
+def read_rows(path: Path, name: str, columns: int) -> sparse.csr_array:
+    """Return a finite real matrix (rows, columns) from a MatrixMarket file.
+
+    Raises
+    ------
+    MissingFileError, InputError
+        as `read_matrix`
+    """
+    return _rectangle(path, name, (None, columns))
+
+
+def _rectangle(
+    path: Path, name: str, shape: tuple[int | None, int]
+) -> sparse.csr_array:
+    """Return a matrix of a MatrixMarket file; shape : its size; rows None: any."""
     from scipy.io import mminfo, mmread
 
     source = _Source(str(path), {})
     if path.suffix.lower() != ".mtx":
         raise source.wrong(name, "end in .mtx", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        if check_regular(path) > MOST_BYTES:
-            raise source.wrong(name, f"have at most {MOST_BYTES} bytes", "more")
-        rows, columns, _, _, field, _ = mminfo(source.file)
-        if (rows, columns) != (size, 1) or field not in {"real", "integer"}:
+        size = check_regular(path)
+        if size > MOST_BYTES:
+            raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
+        rows, columns, entries, _, field, _ = mminfo(source.file)
+        fits = columns == shape[1] and rows == (rows if shape[0] is None else shape[0])
+        if not fits or field not in {"real", "integer"}:
             told = f"{rows} x {columns}, {field}"
-            raise source.wrong(name, f"be real, {size} x 1", told)
-        found = mmread(source.file)
-        whole = found.toarray() if sparse.issparse(found) else found
-    vector = np.asarray(whole, dtype=np.float64).ravel()
-    if not np.isfinite(vector).all():
-        raise source.wrong(name, "be finite", vector[~np.isfinite(vector)][0])
-    return vector
+            wanted = "any" if shape[0] is None else shape[0]
+            raise source.wrong(name, f"be real, {wanted} x {shape[1]}", told)
+        _check_entries(source, name, entries, size // SHORTEST)
+        _check_memory(source, name, MARKET_BYTES * entries)
+        found = sparse.csr_array(mmread(source.file), dtype=np.float64)
+    if not np.isfinite(found.data).all():
+        wrong = found.data[~np.isfinite(found.data)][0]
+        raise source.wrong(name, "be finite", wrong)
+    return found
 
 
 def _market(source: _Source, name: str, size: int) -> sparse.csr_array:

@@ -23,11 +23,13 @@ from hpcwhirl.scene.files import is_number, is_whole, load_document
 from hpcwhirl.store.models.engine_file import (
     AT_SPEEDS,
     BY_PARTS,
+    COMPONENTS,
     LARGEST,
     are_two_ways,
     missing_terms,
+    wrong_name,
 )
-from hpcwhirl.store.models.sparse_file import read_matrix, read_vector
+from hpcwhirl.store.models.sparse_file import read_matrix, read_rows, read_vector
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -40,6 +42,7 @@ KEYS = {
     "wheel": ("mass", "stiffness", "blades", "modes", "held", *TURNING),
     "tips": ("x", "y", "radial", "tangential", "angle", "station", "turn", "gap"),
     "centre": ("x", "y", "angle", "stiffness", "mass", "held"),
+    "stress": ("matrix", "names"),
 }
 CUTS = ("left", "right", "left_x", "right_x", "left_y", "right_y")
 TABLES = {**KEYS, "sector": (*KEYS["wheel"], *CUTS)}
@@ -102,6 +105,8 @@ class FiniteElements:
     turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
         of rotation, all or none
     points : {name as in an engine's file: (n_c,)} of several contact points a tip
+    stress : None, or names of P points and rows (r, n), Pa/m: of a blade its points,
+        of a point its components, as in an engine's file; r = N P c, of a sector P c
     """
 
     file: str
@@ -117,6 +122,7 @@ class FiniteElements:
     cut: Cut | None
     turning: dict[str, Any]
     points: dict[str, Floats] = field(default_factory=dict)
+    stress: tuple[tuple[str, ...], sparse.csr_array] | None = None
 
     @property
     def each(self) -> int:
@@ -235,10 +241,11 @@ def read_wheel(path: Path) -> FiniteElements:
         table = _Table(file, "centre", document["centre"])
         centre = _centre(table, size, float(of_blade[0]) if plane else 0.0)
     turn = points["tip_angle"] if points and plane else np.zeros(each)
+    stress, rows = _stress(document, path, size, 1 if is_sector else blades)
     most = LARGEST - 2 * blades * each - (2 if centre else 0)
     wheel = FiniteElements(
         file=file,
-        sources=(*sources, *more.values()),
+        sources=(*sources, *more.values(), *rows),
         mass=mass,
         stiffness=stiffness,
         blades=blades,
@@ -250,6 +257,7 @@ def read_wheel(path: Path) -> FiniteElements:
         cut=_cut(body, size) if is_sector else None,
         turning=turning,
         points=points,
+        stress=stress,
     )
     _check_once(wheel)
     return wheel
@@ -342,6 +350,36 @@ def _points(table: _Table) -> dict[str, Floats]:
     if (np.diff(found["tip_station"]) < 0.0).any():
         raise table.wrong("station", "ascend", shown(table.data["station"]))
     return found if count > 1 else {}
+
+
+def _stress(
+    document: dict[str, Any], path: Path, size: int, blades: int
+) -> tuple[tuple[tuple[str, ...], sparse.csr_array] | None, list[Path]]:
+    """Return names and rows of the table [stress], and its file; None without.
+
+    Parameters
+    ----------
+    size : n, number of DoF
+    blades : number of blades that the rows are of
+    """
+    if "stress" not in document:
+        return None, []
+    table = _Table(str(path), "stress", document["stress"])
+    given = table.asked("names")
+    if not isinstance(given, list) or not all(isinstance(one, str) for one in given):
+        raise table.wrong("names", "be a list of texts", shown(given))
+    names = tuple(given)
+    wrong = wrong_name(names)
+    if wrong is not None or not names:
+        allowed = "be texts that are all different"
+        raise table.wrong("names", allowed, shown(given if wrong is None else wrong))
+    file = path.parent / table.text("matrix")
+    rows = read_rows(file, "stress", size)
+    each, rest = divmod(rows.shape[0], blades * len(names))
+    if rest or each not in COMPONENTS:
+        told = " or ".join(str(blades * len(names) * c) for c in COMPONENTS)
+        raise table.wrong("matrix", f"have {told} rows", rows.shape[0])
+    return (names, rows), [file]
 
 
 def _tips(

@@ -22,7 +22,9 @@ from hpcwhirl.store.results.layout import LIBVER, define
 
 NAME = "0001-00000.bin"  # of a file of traces
 # what `full` keeps beyond `orbit`
-MORE = ("tips", "blade_impulse", "point_tips", "point_impulse", "casing", "worn")
+MORE = (
+    "tips", "blade_impulse", "point_tips", "point_impulse", "casing", "stress", "worn",
+)  # fmt: skip
 
 ONE_RANK: Share = {
     "run": 1,
