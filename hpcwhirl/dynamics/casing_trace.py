@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.profile import shape_of
-from hpcwhirl.dynamics.kernels.shape import faded
+from hpcwhirl.dynamics.kernels.shape import trace_shape
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -63,12 +63,9 @@ def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Float
 
     H is that of a ring with this discretization, but at least the shape's highest.
     """
-    wall = wall_of(model, scene)
     out = np.zeros((count, _highest(scene) + 1, 2))
-    for n in range(count):
-        time = (n + 1) * stride * scene.solver.time_step
-        for r, order in enumerate(wall.orders):
-            out[n, order] += faded(wall, r, time)
+    times = stride * np.arange(1, count + 1) * scene.solver.time_step
+    trace_shape(wall_of(model, scene), times, out)
     return out
 
 

@@ -85,6 +85,24 @@ def test_a_casing_that_has_always_stood_there_has_no_rise():
         assert faded(wall_of(case.model, case.scene), 0, time) == (-1e-4, 0.0)
 
 
+def test_the_trace_of_a_rigid_casing_is_its_shape_at_every_sample():
+    history = March(
+        resolve(
+            scene(
+                amplitude=1e-5, rise=1e-4, growth=50.0, nodal_diameter=2,
+                duration=3e-4, traces="full",
+                **{"engine.casing.profile": "harmonic,amplitude,phase;2,2e-6,0.5"},
+            )
+        )
+    ).run()  # fmt: skip
+    assert len(history.time) > 3
+    ramp = 0.5 * (1 - np.cos(np.pi * np.minimum(history.time / 1e-4, 1.0)))
+    lobes = -1e-5 * np.exp(50.0 * history.time) * ramp
+    assert history.casing[:, 2, 0] == pytest.approx(lobes + 2e-6 * np.cos(0.5))
+    assert history.casing[:, 2, 1] == pytest.approx(2e-6 * np.sin(0.5))
+    assert not history.casing[:, [0, 1, 3]].any()
+
+
 def test_no_distortion_stays_none_however_it_grows():
     march = March(resolve(scene(amplitude=0.0, growth=1e6, duration=1e-2)))
     history = march.run()

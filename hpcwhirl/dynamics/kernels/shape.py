@@ -34,6 +34,16 @@ def faded(wall, r, time):
 
 
 @kernel
+def trace_shape(wall, times, out):
+    """Add a casing's shape at times (n,), s, to its harmonics (n, H + 1, 2), m."""
+    for n in range(len(times)):
+        for r in range(len(wall.orders)):
+            a, b = faded(wall, r, times[n])
+            out[n, wall.orders[r], 0] += a
+            out[n, wall.orders[r], 1] += b
+
+
+@kernel
 def shape_at(wall, time, angle):
     """Return a casing's departure from round at an angle, static frame, outward, m."""
     total = 0.0
