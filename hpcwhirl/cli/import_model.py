@@ -71,6 +71,7 @@ def facts_of(rotor: Imported, unknowns: int) -> dict[str, Any]:
     return {
         "unknowns": unknowns,
         "blades": rotor.blades,
+        "points": len(rotor.points.get("tip_station", [0])),
         "coordinates": len(rotor.omega),
         "modes": rotor.kept,
         "modes_at_speed": rotor.added,
@@ -124,8 +125,9 @@ def _tell(line: str) -> None:
 def _show(out: Path, facts: dict[str, Any]) -> None:
     lowest = ", ".join(f"{f:.5g}" for f in facts["frequencies_hz"][:12])
     print(f"unknowns {facts['unknowns']}, condition number {facts['condition']:.1e}")
+    each = f" of {facts['points']} contact points" if facts["points"] > 1 else ""
     print(
-        f"coordinates {facts['coordinates']}: {facts['blades']} tips, "
+        f"coordinates {facts['coordinates']}: {facts['blades']} tips{each}, "
         f"{facts['modes']} fixed-interface modes, all to {facts['highest_hz']:.5g} Hz"
         + (f", {facts['modes_at_speed']} more for all speeds" if facts["turns"] else "")
     )

@@ -67,6 +67,12 @@ def test_a_wheel_and_its_sector_have_the_same_points(tmp_path):
         assert np.abs(a - b).max() < 1e-7 * np.abs(a).max()
 
 
+def test_the_summary_counts_tips_points_and_modes(tmp_path, capsys):
+    reduced(wheel(tmp_path), tmp_path)
+    told = f"{N} tips of 2 contact points, {MODES} fixed-interface modes"
+    assert told in capsys.readouterr().out
+
+
 def test_the_axes_of_a_point_are_those_at_its_angle(tmp_path):
     plain, other = (
         contact_rows(reduced(wheel(tmp_path, turned=t), tmp_path), N)
