@@ -96,7 +96,7 @@ def check_rotation(model: Model, scene: Scene) -> None:
     if model.rotor.spin is None:
         return
     with representable("the rotor's stiffness at speed"):
-        most = stiff_up_to(model.rotor, model.blades)
+        most = _stiff_up_to(model)
     _, fastest = extremes(scene)
     if not abs(fastest) < most:
         msg = (
@@ -104,6 +104,11 @@ def check_rotation(model: Model, scene: Scene) -> None:
             f" has no stiffness left beyond it, got {fastest:.6g}"
         )
         raise InputError(msg)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _stiff_up_to(model: Model) -> float:
+    return stiff_up_to(model.rotor, model.blades)
 
 
 def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:

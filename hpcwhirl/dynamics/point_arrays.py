@@ -32,7 +32,7 @@ from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
 from hpcwhirl.dynamics.slots import ring_pairs
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.dynamics.whole_waves import padded_blades
-from hpcwhirl.reduction.bodies import centre_rows, contact_rows
+from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator
@@ -189,7 +189,14 @@ class _Reads:
             turned.before()[:each], push[:each], move, self.friction,
         )  # fmt: skip
         slots = slots_of(blades, diameter, blade)
-        placed = replace(waves, index=slots.index, size=slots.size)
+        first, second = np.split(diameter, [len(own)])
+        placed = replace(
+            waves,
+            rotor=waves.rotor.apart(first),
+            casing=waves.casing.apart(second),
+            index=slots.index,
+            size=slots.size,
+        )
         numbers = self.numbers(self.out, self.w), self.numbers(self.side, self.u)
         rows = sector_rows(slots, blade, numbers)
         return replace(turned, waves=placed), rows
@@ -232,7 +239,7 @@ def point_arrays(
 ) -> tuple[Arrays, PointWaves]:
     """Return the arrays of `kernels.points.march_points`, and the waves they are of."""
     mu, hub = friction_with_sign(scene), centre_rows(model.rotor, model.blades)
-    out, side = (-rows for rows in contact_rows(model.rotor, model.blades))
+    out, side = (-rows for rows in waves.rows)
     w, u = _rows_of_casing(model, 0.0)
     past, _ = _rows_of_casing(model, -2.0 * scene.speed * scene.solver.time_step)
     kick, still = _pulse_rows(model, scene), np.zeros_like(w)

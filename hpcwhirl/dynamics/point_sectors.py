@@ -5,14 +5,20 @@ with X_j the motion of blade j's points by the modes, X_j T = X_{j+1}. Its eigen
 u, with eigenvalues e^{2 pi i n / N}, are waves that travel around the rotor: X_j u =
 e^{i n theta_j} X_0 u.
 
+An eigensolver finds the modes with an error of round-off of the highest frequency, so
+that waves move the points alike, and terms of rotation keep them apart, to some 1e-9
+only where points carry little mass. Sectors that differ by at most `EQUAL` are made
+equal, by the mean over all of them, see `Sectors`, so that all works are consistent.
+
 The nodal diameter of a wave is found from the motion of all points by it and from its
 change by forces. If this fails for a wave, each point has a row of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,45 +31,51 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.degenerate import runs
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import MOST_KEPT, Model
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 FEWEST = 3  # sectors for which waves have a direction
+EQUAL = 1e-8  # relative difference of sectors that are made equal
 SAME = 1e-11  # relative difference of frequencies, and of sectors, that counts as none
 CLOSE = 1e-3  # relative difference of frequencies whose modes round-off may mix
 ALIKE = 1e-13  # relative difference of rows of two waves that counts as none
 
 
-def travelling(model: Model) -> list[Any]:
-    """Return combinations of modes at rest, a block (m, n) for each nodal diameter.
+def travelling(model: Model, lost: float = 0.0) -> dict[int, Any]:
+    """Return {nodal diameter: combinations (m, c) of modes at rest}.
 
     Blocks of simple harmonics are real. Others are complex, and their conjugates are
-    the waves that travel the other way. If sectors differ, a real block has all modes.
+    the waves that travel the other way. Empty if sectors differ.
+
+    lost : error of omega^2, over the highest one, that is no difference
     """
     body, blades = model.rotor, model.blades
     size, squared = len(body.omega), body.omega**2
-    whole, found = [np.eye(size)], dict[int, list[Any]]()
+    found = dict[int, list[Any]]()
+    lost = lost * squared.max(initial=0.0)
     if blades < FEWEST or (np.diff(body.omega) < 0.0).any():
-        return whole
+        return {}
     moved = np.stack(contact_rows(body, blades)).reshape(2, blades, -1, size)
     tips = moved.swapaxes(0, 1).reshape(blades, -1, size)
     same = list(runs(body.omega, CLOSE * body.omega))
     alone = np.setdiff1d(np.arange(size), np.concatenate([[], *same]).astype(int))
     for group in [*same, *alone[:, None]]:
         if np.ptp(body.ratios[group]) > SAME:
-            return whole
-        for n, own in _turned(tips[:, :, group], blades, squared[group]):
+            return {}
+        for n, own in _turned(tips[:, :, group], blades, squared[group], lost):
             wide = np.zeros((size, own.shape[1]), own.dtype)
             wide[group] = own
             found.setdefault(n, []).append(wide)
-    blocks = [np.hstack(found[n]) for n in sorted(found)]
-    counted = sum(block.shape[1] for block in with_conjugates(blocks))
-    return blocks if counted == size else whole
+    blocks = {n: np.hstack(found[n]) for n in sorted(found)}
+    counted = sum(block.shape[1] for block in with_conjugates(blocks.values()))
+    return blocks if counted == size else {}
 
 
-def _turned(tips: Floats, blades: int, squared: Floats) -> list[tuple[int, Any]]:
+def _turned(
+    tips: Floats, blades: int, squared: Floats, lost: float
+) -> list[tuple[int, Any]]:
     """Return [(n, columns (g, c))], the waves among g modes of close frequencies.
 
     The list is empty if a rotation by a sector does not map the modes to one another.
@@ -73,6 +85,7 @@ def _turned(tips: Floats, blades: int, squared: Floats) -> list[tuple[int, Any]]
 
     tips : (N, points, g), motion of each blade's points by the modes
     squared : (g,), omega^2
+    lost : error of omega^2 that is no difference
     """
     size = tips.shape[-1]
     rows, ahead = tips.reshape(-1, size), np.roll(tips, -1, axis=0).reshape(-1, size)
@@ -89,23 +102,87 @@ def _turned(tips: Floats, blades: int, squared: Floats) -> list[tuple[int, Any]]
             own = np.linalg.svd(np.hstack([own.real, own.imag]))[0][:, : own.shape[1]]
         own = own @ np.linalg.eigh((own.conj().T * squared) @ own)[1]
         one = ((np.abs(own) ** 2).T * squared).sum(axis=1)
-        if np.abs(squared[:, None] * own - one * own).max() > SAME * squared.max():
+        miss = np.abs(squared[:, None] * own - one * own).max()
+        if miss > SAME * squared.max() + lost:
             return []
         out.append((n, own))
     return out
 
 
-def are_apart(blocks: Sequence[Any], matrices: Sequence[Floats]) -> bool:
-    """Return whether matrices (m, m) couple no block to another or to a conjugate."""
-    every = with_conjugates(blocks)
-    mixed = np.hstack(every)
-    number = np.repeat(np.arange(len(every)), [block.shape[1] for block in every])
-    across = np.not_equal.outer(number, number)
-    coupled = (np.abs(mixed.conj().T @ matrix @ mixed) for matrix in matrices)
-    return all(m[across].max(initial=0.0) <= SAME * m.max() for m in coupled)
+@dataclass(frozen=True)
+class Sectors:
+    """Waves of a rotor whose sectors are made equal.
+
+    The rotation by a sector, T = B diag(e^{2 pi i n / N}) B^H with B all blocks and
+    their conjugates, commutes with a matrix of equal sectors, and X_j T = X_{j+1}. The
+    means over all rotations have both properties.
+
+    Attributes
+    ----------
+    blocks : {n: orthonormal combinations of modes}, see `travelling`
+    blades : N
+    """
+
+    blocks: dict[int, Any]
+    blades: int
+
+    def matrix(self, matrix: Floats) -> Floats:
+        """Return the mean of a matrix (m, m) over all rotations."""
+        out = np.zeros_like(matrix)
+        for block in self.blocks.values():
+            twice = 1.0 + np.iscomplexobj(block)
+            re, im = twice * block.real, twice * block.imag
+            own = block.conj().T @ (matrix @ block.real + 1j * (matrix @ block.imag))
+            left = block @ own
+            out += left.real @ re.T + left.imag @ im.T
+        return out
+
+    def rows(self, rows: Floats) -> Floats:
+        """Return the mean of the rows (P, m) of all points, blade by blade."""
+        out, blade = np.zeros_like(rows), np.arange(self.blades)
+        for n, block in self.blocks.items():
+            waves = (rows @ block).reshape(self.blades, -1, block.shape[1])
+            turn = np.exp(2j * np.pi * (n * blade % self.blades) / self.blades)
+            mean = np.tensordot(turn.conj(), waves, axes=1) / self.blades
+            whole = (turn[:, None, None] * mean).reshape(len(rows), -1)
+            twice = 1.0 + np.iscomplexobj(block)
+            out += twice * (whole @ block.conj().T).real
+        return out
+
+    def even(
+        self, given: Sequence[Floats], mean: Callable[[Floats], Floats]
+    ) -> list[Floats] | None:
+        """Return means of arrays; None if one differs by more than `EQUAL`."""
+        out = [mean(one) for one in given]
+        apart = (
+            np.abs(a - b).max(initial=0.0) for a, b in zip(out, given, strict=True)
+        )
+        most = (EQUAL * np.abs(one).max(initial=0.0) for one in given)
+        return out if all(a <= b for a, b in zip(apart, most, strict=True)) else None
 
 
-def with_conjugates(blocks: Sequence[Any]) -> list[Any]:
+@lru_cache(maxsize=MOST_KEPT)
+def nearly_equal(model: Model) -> Sectors | None:
+    """Return the waves of a rotor of sectors that may be made equal, or None."""
+    found = travelling(model, EQUAL)
+    if not found:
+        return None
+    blocks = _orthonormal(list(found.values()))
+    return Sectors(dict(zip(found, blocks, strict=True)), model.blades)
+
+
+def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
+    """Return the nearest blocks that are orthonormal, with all conjugates."""
+    left, _, right = np.linalg.svd(np.hstack(with_conjugates(blocks)))
+    every, out, at = left @ right, [], 0
+    for block in blocks:
+        own = every[:, at : at + block.shape[1]]
+        out.append(own if np.iscomplexobj(block) else own.real)
+        at += block.shape[1] * (1 + np.iscomplexobj(block))
+    return out
+
+
+def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
     """Return blocks and the conjugates of those that are complex."""
     return [c for b in blocks for c in ([b, b.conj()] if np.iscomplexobj(b) else [b])]
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,9 @@ from numpy.typing import NDArray
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.point_sectors import are_apart, travelling, with_conjugates
+from hpcwhirl.dynamics.point_sectors import nearly_equal, travelling, with_conjugates
 from hpcwhirl.dynamics.slots import ring_pairs
-from hpcwhirl.dynamics.turning import turning_terms
+from hpcwhirl.dynamics.turning import Terms, turning_terms
 from hpcwhirl.dynamics.whole_waves import WholeWaves, whole_waves
 from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.model import Model
@@ -28,6 +29,7 @@ from hpcwhirl.scene import Scene
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
+Rows = tuple[Floats, Floats]
 
 
 def real_rows(rows: Complexes) -> Floats:
@@ -86,6 +88,15 @@ class BodyWaves:
             gives=turned(self.gives.T).T,
             form=sign[:, None] * self.form * sign,
         )
+
+    def apart(self, diameter: Integers) -> BodyWaves:
+        """Return the same waves, their energy without what unlike waves have together.
+
+        diameter : (w,), n; motions of unlike ones have no energy in common
+        """
+        twice = np.tile(diameter, 2)
+        same = np.equal.outer(twice, twice)
+        return replace(self, form=np.where(same, self.form, 0.0))
 
     def write(self, q: Floats, rate: Floats) -> Floats:
         """Return re and im of amplitudes, (2 w,), with these displacements and rates.
@@ -148,20 +159,28 @@ def _of_whole(waves: WholeWaves) -> BodyWaves:
     )
 
 
-def rotor_waves(model: Model, scene: Scene) -> BodyWaves | None:
-    """Return the rotor's waves; None where two of them nearly coincide."""
-    blocks = travelling(model)
-    if model.rotor.spin is None:
-        own = mode_waves(model.rotor, scene.solver.time_step)
+def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
+    """Return the rotor's waves, and radial and tangential motion by its modes, (P, m).
+
+    None where two waves nearly coincide.
+    """
+    rows, body = contact_rows(model.rotor, model.blades), model.rotor
+    if body.spin is None:
+        own, size = mode_waves(body, scene.solver.time_step), len(body.omega)
+        blocks = travelling(model).values() or [np.eye(size)]
         mixed = np.hstack(with_conjugates(blocks))
-        return _of_modes(own, mixed, np.zeros(len(mixed))) if own.is_basis else None
-    terms = turning_terms(model, scene, model.rotor.shapes)
-    blocks = blocks if are_apart(blocks, terms) else []
-    waves, mu = whole_waves(model, scene, blocks), friction_with_sign(scene)
-    radial, along = contact_rows(model.rotor, model.blades)
-    if not (waves.is_basis and waves.books(-radial - mu * along)):
+        return (_of_modes(own, mixed, np.zeros(size)), rows) if own.is_basis else None
+    terms = turning_terms(model, scene, body.shapes)
+    sectors, blocks = nearly_equal(model), list[Any]()
+    if sectors is not None:
+        even = sectors.even(terms, sectors.matrix), sectors.even(rows, sectors.rows)
+        if even[0] is not None and even[1] is not None:
+            terms, rows = Terms._make(even[0]), (even[1][0], even[1][1])
+            blocks = list(sectors.blocks.values())
+    waves, mu = whole_waves(model, scene, terms, blocks), friction_with_sign(scene)
+    if not (waves.is_basis and waves.books(-rows[0] - mu * rows[1])):
         return None
-    return _of_whole(waves)
+    return _of_whole(waves), rows
 
 
 def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
@@ -188,11 +207,13 @@ class PointWaves:
     """Both bodies' waves, and their places among the kernel's amplitudes.
 
     rotor, casing : the waves of each body
+    rows : radial and tangential motion of the points by the rotor's modes, (P, m)
     index : (w,), places of the amplitudes of both among `size` complex numbers
     """
 
     rotor: BodyWaves
     casing: BodyWaves
+    rows: Rows
     index: Integers
     size: int
 
@@ -218,8 +239,9 @@ class PointWaves:
 
 def point_waves(model: Model, scene: Scene) -> PointWaves | None:
     """Return the waves of both bodies; None where they are no basis of the motion."""
-    rotor, casing = rotor_waves(model, scene), casing_waves(model, scene)
-    if rotor is None or casing is None:
+    found, casing = rotor_waves(model, scene), casing_waves(model, scene)
+    if found is None or casing is None:
         return None
+    rotor, rows = found
     size = len(rotor.ahead) + len(casing.ahead)
-    return PointWaves(rotor, casing, np.arange(size), size)
+    return PointWaves(rotor, casing, rows, np.arange(size), size)

@@ -83,8 +83,12 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
 
     basis : (n, m), whose coordinates are used; None: those of the model
     """
-    step = scene.solver.time_step
-    mass, gyro, damping, stiffness, push = turning_terms(model, scene, basis)
+    return step_of(turning_terms(model, scene, basis), scene.solver.time_step)
+
+
+def step_of(terms: Terms, step: float) -> Turning:
+    """Return the matrices of a step dt, s, of a rotor."""
+    mass, gyro, damping, stiffness, push = terms
     before = (damping + gyro) / (2 * step)
     inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
     return Turning(

@@ -17,7 +17,7 @@ with F the modal forces of the multipliers, which act at the step's start.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -44,7 +44,7 @@ from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
 from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
 from hpcwhirl.dynamics.tips import delassus
-from hpcwhirl.dynamics.turning import turning, turning_terms
+from hpcwhirl.dynamics.turning import Terms, step_of, turning_terms
 from hpcwhirl.dynamics.turning_waves import WORST, roots_of
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
@@ -181,18 +181,25 @@ class WholeWaves:
         return rows, beta.T @ self.form @ beta + numbers
 
 
-def whole_waves(model: Model, scene: Scene, blocks: Sequence[Any] = ()) -> WholeWaves:
+def whole_waves(
+    model: Model,
+    scene: Scene,
+    terms: Terms | None = None,
+    blocks: Iterable[Any] = (),
+) -> WholeWaves:
     """Return the waves of central differences of a rotor with terms of rotation.
 
-    blocks : (m, n) each, orthonormal combinations of the modes that the equations do
-        not couple to others, real or with their conjugates; none: all are coupled
+    terms : of the modes at rest; None: those of the model
+    blocks : orthonormal combinations (m, c) of the modes that the terms do not couple
+        to others, real or with their conjugates; none: all are coupled
     """
     step, shapes = scene.solver.time_step, model.rotor.shapes
-    own, terms = turning(model, scene, shapes), turning_terms(model, scene, shapes)
+    terms = terms or turning_terms(model, scene, shapes)
+    own = step_of(terms, step)
     whole = terms.stiffness + terms.push
     matrices = terms.mass - step**2 / 4 * whole, terms.damping + terms.gyro, whole
     parts = []
-    for block in blocks or [np.eye(len(whole))]:
+    for block in list(blocks) or [np.eye(len(whole))]:
         back, real = block.conj().T, np.isrealobj(block)
         roots, found = roots_of(*(back @ matrix @ block for matrix in matrices))
         chosen = (roots.imag >= 0.0) | (not real)

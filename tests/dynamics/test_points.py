@@ -15,6 +15,7 @@ from stage import ANGLES, GAPS, STATIONS, N, by_modes, rotor, turning, written
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import pulse_of
+from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.point_types import PointRows, SectorRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
@@ -368,6 +369,34 @@ def test_drawn_stages_move_as_in_the_static_frame(drawn, seed, equal):
     same(history, other, 3e-11, names)
     moved = np.abs(other.tips).max()  # a lobed motion leaves the centre at rest
     assert np.abs(history.centre - other.centre).max() < 3e-11 * moved
+
+
+@pytest.mark.parametrize(("apart", "rows"), [(1e-9, SectorRows), (1e-6, PointRows)])
+def test_sectors_that_differ_by_round_off_move_as_equal_ones(tmp_path, apart, rows):
+    """What light points leave of the equality of modes changes nothing."""
+    arrays, random = turning(rotor()), np.random.default_rng(5)
+    own = np.sqrt(1 + apart * random.uniform(-1.0, 1.0, len(arrays["mass"])))
+    arrays |= {"mass": own[:, None] * arrays["mass"] * own, "damping": None}
+    file = written(tmp_path / "nearly.h5", arrays)
+    given = {"rotation": "full", "suspension_damping": -1.0}
+    one, history, other = both_marched(file, **given)
+    assert isinstance(one.scheme.arrays.rotor.rows, rows)
+    assert history.contacts == other.contacts > 0
+    assert abs(history.ledger["residual"]) < 1e-12 * history.ledger["pulse"]
+    assert history.gap_error < 1e-12
+    same(history, other, 30 * apart + 1e-10, (*TRACES[:5], "fed"))
+
+
+@pytest.mark.parametrize("rotation", ["none", "full"])
+def test_unlike_nodal_diameters_have_no_energy_in_common(tmp_path, rotation):
+    """So a sample costs the entries of each diameter only."""
+    file = written(tmp_path / "stage.h5", turning(rotor()))
+    march = March(resolve(scene(file, rotation=rotation, suspension_damping=-1.0)))
+    arrays = march.scheme.arrays.rotor
+    half = len(arrays.ahead) // 2
+    slot = arrays.pairs % half % widths(N)[0]
+    assert len(slot) > len(march.model.rotor.omega)
+    assert (slot[:, 0] == slot[:, 1]).all()
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9])
