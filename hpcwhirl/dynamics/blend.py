@@ -86,7 +86,7 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with the bookkeeping of a, uncertified."""
+    """Return the state of_a a + of_b b, with the bookkeeping of a, not certified."""
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
         if name in parts:
@@ -119,12 +119,12 @@ def _residual(march: March) -> float:
 def _check(march: March, a: Any, b: Any) -> None:
     shapes = [[array.shape for array in state] for state in (march.state, a, b)]
     if not shapes[0] == shapes[1] == shapes[2]:
-        msg = "states must be those of one scene and of as many sectors"
+        msg = "states must be of one scene and of the same number of sectors"
         raise ValueError(msg)
     one, other = (int(state.counter[contact.STEP]) for state in (a, b))
     if one != other:
         msg = f"states must be at the same step, got {one} and {other}"
         raise ValueError(msg)
     if any(state.counter[contact.STOP] != contact.RUNNING for state in (a, b)):
-        msg = "states must be those of runs that go on"
+        msg = "states must be those of runs that have not ended"
         raise ValueError(msg)

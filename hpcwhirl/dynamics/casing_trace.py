@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return harmonics (n, H + 1, 2), m, from modal amplitudes (n, m or more)."""
+    """Return the casing's harmonics (n, H + 1, 2), m, from rows of its amplitudes."""
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
@@ -59,9 +59,9 @@ def _read(rows: Floats, values: Floats) -> Floats:
 
 
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
-    """Return harmonics (count, H + 1, 2), m, of a rigid casing's shape.
+    """Return harmonics (count, H + 1, 2), m, of a rigid casing, every `stride` steps.
 
-    H is that of a ring with this discretization, but at least the shape's highest.
+    H is that of a ring with this discretization, but at least the highest of the shape.
     """
     out = np.zeros((count, _highest(scene) + 1, 2))
     times = stride * np.arange(1, count + 1) * scene.solver.time_step

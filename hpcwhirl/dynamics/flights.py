@@ -36,7 +36,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the free motion of modes by `passes` items, (ITEMS, size); step : s."""
+    """Return the `Flyer` of modes with `passes` items (ITEMS, size); step : dt, s."""
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
     return Flyer(
@@ -47,7 +47,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the free motion of waves, items (ITEMS, size) of `waves`; step : dt, s."""
+    """Return the `Flyer` of waves with items (ITEMS, size) of `waves`; step : dt, s."""
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
     return Flyer(
@@ -77,7 +77,7 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
 def flight_arrays(
     scene: Scene, beat: int, rotor: Flyer, ring: Floats
 ) -> Flight | tuple[()]:
-    """Return the argument `flight` of `kernels.flight.fly`; empty for other schemes.
+    """Return the argument `flight` of `kernels.flight.fly`; empty where none is made.
 
     Parameters
     ----------

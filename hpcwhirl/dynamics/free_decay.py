@@ -201,7 +201,7 @@ class FreeDecay:
             tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
-        """Return the ring's amplitudes as the kernel copies them, (samples, 2 size)."""
+        """Return the ring's amplitudes in the kernel, re then im, (samples, 2 size)."""
         q = motion.ring.places(motion.parts(z)[1])
         q = q * np.exp(1j * np.outer(steps, self.ring.spin))
         copies = np.zeros((len(z), 2, self.ring.size))
@@ -229,7 +229,7 @@ class FreeDecay:
 def next_look(
     sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
 ) -> int:
-    """Return the steps until the bound falls below the gap, if no contact occurs.
+    """Return the number of steps until the bound is below the gap, without contact.
 
     Parameters
     ----------

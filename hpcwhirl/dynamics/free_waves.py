@@ -143,7 +143,7 @@ class FreeWhole:
 
     Attributes
     ----------
-    own, log, radius, decays, seen : as of `FreeWaves`; own among amplitudes
+    own, log, radius, decays, seen : as of `FreeWaves`; own : indices of amplitudes
     form : (2 w, 2 w), J: energy q^T form q of all re, then all im of the amplitudes; of
         an `UncoupledRotor` (3, w), factors of re^2, 2 re im, im^2
     """
@@ -186,7 +186,7 @@ class FreeWhole:
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return rows (r, half), re + i im, of those that a rotor reads or pushes by."""
+    """Return flat `rows` of a rotor, such as its `read`, as complex rows (r, waves)."""
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
     return complex_rows(rows, len(rotor.drift))

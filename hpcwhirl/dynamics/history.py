@@ -140,9 +140,9 @@ class History:
 
 
 def since(history: History, start: float) -> History:
-    """Return a history without what was before `start`, s, which becomes its time 0.
+    """Return the part of a history after `start`, s, which becomes time 0.
 
-    Samples are left out; the ledger is that of the whole run.
+    Samples of the traces and the ledger stay those of the whole run.
     """
     return between(history, start, history.end)
 
@@ -150,8 +150,8 @@ def since(history: History, start: float) -> History:
 def between(history: History, start: float, end: float) -> History:
     """Return the part of a history from `start` to `end`, s; `start` becomes time 0.
 
-    Samples are left out; the ledger is that of the whole run. The last contact is known
-    to a row of evidence, since only contact feeds.
+    Samples of the traces and the ledger stay those of the whole run. If contact occurs
+    after `end`, the last one before is known to a row of evidence only, by its work.
     """
     judged = history.judged
     rows = (judged.time > start) & (judged.time <= end)

@@ -1,4 +1,4 @@
-"""What the kernels need of a contact law, made once per case."""
+"""Rods of the layer in kernels, made once per case from the contact law."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _flex(scene: Scene) -> float:
 
 
 def _abradable(scene: Scene) -> Layer:
-    """Return plastic rods: A E / l, limit A sigma_y, hardening A H / l."""
+    """Return plastic rods: stiffness A E / l, limit A sigma_y, hardening A H / l."""
     casing, area = scene.engine.casing, rod_area(scene)
     growth = area * casing.layer_hardening / casing.layer_thickness
     limit, under = area * casing.layer_yield, casing.layer_rods

@@ -167,7 +167,7 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Start again with all sectors if one has been in contact for too long.
+        """Start again with all sectors if contact was too long or too frequent in one.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
         grow from it: one sector represents all sectors only while this is negligible.

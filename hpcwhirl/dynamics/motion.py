@@ -200,8 +200,8 @@ def lowering(body: ModalModel, lift: Floats) -> Floats:
     rank = int(np.linalg.matrix_rank(lift))
     if rank < lift.shape[1]:
         msg = (
-            "a motion cannot be continued with the modes of this file: there are "
-            f"{lift.shape[1]} of a body, and its displacements tell {rank}"
+            "a motion cannot be continued with the modes of this file: a body has "
+            f"{lift.shape[1]}, and its displacements determine only {rank} of them"
         )
         raise InputError(msg)
     return np.asarray(np.linalg.pinv(lift))
@@ -252,7 +252,7 @@ def turned(model: Model, motion: Motion) -> Motion:
 
 
 def _back(x: Floats, angle: float, width: int) -> Floats:
-    """Return harmonics of w, u and so on, (r width,), seen from an angle, rad."""
+    """Return harmonics (r width,) of r displacements in axes turned by an angle."""
     out = x.reshape(-1, width).copy()
     h = np.arange(1, out.shape[1] // 2 + 1)
     waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
@@ -261,7 +261,7 @@ def _back(x: Floats, angle: float, width: int) -> Floats:
 
 
 def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements (4 elements,) relative to an angle, by Fourier.
+    """Return nodal displacements (4 elements,) in axes turned by an angle, by Fourier.
 
     Matrices of a ring of equal elements are circulant, so that no energy is lost,
     except for that of the shortest wave if the number of elements is even.

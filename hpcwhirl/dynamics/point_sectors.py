@@ -269,7 +269,7 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether forces change a wave by a factor times its conjugate row."""
+        """Return whether forces change waves by `gives` times conjugate rows, (w,)."""
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))

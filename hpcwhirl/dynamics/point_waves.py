@@ -72,7 +72,7 @@ class BodyWaves:
     def conjugated(self, which: NDArray[np.bool_]) -> BodyWaves:
         """Return the same waves, some of them with the conjugate amplitude.
 
-        which : (w,), whether a wave has it
+        which : (w,), whether to conjugate the amplitude of a wave
         """
         sign = np.concatenate([np.ones(len(which)), np.where(which, -1.0, 1.0)])
 

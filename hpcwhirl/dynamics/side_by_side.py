@@ -32,9 +32,9 @@ class SideBySide:
     ----------
     ended : march to be continued; all its sectors must be integrated
     interval : s, between two distances, rounded to rows of evidence, at which jumps end
-    seconds : s, time for which there are arrays
-    delta : distance over the motion's size
-    between : called between slices
+    seconds : s, time for which arrays are made
+    delta : initial distance over the motion's size
+    between : function that is called between slices
     """
 
     def __init__(
@@ -110,7 +110,7 @@ def _longer(ended: March, seconds: float) -> Case:
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march at the state of another one that seeks no certificate.
+    """Return a march at the state of an ended one, without search for a certificate.
 
     A longer march may have fewer rows of evidence per second; earlier rows are left
     out.

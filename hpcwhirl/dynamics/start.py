@@ -79,7 +79,7 @@ def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
 
 
 def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
-    """Return amplitudes and rates of chosen modes of the energy 1 J at rest.
+    """Return amplitudes and rates of chosen modes, with an energy of 1 J at rest.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def names_of(model: Model) -> list[Name]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def casing_names(model: Model) -> list[Name]:
-    """Return body, family and nodal diameter of the casing's modes, as in its table."""
+    """Return body, family and nodal diameter of each mode of the casing."""
     own = model.casing
     if own is None:
         return []
@@ -132,9 +132,9 @@ def casing_names(model: Model) -> list[Name]:
 
 
 def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
-    """Yield (mode, text) of the modes that a text chooses.
+    """Yield (index, label) of each mode that the text `modes` chooses.
 
-    The text is a mode's name and its number among those of this name: a pair has two.
+    A label is a mode's name and its number among modes of this name: a pair has two.
     """
     parts = _parts(modes)
     met = Counter[Name]()
@@ -145,7 +145,7 @@ def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
 
 
 def _parts(modes: str) -> list[set[str]]:
-    """Return the words of each part of a text, which a mode's name must have."""
+    """Return the set of words of each part, between commas, of a text."""
     return [{*part.split()} for part in modes.split(",")]
 
 

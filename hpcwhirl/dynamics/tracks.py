@@ -1,4 +1,4 @@
-"""What a march keeps of a motion while it computes it."""
+"""Arrays for the samples and the rows of evidence that a march writes."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
     With an unbalance they include modes that represent x_s, see `dynamics.unbalance`;
-    at a speed that changes `dynamics.varying` adds its own.
+    at a changing speed, `dynamics.varying` adds further modes.
     """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])

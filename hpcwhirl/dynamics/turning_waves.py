@@ -77,7 +77,7 @@ class Diameter:
 
     @property
     def scale(self) -> float:
-        """Scale of d or x' against x."""
+        """Number by which `condition` divides d or x': the largest entry of `rises`."""
         return float(np.abs(self.rises).max())
 
     @property
@@ -126,11 +126,11 @@ class Diameter:
         raise NotImplementedError
 
     def passed(self, mu: float) -> Complexes:
-        """Return dt (v- + v+) that a unit Lambda adds, (m,)."""
+        """Return what a unit Lambda adds to dt (v- + v+), (m,)."""
         raise NotImplementedError
 
     def lost(self) -> Complexes:
-        """Return the form (w, w), J, of a step's loss by D and S, of a after it."""
+        """Return the form (w, w), J, in a after a step, of its loss by D and S."""
         raise NotImplementedError
 
     def work(self, mu: float) -> tuple[Complexes, float]:
@@ -195,7 +195,7 @@ class Flow(Diameter):
         return self.rises
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the amplitudes of the impulse of a unit Lambda at a step's start."""
+        """Return the change of a, (w,), by the impulse of a unit Lambda."""
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 

@@ -63,13 +63,13 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a), a = 2 Omega dt, the angle of xi in a step."""
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt: xi turns by a in a step."""
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return the first amplitudes and increments of the `count` modes for x_s."""
+    """Return the amplitudes and increments at step 0 of the `count` modes for x_s."""
     pull, sine = swings(scene)
     q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
     return q[:count], d[:count]

@@ -1,4 +1,4 @@
-"""A rotor, whose modes rotation couples, at a speed that changes: blocks over Omega.
+"""A rotor at a changing speed: blocks of modes that rotation couples, for any Omega.
 
 M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, by blocks of
 modes at rest. In an interval (`case.speed`) Omega is its mean. As the equation is

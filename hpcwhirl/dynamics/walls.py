@@ -1,4 +1,4 @@
-"""Where a casing stands at rest, as the kernels take it."""
+"""The `Wall` of the kernels: gap and shape of a casing at rest."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from hpcwhirl.scene import Scene
 
 
 def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
-    """Return the gap and the shape of a casing that is not round, or distorted.
+    """Return the gap, and the harmonics by which a casing departs from round.
 
-    Of a rigid casing, its lobes -A0 e^{sigma t} cos k theta come first.
+    The lobes of a rigid casing, -A0 e^{sigma t} cos k theta, come first.
 
     model, scene : of all sectors, or of one, where the harmonics are multiples of g
     released : whether the casing has been let go, so that its profile is a displacement
@@ -44,9 +44,9 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
 
 
 def ready_at(scene: Scene) -> int:
-    """Return the step from which on the shape has faded in, and known for two steps.
+    """Return the step at which the shape has faded in for two steps or more.
 
-    Never, where a rigid casing's lobes grow or rise.
+    The largest int64 where a rigid casing has lobes.
     """
     if not can_fly(scene):
         return int(np.iinfo(np.int64).max)

@@ -46,7 +46,7 @@ def _may_write(place: Path) -> bool:
 
 
 def _own() -> str:
-    """Return a directory of this process's own, removed when it ends.
+    """Return a new directory of this process, removed when the process ends.
 
     Numba executes what it loads from its cache, so the directory must be nobody else's.
     """

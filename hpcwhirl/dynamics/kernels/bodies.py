@@ -76,7 +76,7 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set what the contact points of the blades read of the ring."""
+    """Set `index`, `shape`: the weights by which the contact points read the ring."""
     kind, size, length = ring
     if kind == ELEMENTS:
         place_on_elements(turned, size, length, points.turn, index, shape)
@@ -103,7 +103,7 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
 
 @njit(cache=True)
 def farthest(tips):
-    """Return the largest displacement of a tip, of both components, m.
+    """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
     tips : (N + 1, 2), m, the centre last
     """
@@ -124,7 +124,7 @@ def pulse_work(push, modal, ahead, increments):
 
 @njit(cache=True)
 def motion_of(q, d, loss):
-    """Return a body's arrays of the state together with its work space."""
+    """Return the `Motion` of a body: its arrays of the state and new work space."""
     return Motion(
         q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
         np.zeros_like(q),
@@ -162,8 +162,8 @@ def march_bodies(
     ----------
     steps : number of steps to take
     strides : steps between samples of the traces, and between rows of the evidence
-    limit : tip displacement that ends the run, of both components, see
-        `contact.watch`, m
+    limit : m, magnitude of a tip's displacement that ends the run, see
+        `contact.watch`
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`

@@ -14,13 +14,13 @@ Integers = NDArray[np.int64]
 
 
 class Points(NamedTuple):
-    """Where contact points stand, blade by blade; N of them.
+    """Positions and clearances of N contact points, blade by blade.
 
     Attributes
     ----------
     angle, turn : (N,), angle beyond that of blade 0, in rad and in turns
     gap : (N,), m, clearance beyond that of the scene
-    weight : (N, L), by which they read the casing's axial functions
+    weight : (N, L), values of the casing's axial functions at the points
     """
 
     angle: Floats
@@ -35,9 +35,9 @@ class Layer(NamedTuple):
     Attributes
     ----------
     flex : m/N, of the elastic rod
-    soft, rub : wear of a step by force beyond the limit, m/N; that per rad/s of the
-        speed, m s/(N rad)
-    limit, growth : N, of a rod as made; N/m, by which wear raises it
+    soft, rub : wear in a step per force beyond the limit, m/N; the same per rad/s of
+        the speed, m s/(N rad)
+    limit, growth : N, force at which an unworn rod wears; N/m, by which wear raises it
     under : number of rods under the edge of a tip
     """
 
@@ -73,8 +73,8 @@ class Contact(NamedTuple):
 
     w_rotor, compliance : (N, N), the rotor's W; (R, R), compliance of the ring, m/N
     ring, lost : kind of the ring; the blade that is lost, -1 for none
-    points : where the contact points stand
-    layer : on the casing; not read where the state has no rods
+    points : positions of the contact points
+    layer : rods on the casing; not read where the state has none
     """
 
     w_rotor: Floats
@@ -118,16 +118,16 @@ class ConstantSpace(NamedTuple):
     ----------
     push : (padded,), multipliers of the active blades, N
     known : (N + 3 + CHANGES,), in the state: the blades of the last solution; their
-        number, whether their inverse is sound, how many changes were made to it since
+        number, whether their inverse is sound, the number of changes made to it since
         blades were inverted, and these changes, see `keep_inverse`
-    inverse : (padded, padded) flat, of the W of those
+    inverse : (padded, padded) flat, inverse of the part of W of these blades
     rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
     where : (N + 1,), the active blades
-    fallback, near, lam, opened : of `contact.complementarity`, and its arguments
-    work : (4 padded,), of `keep_inverse`
+    fallback, near, lam, opened : work space and arguments of `contact.complementarity`
+    work : (4 padded,), work space of `keep_inverse`
     again : (2 wide,), folded gaps that the multipliers leave, m
-    symbol, wave : of a circulant W: its spectrum (2 k,), m/N, twice over N, but once of
-        simple slots; of `passes.to_gaps`. Both empty where W is not, or is not split
+    symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (simple slots:
+        1 / N); argument of `passes.to_gaps`. Empty for other W or an unsplit transform
     spectrum, spread : (4 k,), of many multipliers, then of what they open, and work
         space of `transform.to_slots`, or empty
     """
@@ -227,8 +227,8 @@ class CoupledBody(NamedTuple):
 class DrivenBody(NamedTuple):
     """A `CoupledBody` whose speed changes, see `dynamics.varying`.
 
-    The `own` first modes have the motion y that contact causes, the further ones, in
-    blocks that are the same, that without contact.
+    The first `own` modes have the motion y that contact causes; the further ones, in
+    equal blocks, have the motion without contact.
 
     Attributes
     ----------

@@ -131,7 +131,7 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set push to the multipliers that close the gaps of the kept blades.
+    """Set push to the multipliers that close the gaps of the blades in `known`.
 
     Return the lowest multiplier, N; 0 if none is negative.
     """
@@ -163,13 +163,13 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether so many multipliers are turned into a spectrum, space.spectrum."""
+    """Return whether the gaps that `size` multipliers open are found by spectra."""
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do `openings` by the spectrum of a circulant W; return the lowest of four."""
+    """Set space.again as `openings` does, by spectra; return the lowest of four."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -188,7 +188,7 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again to the gaps that the multipliers leave; return the lowest."""
+    """Set space.again to the gaps that multipliers leave; return the lowest, or 0."""
     if by_slots(size, space):
         return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
     push, known, rows, again = space.push, space.known, space.rows, space.again
@@ -212,7 +212,7 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Set the row to the corrected gaps, and `where`; return the number of blades."""
+    """Set row to the corrected gaps, `where` to the active blades; return `size`."""
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(again, v))
@@ -224,7 +224,7 @@ def settle(gaps, row, size, blades, wide, space):
 
 @inlined
 def guess(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of a folded row for the set of the last solution.
+    """Solve the contact problem of a folded row on the blades of the last solution.
 
     Sets the corrected gaps, and the multipliers in `push`; returns the number of
     active blades. Returns -1, and leaves the row as it is, if that set does not give
@@ -245,8 +245,8 @@ def guess(gaps, row, lowest, blades, wide, space):
 def seek(gaps, row, lowest, blades, wide, space):
     """Solve as `guess`, from sets that are likely once the last one was wrong.
 
-    Of few blades, or of a small wheel, those that penetrate. Else the set is corrected
-    as long as it is wrong: blades that would pull leave, those left penetrating enter.
+    For few blades, or a small wheel, it is the set of penetrating blades. Otherwise the
+    last set is corrected: blades that would pull leave, blades left penetrating enter.
     """
     known, active, where = space.known, space.fallback.active, space.where
     push, again = space.push, space.again

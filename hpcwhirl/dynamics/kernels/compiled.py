@@ -74,7 +74,7 @@ class PartLibrary(KernelLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Return itself, since there is no environment to set."""
+        """Return this library, of which numba then calls `set_env`."""
         return self
 
     def set_env(self, *_: Any) -> None:
@@ -127,7 +127,7 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         raise TypeError(msg)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the template of a call, one for all values of a literal."""
+        """Return numba's template of a call, the same for all values of a literal."""
         return super().get_call_template([unliteral(arg) for arg in args], kws)
 
 
@@ -142,7 +142,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the template of a call by compiled code."""
+        """Return numba's template of a call by compiled code."""
         return self.twin.get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
@@ -160,11 +160,11 @@ class Verb(Part):
         return self.kinds[type(first)](first, *rest)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return the template of a call of the part for that type."""
+        """Return numba's template of a call, by the type of the first argument."""
         return self._of(args).get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the compiled part for that type."""
+        """Return the compiled part for the type of the first argument."""
         return self._of(sig).get_overload(sig)
 
     def _of(self, args: Any) -> Any:
@@ -177,7 +177,7 @@ COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
     """Compile a function that makes no arrays, for Python and for compiled functions.
 
-    twin : decorator for compiled callers; None: `part`
+    twin : decorator that makes the part for compiled callers; None: `part`
     """
     if PLAIN:
         return numba_njit(cache=True, error_model="numpy")(function)
@@ -220,7 +220,7 @@ def verb(function: Any) -> Any:
 
 
 def does(named: Any, kind: type) -> Callable[[Any], Any]:
-    """Register the decorated part as a verb's implementation for a NamedTuple."""
+    """Register the decorated part as a verb's implementation for a type `kind`."""
 
     def register(made: Any) -> Any:
         named.kinds[kind] = made

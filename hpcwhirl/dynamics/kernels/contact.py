@@ -59,7 +59,7 @@ def place_on_elements(turned, size, length, turns, index, shape):
     ----------
     turned : rad, angle of blade 0
     size, length : elements; length of one, m
-    turns : (N,), places of the points, of a turn, beyond blade 0's
+    turns : (N,), angles of the points beyond that of blade 0, in turns
     index, shape : (N, 4): places in the list of radial nodal DoF, Hermite shapes
     """
     for j in range(len(index)):
@@ -84,7 +84,7 @@ def place_on_waves(turned, size, angles, weight, index, shape):
     Parameters
     ----------
     turned, size : rad, angle of blade 0; highest harmonic
-    angles, weight : (N,), rad, of the points beyond that; (N, L), of axial functions
+    angles, weight : (N,), rad, of the points beyond `turned`; (N, L), axial functions
     index, shape : (N, L (2 size + 1))
     """
     wide = 2 * size + 1
@@ -160,8 +160,8 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     Return the number of active blades, which are the first ones of `where` in `space`,
     or -1 if no solution was found. The method is block principal pivoting from the
     penetrating set; after 3 N exchanges, one index at a time, the last one (Murty),
-    which ends for any P-matrix. If bodies have fewer modes than blades that touch, it
-    is that of `lemke`.
+    which ends for any P-matrix. Where the bodies have fewer modes than touching blades,
+    the method is that of `lemke`.
 
     Parameters
     ----------
@@ -239,8 +239,8 @@ def watch(far, limit, counter):
     A run ends at the first such step, unless a displacement doubles within `LOOK_EVERY`
     steps, or the step is jumped over.
 
-    far : largest displacement of a tip, of both components, or a bound of all of them
-        below `NEAR` of the limit, m
+    far : m, largest magnitude of a tip's displacement; or a bound of it, if that is
+        below `NEAR` times the limit
     """
     if far > limit:
         counter[STOP] = AMPLITUDE
@@ -281,7 +281,7 @@ def write_sample(
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), the scheme's own coordinates of the casing
     energies : (2,), J, of rotor and casing
-    keep, judge : whether a sample of the traces is due, a row of evidence
+    keep, judge : whether a sample of the traces is due; whether a row of evidence is
     """
     energy = energies[0] + energies[1]
     whole = energy + lost

@@ -79,7 +79,7 @@ for _verb, _function in OF_MODES:
 
 @does(verbs.meet, CoupledBody)
 def meet(body, motion, mu, ledger):
-    """Add the contact forces to the body's own modes by blocks, and their work.
+    """Correct the first `own` modes by the contact forces, by blocks; enter their work.
 
     They move neither the modes that represent a circle or an ellipse, nor those of a
     motion without contact. `following` is work space.
@@ -97,7 +97,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, CoupledBody)
 def accept(body, motion, step):
-    """End the step by blocks: (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2."""
+    """Complete the step; its loss: (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2."""
     q, d, lost, ahead, _, _, _ = motion
     for m in range(len(q)):
         d[m] += ahead[m]

@@ -167,7 +167,7 @@ def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) ->
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return the sizes of the arrays of a rotor and its slots, see `check_sizes`."""
+    """Return (name, array, required number of values) of a rotor's arrays."""
     blades, rotor = len(state.impulse), arrays.rotor
     k, _ = widths(blades)
     size = rotor.hub.shape[1] // (2 * k) * 2 * k
@@ -206,7 +206,7 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
 
 @inlined
 def sizes_of(rotor, state):
-    """Return the sizes of a rotor's and a state's arrays."""
+    """Return the `Sizes` that the arrays of a rotor and a state imply."""
     k, blades = len(state.lam) // 4, len(state.impulse)
     rows, ring_rows = rotor.hub.shape[1] // (2 * k), len(state.ring) // k
     return Sizes(blades, rows, ring_rows // RING_STATE, k, len(state.gaps) // 6)
@@ -214,13 +214,13 @@ def sizes_of(rotor, state):
 
 @inlined
 def angle_of(wall, speed, time):
-    """Return k theta, the lobes' angle in the rotating frame."""
+    """Return k theta, the lobes' angle in the rotating frame, rad."""
     return wall.lobes * (angle_at(wall, speed, time) % (2.0 * math.pi))
 
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set the spectrum of the gaps, at `time`, from those of the passes."""
+    """Set the spectrum of the gaps at `time`, a sum over both bodies and the shape."""
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if is_shaped(wall):
@@ -229,7 +229,7 @@ def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
 
 @rare
 def farthest(rotor, limit, q, out_b, wave, sizes, work):
-    """Return the largest displacement of a tip, of both components, m.
+    """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
     If a bound of all tips is below `NEAR` of the limit, the bound is returned.
 
@@ -268,14 +268,14 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Copy the gaps of the active blades from a row, for the loss of the impact."""
+    """Set `before` to a row's gaps of the active blades, for the impact loss."""
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 
 
 @inlined
 def prepare(step, speed, wall, state, sample):
-    """Copy the sums, and set the spectrum of a casing's shape."""
+    """Copy the state's sums to `sample`; set its spectrum of the casing's shape."""
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):
@@ -319,7 +319,7 @@ sample_flow = rare(sampling(flow))
 @inlined
 def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wave,
          flight, state, outs, space, tracks, sizes):  # fmt: skip
-    """Jump if due and if no blade can touch for a while; return whether it jumped.
+    """Jump if a jump is due and no blade can touch for a while; return whether it did.
 
     between : whether to write the samples of the traces within the jump
     """
@@ -342,7 +342,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the loop by `differences` or by `flow`, to be compiled."""
+    """Return the time loop by passes of `differences` or `flow`, to be compiled."""
     exact = passes is flow
 
     def march(

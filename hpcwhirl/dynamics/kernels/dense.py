@@ -34,7 +34,7 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """Add the load by the inverse of A."""
+    """Add the increments of the load push * modal (n,), by the inverse of A."""
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
     for i in range(len(q)):
@@ -75,7 +75,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add the motion of the coordinates along the rotation."""
+    """Add the coordinates' d' + d along the rotation, m, at each contact."""
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -86,7 +86,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """Add the contact forces by the inverse of A, and their work."""
+    """Correct `ahead` by the contact forces and the inverse of A; enter their work."""
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):
@@ -102,7 +102,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """End the step; losses by D and S. `following` is overwritten as work space."""
+    """Complete the step; add its loss by D and S. `following` is overwritten."""
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]
@@ -124,7 +124,7 @@ def accept(body, motion, step):
 
 @does(verbs.energy, DenseBody)
 def energy(body, values, increments, step):
-    """Return the energy by M and K."""
+    """Return the energy, J, from the matrices M and K."""
     work = np.zeros_like(values)
     apply_dense(body.mass, increments, 0.5 / step**2, work)
     total = 0.0

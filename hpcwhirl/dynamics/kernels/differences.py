@@ -228,7 +228,7 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Apply `end_step` to cyclic modes and the ring."""
+    """Implement `end_step` for cyclic modes and the ring."""
     k = len(sums_c) // 4
     settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
@@ -270,7 +270,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
-    """Apply `energies_of` to a rotor's modes."""
+    """Implement `energies_of` for a rotor's modes."""
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now, step)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m, step), ring
 

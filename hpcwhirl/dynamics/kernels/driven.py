@@ -65,7 +65,7 @@ def yielded(body, motion, _, ledger):
 
 @does(verbs.note_beside, DrivenBody)
 def note_beside(body, motion, step, row):
-    """Note the centre of r, and the energy of y + r."""
+    """Write the centre of r, m, and the energy of y + r, J, to a row of evidence."""
     q, d, _, values, before, _, _ = motion
     values[:], before[:] = q, d
     row[BESIDE_X], row[BESIDE_Y] = 0.0, 0.0

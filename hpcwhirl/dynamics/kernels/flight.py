@@ -69,13 +69,16 @@ LESS = 1.0 - 1e-9  # factor that covers the rounding of the bounds
 
 @verb
 def bound_rotor(rotor, s, bound, rows, k, counter, rate):
-    """Return (A, reach) of a rotor; set rate (2 k,), the spectrum of its velocity."""
+    """Return the rotor's part of A and a bound of its tips' displacements, m.
+
+    rate : (2 k,), out: spectrum of its velocity
+    """
 
 
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Apply `bound_rotor` to cyclic modes."""
+    """Implement `bound_rotor` for cyclic modes."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -107,7 +110,7 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 
 @kernel
 def bound_ring(s, c, bound, rows, k, counter, rate):
-    """Return (A, reach) of the ring; add to rate (2 k,)."""
+    """Return the ring's part of A and a bound of its displacements, m; add to rate."""
     size = rows * k
     now, _ = places(counter, 2 * size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -163,13 +166,16 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
-    """Jump; set out (2 k,); add the damping loss. now, then : whether steps are odd."""
+    """Jump by `table`; set out, the spectrum (2 k,); add the damping loss to sums.
+
+    now, then : 1 if the number of steps is odd before, and after the jump, else 0
+    """
 
 
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Apply `jump_rotor` to cyclic modes; q and d are written to another place."""
+    """Implement `jump_rotor` for cyclic modes; `then` tells where d is written."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):
@@ -229,7 +235,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
                ring_rows, k, wide):  # fmt: skip
-    """Complete the step; return the steps free of contact; certify if possible."""
+    """Complete the step; return the number of free steps ahead; certify if possible."""
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]

@@ -56,7 +56,7 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
 @inlined
 def lose_rotor(c, at, q, d, loss):
-    """Return `loss` plus that of a step of four modes."""
+    """Return `loss` plus the damping loss, J, of a step of four modes."""
     part = load(c, at + LOSS_DQ * FOUR) * q
     part = fma(load(c, at + LOSS_DD * FOUR), d, part)
     loss = fma(part, d, loss)
@@ -65,7 +65,7 @@ def lose_rotor(c, at, q, d, loss):
 
 @inlined
 def lose_ring(c, at, y, d, loss):
-    """Return `loss` plus that of a step of four modes; y, d : re and im."""
+    """Return `loss` plus the damping loss of a step of four modes; y, d : re and im."""
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
     part = fma(d[0], y[0], d[1] * y[1])
@@ -191,7 +191,7 @@ def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Apply `pass_rotor` to cyclic modes."""
+    """Implement `pass_rotor` for cyclic modes."""
     c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
@@ -222,7 +222,7 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Apply `end_step` to cyclic modes and the ring."""
+    """Implement `end_step` for cyclic modes and the ring."""
     settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
@@ -236,7 +236,7 @@ def waiting(counter):
 
 @inlined
 def settle_rotor(s, t, c, lam, counter, sums):
-    """Apply `end_step` to the rotor."""
+    """Copy the rotor to t with a pending step completed; add its works to sums."""
     ended, touched = waiting(counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
     now, then = places(counter, size)
@@ -258,7 +258,7 @@ def settle_rotor(s, t, c, lam, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, counter, sums):
-    """Apply `end_step` to the ring."""
+    """Copy the ring to t with a pending step completed; add its works to sums."""
     ended, touched = waiting(counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
     now, then = places(counter, 2 * size)
@@ -311,7 +311,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
-    """Apply `energies_of` to a rotor's modes."""
+    """Implement `energies_of` for a rotor's modes."""
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m), ring
 

@@ -190,7 +190,7 @@ def tip_of(rows, blade, q, modes):
 
 @rare
 def farthest(limit, q, rotor, out):
-    """Return the largest displacement of a tip, of both components, m.
+    """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
     If a bound of all tips is below `NEAR` of the limit, the bound is returned.
 
@@ -301,7 +301,7 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return the sizes of the arrays of the rotor, see `cyclic.check_sizes`."""
+    """Return (name, array, required number of values) of the rotor's arrays."""
     blades, rotor = len(state.impulse), arrays.rotor
     modes, (k, _) = len(rotor.hub) // 2, widths(blades)
     modes = modes // EIGHT * EIGHT

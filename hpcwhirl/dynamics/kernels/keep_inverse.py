@@ -2,9 +2,9 @@
 
 A few blades are inverted anew. Of more, one that leaves or enters changes the inverse
 by a product of a column and a row (bordering, Frobenius and Schur), which takes n^2
-operations where an inversion takes n^3. What the inverse is to the last bit follows
-from the state, `known`: the present blades in order, and all changes since blades were
-last inverted. A slice of a run begins by undoing and repeating them.
+operations where an inversion takes n^3. Every bit of the inverse follows from `known`
+in the state: the present blades in order, and all changes since blades were last
+inverted. A slice of a run begins by undoing and repeating these changes.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 
 @inlined
 def note_change(change, sound, blades, known):
-    """Enter a change: j that enters, or N (p + 1) + j that leaves place p."""
+    """Record a change: j if blade j enters, N (p + 1) + j if it leaves place p."""
     known[blades + LOG + known[blades + CHANGED]] = change
     known[blades + CHANGED] += 1
     if not sound:
@@ -96,7 +96,7 @@ def note_change(change, sound, blades, known):
 
 @rare
 def leave(p, blades, known, inverse, stride):
-    """Let the blade at place p leave; the last one takes its place."""
+    """Remove the blade at place p from the inverse; the last blade takes its place."""
     last = known[blades + SIZE] - 1
     pivot = inverse[p * stride + p]
     for r in range(last + 1):
@@ -144,7 +144,7 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
 
 @rare
 def enter(j, blades, wide, known, inverse, rows, stride, work):
-    """Let blade j enter, at the last place; work : (4 stride,)."""
+    """Add blade j to the inverse, at the last place; work : (4 stride,)."""
     size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
     for r in range(size):  # lanes beyond the last blade take part in products
         for s in range(size, -(-size // FOUR) * FOUR):

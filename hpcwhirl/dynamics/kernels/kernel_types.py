@@ -28,7 +28,7 @@ class Wall(NamedTuple):
     gap : m, at the time `since`
     lobes : k, also of the loading
     orders : (n,), h; none of a round casing
-    slots, signs : (n,), where they lie beside the rotor's nodal diameters, see
+    slots, signs : (n,), slots in which they are, as the rotor's nodal diameters, see
         `slots.fold`
     cosine, sine : (n,), a and b, m
     growth, rise : (n,), sigma, 1/s; s
@@ -144,8 +144,8 @@ class CyclicState(NamedTuple):
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
     lam : (4 k,), spectrum of the multipliers of the last step, then its (im, -re); in
-        `general` behind the rotor's modal forces (2 m,), normal and tangential; in
-        `whole` behind `held` of `whole.push_waves`, in `points` this alone
+        `general` after the rotor's modal forces (2 m,), normal and tangential; in
+        `whole` after `held` of `whole.push_waves`; in `points` only `held`
     gaps : (3, 2 wide) flat, folded, of three steps; of `whole` without the rotor's part
     sums_b : (6 k,), by column, see `passes`; of `general` (3 m,), of `whole` (3,)
     sums_c : (4 k,), by column, see `passes`

@@ -10,8 +10,8 @@ contact problem, solved implicitly with all tips at once by Newton's method.
 
 A tip that slides onto a higher rod pushes it down to where the tip is. The rotation
 does the work of that, V(s - w) with the depth s before the step, by the slope of the
-layer's surface, as it does on the slope of a casing; V is the area below the curve of a
-push into the rod. The work of pushing it further is done by the tip itself. A rod that
+layer's surface, as it does on the slope of a casing; V is the area below the force that
+pushes the rod in. The work of pushing it further is done by the tip itself. A rod that
 a tip leaves returns its elastic energy to the rotation.
 """
 
@@ -138,7 +138,7 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
 @rare
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
-    """Set row j of the contact problem linear about s_j: s = lam / P' + `shifted` - g.
+    """Set row j of the problem linearised about s_j: s = lam / P' + `shifted` - g.
 
     A tip above all its rods would press the highest one first.
     """
@@ -180,9 +180,9 @@ def agree(layer, softness, worn, gaps, lam, opened, share, own):
 
 @rare
 def wear(layer, softness, worn, lam, last, ledger, own):
-    """Bring the rods up to date, and enter the works of wear in the ledger.
+    """Update worn depth and works of the rods; enter the work of wear in the ledger.
 
-    IMPACT includes WEAR.
+    The entry IMPACT includes WEAR.
 
     last : (N,), m, gaps to the surface as made at the start of the step
     """
@@ -219,7 +219,7 @@ def leave(layer, worn, last, ledger, own):
 
 @rare
 def turn(work, worn, rod, ledger):
-    """Enter work of the rotation on a rod, J, also in the remainder IMPACT."""
+    """Enter work of the rotation on a rod, J, in the ledger's ROTATION and IMPACT."""
     worn[CUT, rod] += work
     ledger[IMPACT] += work
     ledger[ROTATION] += work

@@ -26,7 +26,7 @@ CLOSED = 1e-10  # tolerance of closed gaps over the largest gap
 
 @rare
 def set_out(gaps, w, chosen, size, unit, space):
-    """Write w = q + W z + z_0 of the blades chosen[:size]; unit : m/N, of W.
+    """Set the table w = q + W z + z_0 of blades chosen[:size]; unit : m/N, scale of W.
 
     small : (size, size + 1), set to the coefficients of z and, in the last column, of
         z_0

@@ -108,7 +108,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Add the contact forces to each mode, and their work."""
+    """Correct each mode by the contact forces; enter their work."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):

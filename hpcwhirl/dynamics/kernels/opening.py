@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.kernels.passes import (
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Note the largest |actual - solved| over gap + |u| + |actual|, -.
+    """Note the largest |actual - solved| / (gap + |u| + |actual|) in the ledger.
 
     actual, solved, u : (N,) or more, m: gaps of the state, corrected gaps, tips
     """

@@ -124,7 +124,7 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Add to (normal, drag's re, drag's im) the factors of Lambda in a step's work.
+    """Return (normal, drag's re, drag's im) plus factors of Lambda in a step's work.
 
     both : dt (v- + v+), twice the step times the mean velocity
     """
@@ -136,7 +136,7 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Add to (normal, drag), re and im each, as `work_rotor`."""
+    """Return (normal, drag), re and im each, plus factors as in `work_rotor`."""
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
     sr, si = load(c, at + SR * FOUR), load(c, at + SI * FOUR)

@@ -1,6 +1,6 @@
 """Operations of the kernel `points` on waves, and their form for unequal sectors.
 
-There each point has a row of coefficients of its own; for equal sectors see `sectors`.
+For unequal sectors each point has a separate row; for equal sectors see `sectors`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 In the frame of the blades nothing depends on time: the waves of both bodies have
 complex amplitudes that a step multiplies by z, as those of a rotor in `whole`, and each
-gap is a row of its own, at the angle and the axial place of its point, times these.
+gap is these times a separate row, for the angle and the axial place of its point.
 Points take the place of blades; W, of both bodies, is constant. The pulse on the casing
 is two more generalized forces, behind those of the points.
 
@@ -162,7 +162,7 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
 def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
     """Write a sample; at a row of evidence with contact, check the solved gaps.
 
-    Those found with W are compared with the gaps computed from the amplitudes.
+    Gaps found with W are compared with gaps computed from the amplitudes.
     """
     counter, ledger, q = state.counter, state.ledger, state.rotor
     points, tips, out, again = len(state.last), space.tips, space.out, space.again

@@ -86,7 +86,7 @@ def along_of(rotor, q, rows, k, out):
 @does(along_of, CyclicRotor)
 @inlined
 def along_of_modes(rotor, q, rows, k, out):
-    """Apply `along_of` to cyclic modes."""
+    """Implement `along_of` for cyclic modes."""
     c = rotor.items
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -145,7 +145,7 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Apply `sample_rotor` to cyclic modes."""
+    """Implement `sample_rotor` for cyclic modes."""
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE
@@ -191,7 +191,7 @@ def aside_space(state: CyclicState) -> CyclicState:
 
 @part
 def put_aside(state, aside):
-    """Copy the parts of a state that a jump changes."""
+    """Copy to `aside` those parts of a state that a jump changes."""
     copy_to(aside.rotor, state.rotor)
     copy_to(aside.ring, state.ring)
     copy_to(aside.sums_b, state.sums_b)

@@ -267,7 +267,7 @@ def read_every_sector(rows, q, points, tips, spectra):
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
     """Set tips and gaps of four blades at point j's place; return the lowest gap, m.
 
-    Do nothing, and return infinity, if these have been read already.
+    Do nothing, and return infinity, if these four have been read already.
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)

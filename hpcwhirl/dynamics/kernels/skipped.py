@@ -1,11 +1,11 @@
 """Steps of central differences whose gaps are not transformed, as none can be closed.
 
-A gap is the clearance and the real part of a sum of its spectrum's slots, each turned:
-since a step it has changed by no more than the clearance and the sum of the magnitudes
-by which the slots' parts have.
-While that is below the lowest gap of the last step that was transformed, no blade
-touches. Gaps that are wanted afterwards, of two steps before a contact or of the state,
-are transformed then, from the spectra of the last three steps: the same bits.
+A gap is the clearance plus the real part of the sum of its spectrum's slots, each
+turned. So it changes by at most the change of the clearance plus the magnitudes of the
+changes of all slots' parts, summed. While that is below the lowest gap of the last step
+that was transformed, no blade touches. Gaps that are needed later, of two steps before
+a contact or of the state, are transformed then, from the spectra of the last three
+steps: the same bits.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
 
 @rare
 def catch_up(wave, k, wide, gaps, row, seen, skipped):
-    """Transform the gaps of a step that was skipped, if it was."""
+    """Transform the gaps of a row, if its step was skipped."""
     if skipped[row] == 1:
         skipped[row] = 0
         spectrum = seen[row * 2 * k : (row + 1) * 2 * k]
@@ -80,7 +80,7 @@ def catch_up(wave, k, wide, gaps, row, seen, skipped):
 
 @inlined
 def begin_unseen(k, seen, skipped):
-    """Let the next step be transformed."""
+    """Set `seen` and `skipped` so that the next step is transformed."""
     put(seen, (STEPS + 1) * 2 * k, -1.0)
     for row in range(STEPS):
         put(skipped, row, 0)

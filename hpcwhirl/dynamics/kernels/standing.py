@@ -56,7 +56,7 @@ def film_at(place, clearance):
 
 @njit(cache=True)
 def answer(give, held, moving, even, drift):
-    """Return f = -held - even u - drift conj(u), u = moving + W f.
+    """Return f, which solves f = -held - even u - drift conj(u), u = moving + W f.
 
     give : (2, 2), W, over 2 dt; even is real
     """
@@ -73,7 +73,7 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Implement `verbs.stand`."""
+    """Set the force of the supports at the centre, N, and add its increments."""
     own = body.stand
     if len(own.hub) == 0:
         return
@@ -104,7 +104,7 @@ def stand(body, motion, time, force):
 
 @njit(cache=True)
 def yielded(body, motion, force, _):
-    """Implement `verbs.yielded`."""
+    """Add the loss by the force of `stand` in a step, J."""
     own = body.stand
     if len(own.hub) == 0:
         return

@@ -39,7 +39,7 @@ BEHIND = FOUR
 
 
 def products(blades: int, span: int) -> float:
-    """Return the products of four numbers of a transform, split by b or dense at 0."""
+    """Return the number of vector products in a transform split by `span`; 0: dense."""
     most = blades // 2 + 1
     if span == 0:
         return 0.5 * most**2
@@ -190,7 +190,7 @@ def fold_blades(spread, a, b, v, half, work):
 
 @inlined
 def slot_of(stages, wave, k, wide, b, c, r, sign):
-    """Return slot c, of term r of the first stage or its conjugate: re, im."""
+    """Return slot c, re and im, from term r of `stages`, or its conjugate: sign -1."""
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):
         cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)

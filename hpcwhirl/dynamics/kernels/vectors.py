@@ -181,7 +181,7 @@ def root(typing: Any, a: Any) -> Any:
 
 @intrinsic
 def element(typing: Any, a: Any, index: Any) -> Any:
-    """Return one of the four."""
+    """Return the double at `index` of four."""
     del typing, a, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -230,7 +230,7 @@ def reverse(typing: Any, a: Any) -> Any:
 def room(typing: Any, size: Any) -> Any:
     """Return an array (size,) of doubles on the stack, not set; size : a constant.
 
-    It is the function's own, and gone when that returns.
+    It ceases to exist when the function that calls `room` returns.
     """
     del typing
     kind = types.Array(types.float64, 1, "C")
@@ -254,7 +254,7 @@ def room(typing: Any, size: Any) -> Any:
 
 @intrinsic
 def get(typing: Any, array: Any, index: Any) -> Any:
-    """Return array[index]; array (n,), not checked, index not from the end."""
+    """Return array[index]; array (n,), not checked, index >= 0."""
     del typing, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:

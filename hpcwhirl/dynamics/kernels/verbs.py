@@ -102,7 +102,7 @@ def accept(body, motion, step):
 
 
 def note_beside(body, motion, step, row):
-    """Add to a row of evidence what a body knows of its motion without contact.
+    """Write a body's motion without contact to a row of evidence.
 
     row : its columns from `contact.COLUMNS` on: x_o, y_o of that motion, m, and the
     energy of the whole motion, J; `ahead` and `following` are work space

@@ -230,7 +230,7 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 @does(differences.end_step, WaveRotor)
 @rare_kernel
 def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Apply `differences.end_step` to waves and the ring."""
+    """Implement `differences.end_step` for waves and the ring."""
     settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
     differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
 
@@ -238,7 +238,7 @@ def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 @does(flow.end_step, WaveRotor)
 @rare_kernel
 def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Apply `flow.end_step` to waves and the ring."""
+    """Implement `flow.end_step` for waves and the ring."""
     settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
     flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
@@ -267,7 +267,7 @@ def energy_of_waves(rotor, t):
 @does(differences.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
-    """Apply `differences.energies_of` to waves."""
+    """Implement `differences.energies_of` for waves."""
     ring = differences.energy_of_ring(t_c, c_c, now, step)
     return energy_of_waves(rotor, t_b), ring
 
@@ -275,14 +275,14 @@ def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
 @does(flow.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
-    """Apply `flow.energies_of` to waves."""
+    """Implement `flow.energies_of` for waves."""
     return energy_of_waves(rotor, t_b), flow.energy_of_ring(t_c, c_c, now)
 
 
 @does(bound_rotor, WaveRotor)
 @kernel
 def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
-    """Apply `flight.bound_rotor` to waves a e^{s t}, see `flights`."""
+    """Implement `flight.bound_rotor` for waves a e^{s t}, see `flights`."""
     bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
     for col in range(0, k, FOUR):
         rate_re, rate_im = broadcast(0.0), broadcast(0.0)
@@ -301,7 +301,7 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 @does(jump_rotor, WaveRotor)
 @part
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
-    """Apply `flight.jump_rotor` to waves: a' = z^n a, without a loss to enter."""
+    """Implement `flight.jump_rotor` for waves: a' = z^n a, without a loss to enter."""
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -332,7 +332,7 @@ def radial_of(rotor, q, rows, k, out):
 @does(along_of, WaveRotor)
 @inlined
 def along_of_waves(rotor, q, rows, k, out):
-    """Apply `along_of` (tangential displacements of the tips) to waves."""
+    """Implement `along_of` (tangential displacements of the tips) for waves."""
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
         for f in range(rows):
@@ -354,7 +354,7 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Apply `samples.sample_rotor` to waves, with their loss as in this module."""
+    """Implement `samples.sample_rotor` for waves, with the loss told in this module."""
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)
@@ -380,7 +380,7 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def wave_sizes(
     rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
 ) -> Wanted:
-    """Return the sizes of the arrays of waves, see `cyclic.check_sizes`."""
+    """Return (name, array, required number of values) of the arrays of waves."""
     rows, seen = size // k, 0 if exact else SEEN
     return [
         ("rotor", state.rotor, 2 * k * (rows + seen)), ("sums_b", state.sums_b, 3 * k),

@@ -7,7 +7,7 @@ in the state, s = (q, lambda), so that a row times s is what a step with contact
 see `dynamics.whole_waves`.
 
 Without rotation a wave is a mode, whose displacement is its real part: rows of tips and
-forces have half the length (`dynamics.mode_waves`). What differs are two verbs.
+forces have half the length (`dynamics.mode_waves`). Only two verbs differ.
 
 Only tips that might touch are computed: a sum over the waves bounds the motion of any
 tip in a step, so that each tip has a lower bound until it is computed again. If, by
@@ -103,7 +103,7 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def tip_by_waves(rows, blade, q, modes):
-    """Return row `blade` of rows (N, modes) flat, times the first of q.
+    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q.
 
     modes : a multiple of 16
     """
@@ -119,7 +119,7 @@ def tip_by_waves(rows, blade, q, modes):
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set the entries of a blade among folded values (2 wide,), see `folded`."""
+    """Set the entries of a blade in `values` (2 wide,), folded as by `folded`."""
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
         values[wide + blade] = value
@@ -226,7 +226,7 @@ def moved_by(rows, at, s, modes):
 
 @inlined
 def add_one(rows, at, force, s, modes):
-    """Add a row, begun at `at`, times a force to the first of s; modes : of 8."""
+    """Add a row, begun at `at`, times a force to s[:modes]; modes % 8 == 0."""
     force = broadcast(force)
     for m in range(0, modes, EIGHT):
         store(s, m, fma(load(rows, at + m), force, load(s, m)))
@@ -236,7 +236,7 @@ def add_one(rows, at, force, s, modes):
 
 @inlined
 def add_two(rows, at, force, other, beside, s, modes):
-    """Add two rows, each times a force, to the first of s; as `add_one` twice."""
+    """Add two rows, each times a force, to s[:modes]; as `add_one` twice."""
     force, beside = broadcast(force), broadcast(beside)
     for m in range(0, modes, FOUR):
         one = fma(load(rows, at + m), force, load(s, m))
@@ -245,7 +245,7 @@ def add_two(rows, at, force, other, beside, s, modes):
 
 @inlined
 def add_rows(rows, push, where, active, s, modes):
-    """Add the active blades' rows (N, modes) flat, times their push, to the first of s.
+    """Add the active blades' rows (N, modes) flat, times their push, to s[:modes].
 
     modes : a multiple of 8
     """
@@ -268,8 +268,9 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
 
     Parameters
     ----------
-    push, where : of `circulant.solved`
-    s : (modes + padded,), what `opens` and `slides` are rows of; its last are set
+    push, where : results of `circulant.solved`
+    s : (modes + padded,), by which `opens` and `slides` are multiplied: amplitudes, and
+        multipliers, which are set here
     step : number of this step
     tips, gaps, row, before, sums, held : as of `push_waves`
     """
@@ -303,7 +304,7 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 
     Parameters
     ----------
-    push, where : of `circulant.solved`
+    push, where : results of `circulant.solved`
     s : state: amplitudes, multipliers of the last step with contact
     spare : work space, as long as a row of `opens`
     step : number of this step
@@ -323,7 +324,7 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 @inlined
 def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Apply `push_waves` to waves that rotation couples."""
+    """Implement `push_waves` for waves that rotation couples."""
     modes = len(rotor.ahead)
     book_pushes(
         rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before, sums,
@@ -336,7 +337,7 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Apply `push_waves` to modes; spare : work space for their motion, then forces."""
+    """Implement `push_waves` for modes; spare : work space for motion, then forces."""
     half = len(rotor.drift)
     for m in range(0, half, FOUR):
         (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
@@ -385,7 +386,7 @@ def settle_whole(c_c, state, copies):
 @does(energies_of, WholeRotor)
 @rare_kernel
 def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
-    """Apply `energies_of` to waves that rotation couples."""
+    """Implement `energies_of` for waves that rotation couples."""
     modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
     for i in range(modes):
         first, row = i - i % FOUR, broadcast(0.0)
@@ -399,7 +400,7 @@ def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, UncoupledRotor)
 @rare_kernel
 def energies_of_uncoupled(rotor, t_b, t_c, c_c, now, step):
-    """Apply `energies_of` to modes as waves."""
+    """Implement `energies_of` for modes as waves."""
     half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
     for m in range(0, half, FOUR):
         re, im = load_both(t_b, half, m)

@@ -55,7 +55,7 @@ from hpcwhirl.structure import RingOperator
 def build(model: Model, scene: Scene, _: int) -> Integrator:
     """Return the integrator of a scene.
 
-    The casing is integrated in the static frame where the ring is one of elements,
+    The casing is integrated in the static frame where it is a ring of elements,
     rotation couples the modes of the rotor, tips have several contact points or a layer
     wears, else in the rotating frame.
     """
@@ -144,7 +144,7 @@ def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
 
 
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the integrator in a round or rigid casing, in the rotating frame."""
+    """Return the integrator, in the rotating frame, for a round or rigid casing."""
     c_b, c_c = arrays.rotor.items, arrays.casing.items
     modes, march = len(model.rotor.omega), cast(Any, march_general)
     state_at_rest = _at_rest(model, scene, arrays)

@@ -16,10 +16,10 @@ from hpcwhirl.scene import Scene
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the integrator of a scene.
 
-    The cyclic kernel, or with terms of rotation that of waves, for three or more equal
-    sectors in a round or rigid casing. Otherwise the waves of the whole rotor, where no
-    two of them nearly coincide, else scheme `general`, which integrates all layers that
-    wear. With several contact points a tip, the waves of both bodies.
+    It is that of the cyclic kernel, with terms of rotation by waves, for three or more
+    equal sectors in a round or rigid casing; else that of the waves of the whole rotor,
+    or of both bodies with several contact points a tip. Scheme `general` takes over
+    where two waves nearly coincide, and for all layers that wear.
 
     beat : steps between rows of evidence
     """

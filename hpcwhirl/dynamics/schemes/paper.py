@@ -1,4 +1,4 @@
-"""Scheme `paper`: Algorithm 1 on the dense reduced matrices. Slow and obvious."""
+"""Scheme `paper`: Algorithm 1 on the dense reduced matrices, slow and simple."""
 
 from __future__ import annotations
 

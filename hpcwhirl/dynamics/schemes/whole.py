@@ -67,7 +67,7 @@ class _WholePlaces:
 
 @dataclass(frozen=True)
 class _ModePlaces:
-    """Where a state has the waves of a rotor's modes; half : number of re, padded."""
+    """Layout of the waves of a rotor's modes in a state; half : number of re parts."""
 
     waves: ModeWaves
     half: int
@@ -95,8 +95,8 @@ def _circling(
 ) -> Integrator:
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
-    As `rotating_waves._circling`; the circle is the last wave, at rest in the rotating
-    frame.
+    It is set as in `rotating_waves._circling`; the circle is the last wave, at rest in
+    the rotating frame.
     """
     places, share = circle(model, scene), share_at_start(model, scene)
     if places is None:
