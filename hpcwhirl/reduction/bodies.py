@@ -81,7 +81,7 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Return a rotor with its supports.
+    """Return a rotor with the supports of its centre.
 
     damping : N s/m, mean damping c in the static frame, without a squeeze film
     """
@@ -128,7 +128,7 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 
 @lru_cache(maxsize=4)
 def _held_modes(tuned: Rotor, count: int) -> Floats:
-    """Return approximate lowest fixed-interface modes, (n, count), without boundary."""
+    """Return approximate lowest fixed-interface modes, (n, count): n interior DoF."""
     disk = bladed_disk(tuned)
     inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
     within = np.ix_(inner, inner)
@@ -152,7 +152,7 @@ def file_model(
     eta: int | None = None,
     rotation: str = "none",
 ) -> ModalModel:
-    """Return the rotor of a file; its content is part of the cache's key.
+    """Return the rotor of a file; the digest is part of the cache's key.
 
     Parameters
     ----------
@@ -182,11 +182,11 @@ def casing_model(
 
     Parameters
     ----------
-    casing : its inputs
+    casing : inputs of the casing
     radius : R_c, m
     source : engine's file and the digest of its content, for a casing from file
     wide : whether to keep how modes vary along the axis, for several contact points a
-        tip; else they are those of the casing's middle
+        tip; else modes are those in the casing's middle
     """
     operator: RingOperator | FourierOperator
     if casing.discretization == "file":
@@ -215,7 +215,7 @@ def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
 def contact_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
     """Return (radial, tangential) modal shapes of all contact points, (N n_c, m) each.
 
-    Blade by blade; where a tip has one point, those of `tip_rows`.
+    They are sorted by blade; where a tip has one point, they are those of `tip_rows`.
     """
     if model.points is None:
         return tip_rows(model, blades)

@@ -33,8 +33,8 @@ def craig_bampton(
     boundary : (b,) DoF kept
     eta : fixed-interface modes kept, the lowest first
     near : (n - b, more than eta), lowest fixed-interface modes of a similar structure,
-        from which those of this one, whose matrices are real and sparse, are found
-        sooner, the same ones to round-off
+        from which the modes, of real and sparse matrices, are found sooner, equal to
+        round-off
 
     Returns
     -------
@@ -75,7 +75,7 @@ def craig_bampton(
 
 
 def _within(matrix: Matrix, inner: NDArray[np.intp]) -> sparse.csc_array:
-    """Return the sparse submatrix (i, i) of a matrix with many zeros."""
+    """Return the submatrix of DoF `inner` (i,), sparse, of a matrix with many zeros."""
     places = (matrix != 0.0).nonzero()  # of Booleans, ten times as fast as of numbers
     whole = sparse.csc_array((matrix[places], places), matrix.shape)
     out = whole[inner][:, inner]

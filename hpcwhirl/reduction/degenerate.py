@@ -40,7 +40,7 @@ def diameter_shares(shapes: Floats, blades: int) -> Floats:
 
 
 def _grams(shapes: Floats, blades: int) -> Floats:
-    """Return G_k of this module, (N // 2 + 1, m, m), of shapes (n, m), tips first."""
+    """Return G_k = T_k^H T_k, (N // 2 + 1, m, m), of shapes (n, m), tips first."""
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
     waves = np.fft.fft(tips, axis=0)[: blades // 2 + 1]
     twice = [1.0 if is_simple(k, blades) else 2.0 for k in diameters(blades)]
@@ -79,7 +79,7 @@ def unmixed(
     ----------
     shapes : (n, m), modes of one frequency, the tips first
     blades : N
-    hub : (2, m), x_o and y_o, which count with the tips in k = 1; optional
+    hub : (2, m), x_o and y_o, which count as tips in k = 1; optional
 
     Returns
     -------

@@ -155,7 +155,7 @@ def _lu(
 def negative_pivots(matrix: sparse.csc_array) -> int | None:
     """Return the number of negative eigenvalues of a matrix (Sylvester's inertia).
 
-    None where the factor has exchanged rows, so that its pivots do not tell.
+    None where the factor has exchanged rows, so that its pivots do not show it.
 
     Raises
     ------

@@ -23,7 +23,7 @@ class Line:
     """One line of the modal table; a pair of equal frequencies is one line.
 
     centre_share : share of the strain energy in the shaft's springs; None if unknown
-    clearance_consumption : see `clearance_consumption`; None of the casing
+    clearance_consumption : see the function of this name; None for the casing
     """
 
     body: str
@@ -55,9 +55,9 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
     """Return c_Delta of a mode, by how much its motion closes the clearance.
 
     It is the largest radial amplitude |U| of a contact point over the largest
-    displacement that one reaches in the plane, the long half axis of its ellipse,
-    a^2 = (|U|^2 + |V|^2 + |U^2 + V^2|) / 2: 0 where tips move along the casing alone, 1
-    where they move straight to it; 0 where none moves. The notion, clearance
+    displacement of one in the plane, the long half axis of its ellipse, a^2 = (|U|^2 +
+    |V|^2 + |U^2 + V^2|) / 2: 0 where tips move only along the casing, 1 where they move
+    straight to it; 0 where none moves. The notion, clearance
     consumed as a blade vibrates along one of its modes, is that of shape optimisation
     with contact (Laine et al.); it is made dimensionless here by the displacement.
 
@@ -130,7 +130,7 @@ def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
 
     These are 1F and, of the other families, the modes with more than `MOVING_SHARE` of
     their strain energy in the shaft's springs: the suspension, or two modes that share
-    it. Of a split pair, the lower frequency is returned.
+    this energy. Of a split pair, the lower frequency is returned.
     """
     families: dict[str, dict[int, float]] = {}
     for line in table:

@@ -60,7 +60,7 @@ ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over (largest omega^2) n
 class Imported:
     """A reduced rotor, in coordinates tips (r, t of blade 0, 1, ...), x_o, y_o, q.
 
-    Of several contact points a tip, those of all of them, blade by blade.
+    With several contact points a tip, the tips' coordinates are those of all points.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Imported:
     centre : whether x_o, y_o exist
     kept : number of fixed-interface modes at rest
     added : number of further coordinates by which the basis serves all speeds
-    highest : highest omega of these modes, rad/s; no mode below it is missing
+    highest : rad/s, highest omega of the kept modes; no mode below it is missing
     omega : (n,), rad/s, ascending, frequencies of the rotor
     rigid : number of frequencies that are 0, apart from round-off
     condition : worst condition number of the factored matrices, see `Condensed`
@@ -99,7 +99,7 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Reduced M, K and terms of rotation, omega^2 of the last mode, worst condition.
+    """Reduced M, K and terms of rotation, last omega^2, worst condition number.
 
     added : number of coordinates that speed adds to the basis at rest
     stress : rows of the stress (N P c, n), if the wheel has it
@@ -115,7 +115,7 @@ class _Reduced:
 
 
 class _Map:
-    """Builder of the sparse matrix T of u = T v, entry by entry."""
+    """Builder, entry by entry, of the sparse matrix T that gives all DoF u = T v."""
 
     def __init__(self) -> None:
         self.rows: list[Integers] = []
@@ -323,7 +323,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 def _shared(
     pieces: dict[int, Condensed], blades: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return {diameter: modes kept}, as `share_out` does, and the last omega^2."""
+    """Return {diameter: number of modes kept}, as `share_out`, and the last omega^2."""
     listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
     counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
     for value, k in listed:

@@ -50,9 +50,9 @@ def model_of_modes(
     Parameters
     ----------
     labels : (omega, harmonic, rank, phase) of each mode
-    columns : its shape, in the unknowns of the matrices
+    columns : shape of each mode, in the coordinates of the matrices
     damping : modal damping ratio, one or (modes,)
-    matrices : mass and stiffness; None where they would have motions that no mode has
+    matrices : mass and stiffness; None where the modes do not span their motions
     """
     omega, diameter, rank, phase = map(np.array, zip(*labels, strict=True))
     order = np.lexsort((phase, rank, diameter, omega))

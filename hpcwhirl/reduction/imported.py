@@ -173,7 +173,7 @@ def _modes_and_ratios(
 def _reduced(
     whole: list[Floats], spin: Spin | None, basis: Floats, count: int
 ) -> tuple[list[Floats], Spin | None, float]:
-    """Return matrices and terms of rotation in a basis, and `reach`.
+    """Return matrices and terms of rotation in a basis, and `ModalModel.reach`, rad/s.
 
     count : largest number of leading columns that are the basis at rest
     """
@@ -323,8 +323,8 @@ def _check_shapes(given: Given) -> None:
 def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
     """Return the indices of tips and centre, and those of further contact points.
 
-    The former are radial and tangential of blade 0, 1, ..., at the reference point, and
-    the centre's, if any.
+    The former are the radial and tangential ones of the reference points of blade 0, 1,
+    ..., then those of the centre, if any.
     """
     count, both = len(given["mass"]), ("tip_radial", "tip_tangential")
     for name in both:
@@ -397,7 +397,7 @@ def _check_given_shapes(given: Given) -> None:
 def _check_modal_rows(given: Given) -> None:
     """Check that modal rows of tips and centre agree with the full shapes.
 
-    Modes without full shapes are refused if there are matrices: they could not be
+    With matrices, modal rows without full shapes are refused: they could not be
     compared and would be ignored.
     """
     modal = [name for name in ("omega", *ROWS, "damping_ratio") if name in given]

@@ -36,7 +36,7 @@ def labels(
 
     The diameter is the dominant one, see `dominant`; successive modes of a diameter
     form pairs with one rank (single modes for a simple harmonic). Labels are exact for
-    a tuned rotor but only names for others, since a localised mode has many diameters.
+    a tuned rotor; for others they are mere names: a localised mode has many diameters.
     """
     diameter = dominant(shapes, omega, blades)
     order = np.zeros_like(diameter)

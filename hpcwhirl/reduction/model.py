@@ -33,8 +33,8 @@ class Model:
     ring : contact operator: displacements and loads of the casing at angles
     blades : number of blades N
     folds : g, if this is one of g sectors that move alike, see `case.sectors`; else 1
-    lifts : for g > 1, of rotor and casing, (n, m) each: displacements of the whole body
-        from the sector's amplitudes
+    lifts : for g > 1, matrices (n, m) for rotor and casing that give the displacements
+        of the whole body from the sector's amplitudes
     """
 
     rotor: ModalModel
@@ -81,7 +81,7 @@ class Model:
     def clearances(self, gap: float) -> Floats:
         """Return the clearances of the contact points, (N n_c,), m.
 
-        gap : of the scene, m
+        gap : m, gap of the scene
         """
         if self.rotor.points is None:
             return np.full(self.blades, gap)
@@ -91,10 +91,10 @@ class Model:
         return np.tile(getattr(self.rotor.points, name), self.blades)
 
     def limits(self, speed: float) -> dict[str, float]:
-        """Return the largest stable step of each body, s: dt < 2 / omega_max.
+        """Return {body: largest stable step, s}: dt < 2 / omega_max.
 
-        Coriolis forces do no work and do not change it; the stiffening of a rotor with
-        its speed, rad/s, does, and so do supports, by their stiffer direction.
+        Coriolis forces do no work and do not change it. The stiffening of a rotor with
+        its speed, rad/s, changes it, and so do supports, by their stiffer direction.
         """
         bodies = {"rotor": self.rotor, "casing": self.casing}
         each = {n: b for n, b in bodies.items() if b}
@@ -104,7 +104,7 @@ class Model:
 def highest(body: ModalModel, speed: float, blades: int) -> float:
     """Return the highest natural frequency of a body at a speed, rad/s.
 
-    It is that of its stiffness at this speed, without Coriolis forces.
+    It follows from the stiffness at this speed, without Coriolis forces.
     """
     if body.spin is None:
         return float(body.omega.max())
@@ -171,7 +171,7 @@ def _model(
     ring: tuple[Casing, float, tuple[str, str]] | None,
     rotation: str,
 ) -> Model:
-    """Return the model from the inputs that determine it; `ring` None: rigid casing."""
+    """Return the model from the inputs that determine it; ring None: a rigid casing."""
     with representable("the rotor"):
         if source[0]:
             body = file_model(*source, rotor, modes, rotation)

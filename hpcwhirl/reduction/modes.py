@@ -60,7 +60,7 @@ class SpinBlock:
     ----------
     k, simple : nodal diameter; whether it is a simple harmonic
     omega : (m,), rad/s, at rest
-    tips : (2, m), 1/sqrt(kg), radial and tangential motion of each mode, see `cyclic`
+    tips : (2, m), 1/sqrt(kg), radial and tangential motion of a tip in each mode
     hub : (m,), z_o of each mode, x_o + i y_o = conj(z_o); zero if the centre does not
         move
     coriolis, stiffening, quartic : (m, m), see `Spin`; the first is skew-Hermitian
@@ -101,7 +101,8 @@ class Spin:
     tilt : indices of the tilt's coordinates, if the disk tilts
     released : (n,), kg m, the pull of a lost blade with opposite sign; None: none is
         lost
-    swing : F_e (n,), kg m, of the force -F_e dOmega/dt; None: it is not known
+    swing : F_e (n,), kg m; a changing speed adds the force -F_e dOmega/dt; None:
+        unknown
     """
 
     coriolis: Floats
@@ -203,7 +204,7 @@ def with_ratio(
     Parameters
     ----------
     model : the body
-    chosen : (m,), which modes
+    chosen : (m,), whether a mode gets the ratio
     ratio : damping ratio xi of these modes; if negative, nothing is changed
     """
     if ratio < 0.0 or not chosen.any():
@@ -371,7 +372,7 @@ def _blocks(
 def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
     """Return (C, K_g, F_c + i F_e) of nodal diameter k; the loads are 0 but for k = 0.
 
-    Its matrices are real: both loads are transformed at once.
+    Both loads are real and transformed at once, as one complex load.
     """
     coriolis = block(rotation.coriolis, structure, k, skew=True)
     load = np.zeros(len(coriolis), dtype=np.complex128)

@@ -2,9 +2,9 @@
 
 Point m = 0 .. n_c - 1 of blade j stands at the axial place zeta_m, 0 in the casing's
 middle, and at the angle 2 pi j / N + tau_m; its radial and tangential directions are
-those of that angle. Its clearance is the scene's gap and what the tip's profile adds.
-One point of each blade, `TipPoints.reference`, is the tip wherever one stands for all:
-in the traces of blades, the names of modes and the growth with the speed.
+those of that angle. Its clearance is the scene's gap plus what the tip's profile adds.
+One point of each blade, `TipPoints.reference`, represents the tip in the traces of
+blades, the names of modes and the growth with the speed.
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ def reference_of(count: int) -> int:
 
 
 def with_single_points(given: Given) -> Given:
-    """Return a file's arrays without an axis of points where each tip has one.
+    """Return a file's arrays, without the axis of points where each tip has one point.
 
     Raises
     ------
     InputError
-        where the arrays of one point have places that only several have
+        where a file with one point a tip gives places, as only several points have
     """
     flat = {name: given[name] for name in BY_BLADE if name in given}
     for name, array in flat.items():
@@ -105,7 +105,7 @@ def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
     Raises
     ------
     InputError
-        where places are missing, of another number, out of order or impossible
+        where places are missing, not one a point, out of order or impossible
     """
     count = points_in(given)
     if count == 1:
@@ -119,7 +119,7 @@ def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
 
 
 def reordered(rows: Any) -> tuple[Any, Any]:
-    """Return (those of reference points, of others) of rows by blade and point.
+    """Return rows of the reference points, and rows of all other points.
 
     Parameters
     ----------

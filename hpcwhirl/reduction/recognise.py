@@ -44,7 +44,7 @@ class _Wave:
     ----------
     k : nodal diameter
     omega, rate : rad/s; 2 xi omega, 1/s
-    zeta : (3,), its transform F_k: radial, tangential, centre
+    zeta : (3,), the transform F_k of the wave: radial, tangential, centre
     turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
         of the file's modes
     """
@@ -168,7 +168,7 @@ def _unmixed(model: ModalModel, blades: int) -> Floats:
 
 
 def _floor(model: ModalModel) -> float:
-    """Return the error of omega^2 by an eigensolver's round-off, (rad/s)^2."""
+    """Return the size of an eigensolver's round-off errors of omega^2, (rad/s)^2."""
     return ROUND_OFF * len(model.omega) * float(model.omega.max()) ** 2
 
 
@@ -233,7 +233,7 @@ def _leaks(seen: Complexes) -> Floats:
 
 
 class _NoTwinError(Exception):
-    """A nodal diameter that needs pairs of modes has an odd number of modes."""
+    """Raised where a nodal diameter that needs pairs has an odd number of modes."""
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
@@ -320,7 +320,7 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
 
 
 def _rotation(phase: complex) -> Floats:
-    """Return the (2, 2) matrix from the pair of u to the pair of u times `phase`."""
+    """Return the (2, 2) matrix from the real pair of a wave u to that of `phase` u."""
     c, s = phase.real, phase.imag
     return np.array([[c, -s], [s, c]])
 

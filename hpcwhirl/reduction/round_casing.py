@@ -30,7 +30,7 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 def casing_table(file: str, content: str) -> Table:
     """Return the table of modes in a file, {name: (m,)}, by harmonic and omega.
 
-    `radial` and `tangential` are (m, s), by `station` (s,), of one that has stations.
+    `radial` and `tangential` are (m, s) in a file with stations, by `station` (s,).
 
     Raises
     ------
@@ -56,7 +56,7 @@ def casing_table(file: str, content: str) -> Table:
 
 
 def _checked_stations(given: Given, table: Table) -> Table:
-    """Return {"station": (s,)} of a file that has stations, checked; else nothing."""
+    """Return {"station": (s,)}, checked, of a file that has stations; else {}."""
     sizes = {name: table[name].shape[1:] for name in NAMES[3:]}
     if "station" not in given:
         wide = [name for name, size in sizes.items() if size]
@@ -147,8 +147,8 @@ def round_casing(
 def table_of(model: ModalModel, operator: FourierOperator) -> Table:
     """Return the table of a round casing's modes in the form of `casing_table`.
 
-    Of one that varies along its axis, at the stations of its file, or of a shell at
-    `_stations_of`.
+    For a casing that varies along its axis, W and U are given at the stations of its
+    file or, for a shell, at those of `_stations_of`.
     """
     modes = np.flatnonzero(model.phase == 0)
     modes = modes[np.lexsort((model.omega[modes], model.diameter[modes]))]

@@ -17,7 +17,7 @@ RIGID = 0.01  # largest relative deviation from a translation, since modes are t
 
 
 class MisplacedError(ValueError):
-    """The rotor translates rigidly, but its tips or centre are not where assumed."""
+    """Raised if a rotor translates rigidly, but tips or centre have other places."""
 
 
 def shaft_stiffness(

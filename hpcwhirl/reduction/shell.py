@@ -25,8 +25,8 @@ def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOpera
     Parameters
     ----------
     casing : section, `width` (its length), support, damping, `harmonics` and
-        `axial_modes`; of `families` bending, each (h, p) keeps the mode that moves most
-        radially
+        `axial_modes`; with `families` = bending, each (h, p) keeps only the mode that
+        moves most radially
     radius : R_c, m
     """
     axial = Sines(casing.axial_modes, casing.width)
@@ -76,7 +76,7 @@ def at_station(
 ) -> tuple[ModalModel, FourierOperator]:
     """Return a casing as seen by blades with one contact point at an axial place, m.
 
-    A table of modes by harmonic, without matrices, and without the modes that rest
+    It has modes by harmonic, without matrices and without the modes that do not move
     there; a casing that is uniform along its axis is returned as it is.
     """
     if isinstance(operator.axial, Uniform):

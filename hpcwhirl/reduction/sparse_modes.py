@@ -45,7 +45,7 @@ class Condensed:
     Attributes
     ----------
     mass, stiffness : (b + m + c, b + m + c), symmetric or Hermitian; the last c
-        coordinates make the basis serve all speeds, and are none at rest
+        coordinates make the basis serve all speeds; c is 0 for a reduction at rest
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
@@ -74,7 +74,7 @@ class Condensed:
         )
 
     def loaded(self, load: Matrix) -> Matrix:
-        """Return the reduced form of a load (n,) on the projected coordinates."""
+        """Return the reduced form, (b + m + c,), of a load (n,)."""
         return np.asarray(self.lift.conj().T @ load)
 
 
@@ -211,7 +211,7 @@ def _reference(piece: Condensed) -> float:
 
 
 def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
-    """Return K(Omega) + Omega^2 M: the modes of K(Omega), but positive definite.
+    """Return K(Omega) + Omega^2 M, positive definite, with the modes of K(Omega).
 
     turning : [C, K_1] or [C, K_1, K_2]
     """
@@ -279,7 +279,7 @@ def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
 def _lift(
     k_ii: Any, m_ii: Any, coupling: Matrix, count: int, tell: Tell
 ) -> tuple[Matrix, Floats, float, float]:
-    """Return (static and fixed-interface modes, omega^2, reach, condition).
+    """Return (basis: static and fixed-interface modes, omega^2, reach, condition).
 
     The last three are those of `Condensed`.
     """

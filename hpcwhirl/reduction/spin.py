@@ -77,7 +77,7 @@ def with_blocks(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _modal(model: ModalModel, spin: Spin) -> Spin:
-    """Return the terms in a rotor's modes at rest."""
+    """Return the terms of rotation in coordinates of a rotor's modes at rest."""
     shapes = model.shapes
     return Spin(
         shapes.T @ spin.coriolis @ shapes,
@@ -315,7 +315,7 @@ def _checked(given: Given, name: str, *, skew: bool = False) -> Floats:
 
 
 def transformed(spin: Spin, basis: Floats) -> Spin:
-    """Return the terms in the coordinates y of x = basis y."""
+    """Return the terms of rotation in the coordinates y of x = basis y."""
     back, quartic = basis.T, spin.quartic
     turned, first = back @ spin.coriolis @ basis, back @ spin.stiffening @ basis
     if quartic is not None:
@@ -334,7 +334,7 @@ def transformed(spin: Spin, basis: Floats) -> Spin:
 def check_translation(
     given: Given, model: ModalModel, blades: int, spring: float
 ) -> None:
-    """Refuse a file whose rotor fails `check_turned` in a translation.
+    """Refuse a file whose rotor fails `check_turned`.
 
     Parameters
     ----------
@@ -368,9 +368,9 @@ def check_turned(
     spin : the terms
     mass : M (n, n)
     moved : (n, 2), unit translations T_x and T_y
-    speeds : the two speeds of the stiffness, if it is given at two speeds
-    wrong : function from the name of a matrix, what it must be and what it is to an
-        error
+    speeds : rad/s, the two speeds, if the stiffness is given at two speeds
+    wrong : function that returns an error from the name of a matrix, what it must be
+        and what it is
     """
     size = float(np.trace(moved.T @ mass @ moved)) / 2
     turned = (moved.T @ spin.coriolis @ moved) / size
@@ -390,5 +390,5 @@ def check_turned(
         names = BY_PARTS if speeds is None else AT_SPEEDS[1:]
         told = f"soften a translation of the rotor by its mass m = {size:.4g} kg"
         raise wrong(
-            names[1], f"{told}, {names[0]} and it together", f"{-soft[0, 0] * size:.4g}"
+            names[1], f"{told}, together with {names[0]}", f"{-soft[0, 0] * size:.4g}"
         )

@@ -36,7 +36,7 @@ class Support:
     ----------
     stiffness : k, in addition to the springs in the rotor's own matrix
     damping : c
-    stiffness_apart, damping_apart : k_d, c_d
+    stiffness_apart, damping_apart : k_d, c_d, by which directions differ
     film, clearance : damping c_0, N s/m, of a squeeze film, which c includes, and its
         clearance, m; 0: no film
     """
@@ -55,11 +55,11 @@ class Support:
 
     @property
     def is_plain(self) -> bool:
-        """Whether its matrices in the rotating frame are constant."""
+        """Whether the supports' matrices in the rotating frame are constant."""
         return self.is_round and self.film == 0.0
 
     def at(self, _: float) -> Support:
-        """Return itself: it is the same at every speed."""
+        """Return these supports, which are the same at every speed."""
         return self
 
     def turning(self, speed: float) -> complex:
@@ -68,7 +68,7 @@ class Support:
 
 
 def planar(factor: complex) -> Floats:
-    """Return the matrix (2, 2) of z -> factor z, on (x, y)."""
+    """Return the matrix (2, 2) that acts on (x, y) as a complex factor on x + i y."""
     return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
 
 
@@ -95,7 +95,7 @@ class Bearing:
 
     @property
     def is_plain(self) -> bool:
-        """Whether its matrices in the rotating frame are constant."""
+        """Whether the supports' matrices in the rotating frame are constant."""
         return self.is_round
 
     def at(self, speed: float) -> Support:

@@ -1,7 +1,7 @@
 """The tilt of a disk in the reduced matrices of its rotor: further coordinates.
 
-They are the last ones: the slopes phi_x, phi_y of the shaft at the disk or, in nodal
-diameter 1, conj(phi), as for the centre. See `structure.tilting`.
+They are the last coordinates: the slopes phi_x, phi_y of the shaft at the disk or, in
+nodal diameter 1, conj(phi), as for the centre. See `structure.tilting`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def with_tilt(
     Parameters
     ----------
     centre : (w,), indices of the centre's coordinates
-    turn : (w, w), rotation by 90 degrees ahead in these coordinates
+    turn : (w, w), anticlockwise rotation by 90 degrees in these coordinates
     """
     held, n, same = _bordered(stiffness, turn), len(mass), np.eye(len(turn))
     _, across, alone = tilt.stiffness

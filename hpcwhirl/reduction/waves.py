@@ -272,7 +272,7 @@ def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 
 
 def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
-    """Return the largest growth rate of any free motion at a speed, 1/s."""
+    """Return the largest growth rate, 1/s, of free motions at a speed, rad/s."""
     spin = model.spin
     if spin is not None and spin.waves:
         return max(
@@ -300,7 +300,7 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
     """Return the speeds of `unbalance_speeds` below `top`, rad/s.
 
     Supports that depend on the speed are evaluated at each of `SPEEDS` speeds; a
-    resonance lies where the difference of resonance speed and speed changes its sign.
+    resonance lies where the resonance speed of these supports crosses the speed.
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
