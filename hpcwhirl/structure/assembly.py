@@ -58,6 +58,6 @@ def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
 
 
 def turn(angle: float) -> Floats:
-    """Return the (2, 2) matrix to components in axes turned by `angle`, rad."""
+    """Return the (2, 2) matrix that gives components in axes turned by `angle`, rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, s], [-s, c]])

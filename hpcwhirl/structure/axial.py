@@ -1,4 +1,4 @@
-"""Functions of the axial place by which the harmonics of a casing vary.
+"""Axial functions: how the harmonics of a casing vary with the axial place zeta.
 
 zeta is 0 in the casing's middle. A harmonic h has an amplitude for each function a_l:
 w(theta, zeta) = sum_l a_l(zeta) w_l(theta).
@@ -23,7 +23,7 @@ class Uniform:
     ends = (-math.inf, math.inf)
 
     def at(self, stations: Floats) -> Floats:
-        """Return ones (s, 1)."""
+        """Return ones (s, 1), the values at axial places (s,)."""
         return np.ones((len(stations), 1))
 
 
@@ -54,7 +54,7 @@ class Sines:
 
 @dataclass(frozen=True)
 class Stations:
-    """A casing from file: each function is 1 at one station, linear to the next.
+    """A casing from file: each function is 1 at its station, linear to 0 at the next.
 
     places : (s,), m, ascending
     """
@@ -72,7 +72,7 @@ class Stations:
         return self.places[0], self.places[-1]
 
     def at(self, stations: Floats) -> Floats:
-        """Return the values at axial places (s,), m; beyond the ends those there."""
+        """Return the values at axial places (s,), m; beyond an end, those at it."""
         hats = np.eye(self.count)
         columns = [np.interp(stations, self.places, hat) for hat in hats]
         return np.column_stack(columns)

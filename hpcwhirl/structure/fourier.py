@@ -31,7 +31,7 @@ class FourierOperator:
     harmonics : H
     radius : m
     axial : how harmonics vary along the axis
-    directions : 2, of w and u; 3 where coordinates include axial displacements
+    directions : number of displacements: 2, w and u; 3 with axial displacements
     """
 
     harmonics: int

@@ -41,7 +41,7 @@ class Rotation:
     ----------
     coriolis : C (n, n), kg, skew
     stiffening : K_g (n, n), kg: N/m per unit Omega^2
-    load : F_c (n,), kg m: N per unit Omega^2, still with the pull of a lost blade
+    load : F_c (n,), kg m: N per unit Omega^2, including the pull of a lost blade
     swing : F_e (n,), kg m: N per unit of -dOmega/dt
     released : (n,), kg m: the pull of a lost blade at its root with opposite sign; zero
         if none is lost

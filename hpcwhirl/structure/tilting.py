@@ -5,8 +5,8 @@ In the rotating frame, of the centre z and the slope phi of the shaft at the dis
 m z'' + ... + k_11 z + k_12 phi = F
 I_d phi'' + i Omega (2 I_d - I_p) phi' + Omega^2 (I_p - I_d) phi + k_12 z + k_22 phi = 0
 
-for a flat disk, whose blades are affected by the tilt only through the centre. It is
-held by a massless shaft with bending stiffness E I: a cantilever of length L,
+for a flat disk, whose blades are affected by the tilt only through the centre. The disk
+is held by a massless shaft with bending stiffness E I: a cantilever of length L,
 
 k_11 = 12 E I / L^3, k_12 = -6 E I / L^2, k_22 = 4 E I / L,
 
