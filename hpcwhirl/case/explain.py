@@ -48,7 +48,7 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return a text on the number of modes and the time step that truncation saves."""
+    """Return a text on the modes and the stable steps with and without truncation."""
     scene = case.given
     few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"

@@ -223,7 +223,7 @@ def _round(value: float) -> float:
 
 
 def _first(table: list[Line]) -> float:
-    """Return the frequency of the rotor's 1F at the highest nodal diameter, Hz."""
+    """Return the frequency, Hz, of 1F at the rotor's highest nodal diameter."""
     first = [line for line in table if line.body == "rotor" and line.family == "1F"]
     return max(first, key=lambda line: line.nodal_diameter).frequency_hz
 

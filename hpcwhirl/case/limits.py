@@ -127,9 +127,9 @@ def check_supports(model: Model, scene: Scene) -> None:
     """Raise InputError for supports that are not admissible at a scene's speed.
 
     The table of a bearing must include the speed. If supports differ by direction or
-    have a film, they must have stiffness in all directions, |k_d| < 1 / a with the
-    centre's compliance a at rest on the mean supports, dampers must not feed energy,
-    |c_d| <= c, and the scheme must allow such supports.
+    have a film, they must be stiff in all directions, |k_d| < 1 / a with a the centre's
+    compliance at rest on the mean supports, dampers must not feed energy, |c_d| <= c,
+    and the scheme must allow such supports.
     """
     spin, scheme = model.rotor.spin, scene.solver.scheme
     if spin is None:
@@ -253,7 +253,7 @@ def check_wall(scene: Scene) -> None:
 
 
 def wall_limits(scene: Scene) -> dict[str, float]:
-    """Return {limit: longest time step, s} by growth and rise of a casing's shape."""
+    """Return {limit: longest time step, s} for growth and rise of a casing's shape."""
     casing, out = scene.engine.casing, {}
     if _shape_reach(scene, casing.profile_rise) > scene.gap:
         out["profile_rise"] = casing.profile_rise / FEWEST_IN_RISE
@@ -273,9 +273,9 @@ def _places(scene: Scene, time: float) -> Floats:
 
 
 def _shape_reach(scene: Scene, time: float) -> float:
-    """Return a profile's largest departure inward at a blade, faded in, m; 0: none.
+    """Return a shape's largest inward departure at a blade, faded in, m; 0 if round.
 
-    Blades are taken as not deflected, as in `_wall_reach`.
+    Blades count as undeflected, as in `_wall_reach`; `time` gives their angles.
     """
     if is_round(scene):
         return 0.0
@@ -410,8 +410,8 @@ def fastest_line(model: Model, speed: float) -> float:
     """Return the highest frequency of motion that matters in the static frame, rad/s.
 
     A mode matters if it has at least `MATTERS` of the largest modal compliance of the
-    centre (of the tips, if no mode moves the centre) under a steady load. In the static
-    frame its line is at most at omega + |Omega|; with full rotation at omega + 2
+    centre (of the tips, if no mode moves the centre) under a steady load. Its frequency
+    in the static frame is at most omega + |Omega|; with full rotation omega + 2
     |Omega|, since Coriolis forces split a pair by at most 2 |Omega|.
     """
     turns = 1.0 if model.rotor.spin is None else 2.0

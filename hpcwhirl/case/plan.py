@@ -65,8 +65,8 @@ class Plan:
 def folds_of(scene: Scene) -> int:
     """Return g, the number of sectors that move alike: gcd(k, N).
 
-    Of a casing that is not round, also of the harmonics of its shape; 1 if sectors
-    differ, if a layer wears, or if plan or scheme do not allow one to stand for all.
+    The gcd includes the harmonics of a casing that is not round. g is 1 with unequal
+    sectors, an unbalance or a layer that wears, or if plan or scheme need all sectors.
     """
     solver = scene.solver
     if solver.plan == "everything" or not SCHEMES[solver.scheme].folds:
@@ -82,8 +82,8 @@ def settling_time(scene: Scene, model: Model) -> float:
     """Return the time, s, after which the untouched ring moves less than the gap.
 
     It follows from bounds of the modes' amplitudes after the pulse, which decay with
-    xi omega; infinite for undamped modes, for a driven casing, and for one that is not
-    round and leaves no gap.
+    xi omega. It is infinite for undamped modes, for a driven casing, and for a casing
+    whose shape leaves no gap.
     """
     room = room_of(scene)
     if room < 0.0:

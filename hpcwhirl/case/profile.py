@@ -35,7 +35,7 @@ class Shape(NamedTuple):
     orders : (n,), h, ascending
     cosine, sine : (n,), a and b, m
     depth : m, largest departure inward at any angle; 0 where there is none
-    missed : m, largest difference at the table's own angles, of a table over angle
+    missed : m, largest difference from a table over angle at its angles; else 0
     """
 
     orders: NDArray[np.int64]
@@ -60,19 +60,19 @@ def shape_of(scene: Scene) -> Shape:
 
 
 def profile_of(scene: Scene) -> Shape:
-    """Return the part of the shape that a table gives, without the offset."""
+    """Return the part of the shape that `profile` gives, without the offset."""
     casing = scene.engine.casing
     return _shape(casing.profile, casing.profile_scale, 0.0, 0.0)
 
 
 def offset_of(scene: Scene) -> Shape:
-    """Return the part of the shape that the offset gives, which no release ends."""
+    """Return the part of the shape due to the offset, which stays after a release."""
     casing = scene.engine.casing
     return _shape("", 1.0, casing.offset, casing.offset_angle)
 
 
 def room_of(scene: Scene) -> float:
-    """Return the least gap over all angles, m; of a gap that changes, at the start."""
+    """Return the least gap over all angles, m; if gap changes in time, at the start."""
     return scene.gap - shape_of(scene).depth
 
 
@@ -83,7 +83,7 @@ def departure(shape: Shape, angles: Floats) -> Floats:
 
 
 def departure_at_start(scene: Scene, angles: Floats) -> Floats:
-    """Return the departure as a run begins, (n,), m, outward: of what does not fade in.
+    """Return the departure, (n,), m, outward, of the shape that is there at the start.
 
     angles : (n,), rad, static frame; a rigid casing's lobes are included
     """
@@ -122,7 +122,7 @@ def _series(table: str) -> dict[int, complex]:
 
 
 def _of_lines(rows: Floats) -> dict[int, complex]:
-    """Return {h: a + i b} of straight lines between (rad, m), by their kinks.
+    """Return {h: a + i b} of straight lines between points (rad, m), by their kinks.
 
     f'' is a kink s_i, the change of slope, at each angle: h > 0 has the coefficient
     -sum s_i e^{-ih theta_i} / (2 pi h^2) of e^{ih theta}, half of a - i b.
@@ -142,7 +142,7 @@ def _of_lines(rows: Floats) -> dict[int, complex]:
 
 
 def _depth(shape: Shape) -> float:
-    """Return a bound of the largest departure inward; between angles w'' bounds it."""
+    """Return a bound of the largest inward departure, m, by values and by max |w''|."""
     spacing = 2 * math.pi / AROUND
     lowest = float(departure(shape, spacing * np.arange(float(AROUND))).min())
     sizes = np.hypot(shape.cosine, shape.sine)

@@ -64,6 +64,6 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return step and shape of the release, which a resumed march must have, too."""
+    """Return step and shape of a release; only a march with the same is resumed."""
     shape = profile_of(scene)
     return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

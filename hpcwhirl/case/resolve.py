@@ -28,8 +28,8 @@ class Case:
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
-    own : a model to use instead of one made from the scene
-    goes_on : whether it begins with the last state of another case, without a pulse
+    own : model to use instead of one made from the scene; None: make it
+    goes_on : whether the case begins with the last state of another, without a pulse
     """
 
     given: Scene

@@ -91,7 +91,7 @@ class Choice(NamedTuple):
 
 
 def needing(scene: Scene) -> str:
-    """Return the input (or `FREE`) of a scene that needs rotation full, "" for none."""
+    """Return the input (or `FREE`) that makes a scene need rotation full; "": none."""
     rotor = scene.engine.rotor
     usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
     own = [name for name, value in usual.items() if getattr(rotor, name) != value]
@@ -165,7 +165,7 @@ def _change(rest: Model, turning: Model, speed: float) -> Change:
 
 
 def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
-    """Return which modes of a rotor matter to the compliance of its tips, (m,)."""
+    """Return whether a rotor's modes matter to the compliance of its tips, (m,)."""
     free = np.maximum(body.omega, np.finfo(float).tiny)
     moved = sum((rows**2).sum(axis=0) for rows in tip_rows(body, blades))
     gives = np.asarray(moved) / free**2
@@ -203,7 +203,7 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the two waves of a rank (one for k = 0) from lines by frequency."""
+    """Return the two waves of a rank (one for k = 0) from lines sorted by frequency."""
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
 

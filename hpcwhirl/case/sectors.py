@@ -88,7 +88,7 @@ def _folded(own: SpinBlock, folds: int) -> SpinBlock:
 
 
 def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
-    """Return the coordinates of the ring's harmonics g h', those of w and then of u."""
+    """Return indices of the coordinates of a ring's harmonics g h': of w, then of u."""
     harmonics = folds * np.arange(1, operator.harmonics // folds + 1)
     pairs = np.column_stack([2 * harmonics - 1, 2 * harmonics]).ravel()
     radial = np.concatenate([[0], pairs])

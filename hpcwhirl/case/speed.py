@@ -101,7 +101,7 @@ class SpeedLaw:
 
     @property
     def fastest_change(self) -> float:
-        """Largest |dOmega/dt|, rad/s^2."""
+        """Largest |dOmega/dt| at any time, rad/s^2."""
         if self.kind == "table":
             return float(np.abs(np.diff(self.speeds) / np.diff(self.times)).max())
         return abs(self.rate) * (0.5 * math.pi if self.kind == "smooth" else 1.0)
@@ -140,7 +140,7 @@ def speed_at(scene: Scene, time: Any) -> Any:
 
 
 def extremes(scene: Scene) -> tuple[float, float]:
-    """Return the speeds of a scene, least and largest in magnitude, rad/s, signed."""
+    """Return a scene's speeds, signed, of least and of largest magnitude, rad/s."""
     law = law_of(scene)
     if law is None:
         return scene.speed, scene.speed
@@ -149,7 +149,7 @@ def extremes(scene: Scene) -> tuple[float, float]:
 
 
 def closure_at(scene: Scene, time: Any) -> Any:
-    """Return by how much the gap has closed by times, m, growth of the tips apart."""
+    """Return by how much the gap has closed at times, m, without growth of the tips."""
     if scene.gap_table:
         times, gaps = np.array(kept_rows(scene.gap_table)).T
         return gaps[0] - np.interp(time, times, gaps)
@@ -157,7 +157,7 @@ def closure_at(scene: Scene, time: Any) -> Any:
 
 
 def laws_of(scene: Scene) -> tuple[Any, ...]:
-    """Return all inputs of a scene that speed and gap depend on in time."""
+    """Return the law of the speed, and all inputs on which the gap depends in time."""
     gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
     return law_of(scene), *gap
 
@@ -197,15 +197,15 @@ def growth_of(model: Model) -> Growth:
 
 
 class Interval(NamedTuple):
-    """What is constant in an interval of a march.
+    """Constants of speed, angle and gap in an interval of a march.
 
     Attributes
     ----------
-    speed, rate : mean Omega of its steps, rad/s, and mean dOmega/dt, rad/s^2; a step
-        stands for half a step on both sides
-    turn : rad/s, by which the angle grows in it
-    first : rad/s, the speed that begins the parabola of the angle
-    since : s, its begin
+    speed, rate : rad/s, mean Omega from half a step before the begin to half a step
+        before the end; mean dOmega/dt, rad/s^2
+    turn : rad/s, mean rate of the angle in the interval
+    first : rad/s, rate of the angle's parabola at its begin
+    since : s, begin of the interval
     ahead, bend : rad, rad/s^2: theta = first t + ahead + bend (t - since)^2
     gap, opening : m, at the begin; m/s
     """
@@ -228,9 +228,9 @@ class Schedule:
     Attributes
     ----------
     scene, model : whole, with `gap` that of time 0
-    every : steps of an interval
-    straight : whether the angle in an interval is a line, as of a ring that rides in
-        the rotor's frame
+    every : number of steps of an interval
+    straight : whether the angle is a line in an interval, as for a ring that is
+        integrated in the rotor's frame
     """
 
     scene: Scene
@@ -297,7 +297,7 @@ class Schedule:
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
     """Return the intervals of a scene; None where nothing changes in time.
 
-    scene, model : whole, as integrated
+    scene, model : scene and model of all sectors, as integrated
     """
     if not changes(scene):
         return None
@@ -311,7 +311,7 @@ def rides(scene: Scene, model: Model) -> bool:
 
 
 def interval_of(scene: Scene, model: Model) -> int:
-    """Return the steps of an interval, few enough for the scene's `accuracy`.
+    """Return the number of steps of an interval, which suits the scene's `accuracy`.
 
     A wave of frequency omega that is marched at the mean speed is ahead or behind by at
     most h |dOmega/dt| T^2 / 8 rad in an interval T, and by less than third order at its

@@ -99,7 +99,7 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
     ----------
     body : the body, with m modes
     weights : (n, m), 1/kg, products of modal shapes that give each motion
-    chosen : (m,), which modes move
+    chosen : (m,), whether a mode moves
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
     omega = np.maximum(body.omega[chosen], 1e-3 / WINDOW)  # free modes: w near 0
@@ -141,7 +141,7 @@ def _wheel(scene: Scene) -> Wheel:
 
 @lru_cache(maxsize=64)
 def _most_modes(wheel: Wheel) -> int:
-    """Return the number of fixed-interface modes, up to `FINEST_FAMILIES` per blade."""
+    """Return the number of all fixed-interface modes, at most `FINEST_FAMILIES` N."""
     rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
     if wheel.file:
         return min(most, file_model(wheel.file, wheel.content, rotor).kept)
@@ -182,7 +182,7 @@ def truncation_error(scene: Scene) -> float:
 
 
 def left_out(scene: Scene) -> Missed:
-    """Return the parts of `truncation_error`, by body and load.
+    """Return the parts of `truncation_error`: those by each body and by the load.
 
     Parameters
     ----------
@@ -272,9 +272,9 @@ def with_truncation(scene: Scene) -> Scene:
     """Return the scene with the modes that meet its truncation error, if it sets one.
 
     The rotor gets the fewest families per blade whose part of the estimate is at most
-    `TO_ROTOR` of the allowed error. The ring gets the fewest harmonics, if possible
-    without the modes that stretch it, for which the whole estimate is allowed, or the
-    finest if there are none. A casing from file keeps all its harmonics.
+    `TO_ROTOR` of the allowed error. The ring gets the fewest harmonics with which the
+    whole estimate is allowed, if possible without the modes that stretch it; if none
+    suffice, the finest. A casing from file keeps all its harmonics.
     """
     asked = scene.solver.truncation
     if asked == 0.0 or not has_families(scene):

@@ -78,7 +78,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return xi (n,), m, of an unbalanced rotor; None on supports equal in x, y."""
+    """Return xi (n,), m, of an unbalanced rotor; None if supports are equal in x, y."""
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
@@ -142,14 +142,14 @@ def _circle_in_film(
     if miss(most) > 0.0:
         msg = (
             f"film_clearance must be > {own.clearance:.6g} m: the unbalance's circle "
-            f"would close the squeeze film, beyond {CLOSED:g} of it"
+            f"would exceed {CLOSED:g} of it, which closes the squeeze film"
         )
         raise InputError(msg)
     return at(zero_between(miss, 0.0, most, xtol=1e-15, rtol=1e-14))
 
 
 def centre_of(model: Model, places: Any) -> complex:
-    """Return x_o + i y_o, m, of a rotor's displacement (n,), m."""
+    """Return the centre's x_o + i y_o, m, in a rotor's displacement (n,), m."""
     x, y = places[2 * model.blades : 2 * model.blades + 2]
     return complex(x + 1j * y)
 
@@ -157,7 +157,7 @@ def centre_of(model: Model, places: Any) -> complex:
 def reach_of(model: Model, scene: Scene) -> float:
     """Return the largest outward displacement of any blade's tip in x_s, m.
 
-    Of contact points with a clearance of their own, beyond what that adds.
+    If contact points have additional clearances, these are subtracted.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -198,7 +198,7 @@ def check_unbalance(model: Model, scene: Scene) -> None:
         share = far / scene.engine.rotor.radius
         msg = (
             f"amplitude_limit must be > {share:.6g} (the circle of the rotor without "
-            "its lost blade, if nothing held it), got "
+            "its lost blade, without contact), got "
             f"{scene.solver.amplitude_limit:.6g}"
         )
         raise InputError(msg)
