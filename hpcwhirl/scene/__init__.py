@@ -1,4 +1,4 @@
-"""Inputs of a case as frozen data in SI units; TOML, quantities, words, presets."""
+"""Inputs of a case as frozen data in SI units; their TOML; units, words, presets."""
 
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,

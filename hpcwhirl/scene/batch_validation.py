@@ -61,7 +61,7 @@ def _adapter(name: str) -> TypeAdapter[Any]:
 
 
 def first_refused(name: str, values: Values) -> int:
-    """Return the index of the first value that an input does not allow; -1: none."""
+    """Return the index of the first of `values` that an input refuses; -1: none."""
     try:
         _adapter(name).validate_python(listed(values))
     except ValidationError as failed:
@@ -85,7 +85,7 @@ class Many:
         self._known_numbers: dict[str, Array] = {}
 
     def numbers(self, name: str, values: Values) -> Array:
-        """Return values of an input as an array; lists become their lengths."""
+        """Return an input's values as an array; a list counts as its length."""
         if takes_list(name):
             return np.array([len(value) for value in values])
         if isinstance(values, np.ndarray):
@@ -149,7 +149,7 @@ class Many:
     def _first(
         self, chosen: Array, holds: Condition, values: dict[str, Array] | None = None
     ) -> int | None:
-        """Return the first chosen case that meets a condition; None: none does."""
+        """Return the first of `chosen` cases that meets a condition, None for none."""
         for start in range(0, len(chosen), AT_ONCE):
             cases = chosen[start : start + AT_ONCE]
             mask = holds(self.all(cases, values))
@@ -159,7 +159,7 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return the column's values as numbers, up to the last that any case has."""
+        """Return a column's values as numbers, up to the last that `cases` have."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
@@ -169,7 +169,7 @@ class Many:
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
     def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
-        """Return a getter: name of an input -> one value, or (cases,) if it is swept.
+        """Return a function: name of an input -> its value, or (cases,) if it is swept.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class Many:
             yield np.broadcast_to(ends, cases.shape)
 
     def labels(self, names: Iterable[str], cases: Array | None = None) -> Array:
-        """Return labels, (m,), equal for cases with equal values of some inputs.
+        """Return integers, (m,), equal for cases with equal values of some inputs.
 
         Parameters
         ----------
@@ -229,14 +229,14 @@ class Many:
         return [int(case) for case in cases[first]]
 
     def kinds(self, names: Iterable[str]) -> Array:
-        """Return the first case with each combination of some inputs, ascending."""
+        """Return the first case of each combination of some inputs' values, sorted."""
         swept = [name for name in names if name in self.columns]
         cases = self.table.first_of(swept)
         kind = self.labels(swept, cases)
         return cases[np.sort(np.unique(kind, return_index=True)[1])]
 
     def twice(self) -> tuple[int, int] | None:
-        """Return the first case that repeats an earlier one: (earlier, it), or None."""
+        """Return (a case, the first case that repeats one); None without repetition."""
         if self._is_plain_product():
             return None
         _, first, kind = np.unique(

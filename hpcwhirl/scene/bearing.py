@@ -80,7 +80,7 @@ def _of_toml(text: str) -> dict[str, list[Any]]:
 
 
 def _tables(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the tables within a table, itself included, that have kxx."""
+    """Return all tables with the key kxx among a table and those nested in it."""
     own = [table] if "kxx" in table else []
     inner = [value for value in table.values() if isinstance(value, Mapping)]
     return own + [found for value in inner for found in _tables(value)]

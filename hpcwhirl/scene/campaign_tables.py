@@ -141,7 +141,7 @@ class Campaign(TableModel):
     )
 
     def with_options(self, other: Campaign) -> Campaign:
-        """Return the table with the keys that another one sets."""
+        """Return the table, overridden by the keys that `other` sets."""
         return self.model_copy(
             update={name: getattr(other, name) for name in other.model_fields_set}
         )
@@ -209,7 +209,7 @@ class TwinsTable(TableModel):
         return self
 
     def as_plan(self) -> dict[str, Any]:
-        """Return the table as plain data for a plan, from which it is restored."""
+        """Return plain data for a plan, from which the table can be restored."""
         return self.model_dump(exclude=set() if self.of == "even" else {"sample"})
 
 
@@ -281,7 +281,7 @@ class SampleTable(TableModel):
             raise ValueError(msg + ", ".join(self.laws))
         others = [n for n in self.laws if n != MISTUNING]
         if self.tuned and (others or self.method == SALTELLI):
-            msg = "tuned goes with draws of mistuning alone, not with "
+            msg = "tuned must be set only with draws of mistuning, not with "
             raise ValueError(msg + ", ".join(others or [f"method {self.method}"]))
         return self
 
@@ -341,7 +341,7 @@ def _level(_: str, given: Any, __: Mapping[str, Any]) -> int:
 
 
 def _resolution(name: str, given: Any, scales: Mapping[str, Any]) -> float:
-    """Return the finest step of an input in SI; relative on a logarithmic scale."""
+    """Return the finest step of an input, in SI, or relative on a logarithmic scale."""
     if scales.get(name) == "log":
         given = told_of(f"[refine] resolution of {name}", lambda: in_si(given, "1"))
     else:
@@ -360,8 +360,8 @@ Preset = Annotated[str, BeforeValidator(_preset)]
 class Refine(TableModel):
     """The table [refine]: inputs whose grid is refined where words differ.
 
-    `scale`, `levels` and `resolution` are {full dotted input: value} for inputs of
-    `over`, also if the file has one value for all of them.
+    `scale`, `levels` and `resolution` are {full dotted input: value} for the inputs in
+    `over`, also where the file has one value for all inputs.
     """
 
     over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(

@@ -90,12 +90,12 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
     Parameters
     ----------
     word : name of a table or input, dotted or not, or a word of a meaning
-    besides : further names that the error may suggest
+    besides : further names that the error message may suggest
 
     Raises
     ------
     InputError
-        if there is none, with an explanation or the nearest known name
+        if there is no such input, with an explanation or the nearest known name
     """
     facts = catalogue()
     inside = [f for f in facts.values() if word in _names_of_table(f.table)]
@@ -125,7 +125,7 @@ def _by_meaning(word: str) -> list[InputFact]:
 
 
 def _names_of_table(table: str) -> tuple[str, str, str]:
-    """Return the accepted names of a table: its full name, last part, in brackets."""
+    """Return a table's accepted names: full name, last part, full name in brackets."""
     return table, table.rpartition(".")[2], f"[{table}]"
 
 

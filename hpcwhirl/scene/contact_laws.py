@@ -1,7 +1,7 @@
 """Tables of the laws of contact and friction of tips and casing.
 
-A scheme that does not know a law is refused; `modal` hands over to `general`. What the
-kernels need of a contact law is in `dynamics.layer`.
+A scheme that does not know a law is refused; `modal` hands over to `general`.
+`dynamics.layer` makes the kernels' arguments of a contact law.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class ContactLaw:
     ----------
     name : value of casing.contact_law
     meaning : explanation for users
-    schemes : names of the schemes that know it
+    schemes : names of the schemes that can integrate the law
     """
 
     name: str
@@ -99,7 +99,7 @@ def rods_around(edge: Any, radius: Any, rods: Any) -> Any:
 
 
 def is_known(law: Any, scheme: Any) -> Any:
-    """Return whether a scheme knows a contact law; scalars or (cases,)."""
+    """Return whether a scheme can integrate a contact law; scalars or (cases,)."""
     found: Any = False
     for one in _TABLE:
         for name in one.schemes:

@@ -96,7 +96,7 @@ class CaseDigests(OfCases[str]):
     ----------
     shared : {dotted input: value} of all inputs, see `flatten`
     table : the inputs that each case sets
-    reads : {engine file: its part of a digest, see `read_as`}
+    reads : {engine file: result of `read_as`, its part of a digest}
     physics : physics version that is part of the digests
     """
 
@@ -171,7 +171,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """(column, texts) of each swept input: text of each value and that after it.
+        """(column, texts) of each swept input: each value's JSON and the text after it.
 
         The last pair is that of the engine's file.
         """
@@ -186,7 +186,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _text(self) -> tuple[Any, list[str]]:
-        """Hash state of the text before the first swept value, and texts between.
+        """Hash state of the JSON before the first swept value; texts after each value.
 
         The end of the text is left out, since it depends on the engine's file. The name
         of an input of `LATER` is not in the text before its value but in its

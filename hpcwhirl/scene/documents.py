@@ -96,7 +96,7 @@ def scene_of_document(
 def _set(
     data: dict[str, Any], preset: Mapping[str, Value], settings: Mapping[str, Value]
 ) -> Scene:
-    """Return the scene of plain data, overridden by a preset and then by settings."""
+    """Return the scene of plain data, with a preset's and then settings' values."""
     if not preset:
         return apply_settings(scene_from(data), settings)
     solver = {name: value for name, value in data["solver"].items() if name != PRESET}

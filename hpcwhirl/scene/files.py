@@ -84,7 +84,7 @@ def value_in_si(name: str, value: Any) -> Any:
 
 
 def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
-    """Return the table that a text names; of a list of texts, all tables."""
+    """Return the table that a text names, or a list of tables for a list of texts."""
     if isinstance(value, list):
         return [_tables_in(one, table) for one in value]
     return table(value) if isinstance(value, str) else value
@@ -97,7 +97,7 @@ def takes_list(name: str) -> bool:
 
 
 def full_name(name: str) -> str:
-    """Return the full dotted name for a full one or an unambiguous ending of it."""
+    """Return the full dotted name of an input from it or from an unambiguous ending."""
     if name in INPUTS:
         return name
     matches = [n for n in INPUTS if n.endswith("." + name)]
@@ -256,7 +256,7 @@ def scene_from(data: Mapping[str, Any]) -> Scene:
 
 
 def told_by(failed: ValidationError) -> InputError:
-    """Return an error of pydantic about a scene as an InputError of one line."""
+    """Return pydantic's error about a scene as an InputError of one line."""
     return _one_line(failed.errors()[0])
 
 
@@ -466,7 +466,7 @@ def _sha256(file: str, state: tuple[int, ...]) -> str:
 
 
 def case_before(scene: Scene) -> Scene | None:
-    """Return the case with whose last state a case begins, None for none."""
+    """Return the case with whose last state a case begins; None without history."""
     over, values = parsed(scene.history)
     if not values:
         return None
@@ -509,5 +509,5 @@ def default_of(name: str) -> Any:
 
 
 def read_as(content: str) -> str:
-    """Return an engine file's part of a digest: its content, and how it is read."""
+    """Return an engine file's part of a digest: `content` and `READING`; "" if none."""
     return content and f"{content} {READING}"

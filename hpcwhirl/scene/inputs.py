@@ -56,7 +56,7 @@ def _as_tuple(value: Any) -> Any:
 
 
 def _own_ratio(value: float) -> float:
-    """Check the damping ratio of some modes: >= 0, or -1 for that of the others."""
+    """Return a damping ratio after a check: >= 0, or -1 for that of other modes."""
     if value < 0.0 and value != AS_THE_REST:
         msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
         raise ValueError(msg)
@@ -64,12 +64,12 @@ def _own_ratio(value: float) -> float:
 
 
 def speed_over_time(text: str) -> str:
-    """Return a table of speeds as a scene keeps it."""
+    """Return a table of speeds over time as one line of text, see `table_over_time`."""
     return table_over_time(text, "speed")
 
 
 def gap_over_time(text: str) -> str:
-    """Return a table of gaps as a scene keeps it."""
+    """Return a table of gaps over time as one line of text, see `table_over_time`."""
     return table_over_time(text, "gap")
 
 
@@ -519,7 +519,7 @@ class Engine(Inputs):
 
 
 class Solver(Inputs):
-    """Reduction and time integration."""
+    """Inputs of the reduction and of the time integration."""
 
     scheme: SchemeName = given(DEFAULT, f"integrator; {MEANINGS}")
     time_step: Positive = given(
@@ -571,7 +571,7 @@ class Solver(Inputs):
 
 
 class Output(Inputs):
-    """Detail of the results that are kept of a run."""
+    """Inputs on which results of a run are kept, in which detail."""
 
     traces: Literal["summary", "blades", "orbit", "full"] = given(
         "orbit",

@@ -1,7 +1,7 @@
-"""Small tables that an input names, which a scene keeps as one line of text.
+"""Small tables from files that inputs name, kept by a scene as one line of text.
 
-A scene that keeps the table does not depend on its file any more. The line holds the
-names of the columns and the rows of numbers, as "time,speed;0,100;2,300".
+So a scene no longer depends on the file. The line holds the names of the columns and
+the rows of numbers, as "time,speed;0,100;2,300".
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def text_of(path: Path) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    """Return the lines of a kept table, or of the CSV file that a text names.
+    """Return the lines of a kept table `text`, or of the CSV file that it names.
 
     Raises
     ------
@@ -60,10 +60,10 @@ def rows_of(lines: Iterable[str]) -> Rows:
 
 
 def kept_rows(text: str) -> Rows:
-    """Return the rows of a kept table."""
+    """Return the numbers in the rows of a kept table."""
     return rows_of(text.split(";")[1:])
 
 
 def kept_table(head: str, rows: Rows) -> str:
-    """Return the line that a scene keeps."""
+    """Return a table as the line that a scene keeps; head : names of the columns."""
     return ";".join([head, *(",".join(map(repr, row)) for row in rows)])

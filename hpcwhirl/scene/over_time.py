@@ -15,13 +15,13 @@ TIME = "time"
 
 
 def table_over_time(text: str, name: str) -> str:
-    """Return a table as one line of text, the form that a scene keeps.
+    """Return a table over time as one line of text, the form that a scene keeps.
 
     Parameters
     ----------
     text : name of a CSV file with the columns time and `name`, or a table in one line,
         as "time,speed;0,100;2,300"; "" is returned as it is
-    name : of the quantity
+    name : name of the quantity
 
     Raises
     ------
@@ -45,7 +45,7 @@ def table_over_time(text: str, name: str) -> str:
 
 
 def scaled(text: str, factor: float) -> str:
-    """Return a table that a scene keeps, with its values times a factor."""
+    """Return a kept table over time with its second column times a factor."""
     if not text:
         return ""
     rows: Rows = [(time, factor * value) for time, value in kept_rows(text)]

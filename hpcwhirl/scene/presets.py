@@ -41,8 +41,8 @@ def preset_inputs(name: str) -> dict[str, Value]:
 def preset_loss(name: str) -> str:
     """Return the measured cost and errors of a preset, in one sentence.
 
-    Those on random engines come first, then those on the engines of the trade-off and
-    those of maps.
+    Errors on random engines come first, then those on the engines of the trade-off,
+    then those of maps.
     """
     texts = {"engines": ELSEWHERE, **_table()[name]}
     parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
@@ -55,7 +55,7 @@ def preset_bounds(name: str) -> dict[str, float]:
 
 
 def preset_in_short(name: str) -> str:
-    """Return the cost of a preset and the first of its measured errors."""
+    """Return a text with the cost of a preset and the first of its measured errors."""
     texts = _table()[name]
     cost, *losses = str(texts["loses"]).split("; ")
     first = str(texts.get("engines") or texts.get("regimes") or losses[0])

@@ -27,7 +27,7 @@ INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
 def _as_given(*names: str) -> dict[str, Quantity]:
-    """Return {name without tables: quantity} of inputs that every row has."""
+    """Return {last part of name: quantity} of inputs that all results have per case."""
     kinds = {name: "i8" if f.annotation is int else "f8" for name, f in LEAVES}
     return {
         name.rpartition(".")[2]: replace(INPUTS[name], kind=kinds[name])

@@ -24,7 +24,7 @@ RPM = 30.0 / math.pi  # rpm per rad/s
 
 
 class _Remark(NamedTuple):
-    """A warning: inputs on which it depends, condition, and text."""
+    """A warning: the inputs on which it depends, its condition, and its text."""
 
     inputs: tuple[str, ...]
     holds: Condition
@@ -151,7 +151,7 @@ def remarks(cases: Many | Scene) -> list[str]:
 
 
 def _all_told(table: tuple[_Remark, ...], cases: Many | Scene) -> list[str]:
-    """Return the texts of the warnings that apply to at least one case."""
+    """Return the texts of those warnings in `table` that apply to at least one case."""
     many = Many(cases, Table.of([{}])) if isinstance(cases, Scene) else cases
     with np.errstate(over="ignore"):
         return [line for remark in table if (line := _line(remark, many))]

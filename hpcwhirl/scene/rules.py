@@ -248,7 +248,7 @@ def _at_constant_speed(name: str, usual: Any) -> Rule:
 def _unchanged(name: str, usual: Any, note: str = "") -> Rule:
     """Return the rule that an input must be `usual` where speed or gap change.
 
-    note : what else to do
+    note : advice at the end of the message
     """
     return Rule(
         (*CHANGING, name),
@@ -298,12 +298,12 @@ OF_SCENE = (
     Rule(
         ("acceleration", "speed_table"),
         lambda rate, table: (rate == 0.0) | (table == ""),
-        lambda rate, _: f"acceleration must be 0 beside a speed_table, got {rate}",
+        lambda rate, _: f"acceleration must be 0 with a speed_table, got {rate}",
     ),
     Rule(
         ("gap_closure", "gap_table"),
         lambda closure, table: (closure == 0.0) | (table == ""),
-        lambda closure, _: f"gap_closure must be 0 beside a gap_table, got {closure}",
+        lambda closure, _: f"gap_closure must be 0 with a gap_table, got {closure}",
     ),
     Rule(
         (*CHANGING, "solver.scheme"),
@@ -374,8 +374,8 @@ OF_SCENE = (
             (energy == 0.0) | ((load == 0.0) & (lost == NO_BLADE))
         ),
         lambda energy, *_: (
-            "start_energy must be 0 with an unbalance or a lost blade, which begin on "
-            f"their circle, got {energy}"
+            "start_energy must be 0 with an unbalance or a lost blade, which set the "
+            f"initial motion, got {energy}"
         ),
     ),
     Rule(

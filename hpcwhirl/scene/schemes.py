@@ -56,14 +56,14 @@ class Scheme:
     name : value of solver.scheme, and name of its file
     meaning : explanation for users
     order : order, in the time step, of the error of a free mode; infinite: no error
-    nominal : computing time of a step of 22 blades, s, of the shares `USUAL`, assumed
-        before any measurement
+    nominal : s, computing time of a step with 22 blades and usual contact (`USUAL`),
+        assumed before any measurement
     folds : whether one of many equal sectors may be computed alone; schemes that do
         not fold serve as reference for those that do
     settles : whether the rest of a run may be computed in closed form after a
         certificate that no contact can recur
-    flies : whether it jumps over steps in which no blade can touch
-    cyclic : whether it uses the cyclic kernel, and so refuses other rotors and rings
+    flies : whether the scheme jumps over steps in which no blade can touch
+    cyclic : whether it always uses the cyclic kernel; then other models are refused
     matrices : whether it integrates coordinates with M, D and K instead of modes
     stands : whether supports in the static frame may differ by direction
     points : whether tips may have several contact points

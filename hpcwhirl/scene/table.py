@@ -71,7 +71,7 @@ class Axis:
         return {name: value_at(column, place) for name, column in both}
 
     def until(self, place: int) -> Axis:
-        """Return the axis cut off before a place."""
+        """Return the axis without the places from `place` on."""
         return Axis(self.names, tuple(column[:place] for column in self.columns))
 
     def plain(self) -> dict[str, Any]:
@@ -197,7 +197,7 @@ class Table(OfCases[Settings]):
         return [[axis.plain() for axis in block] for block in self.blocks]
 
     def times(self, axis: Axis) -> Table:
-        """Return the product of the table and a further axis, which varies fastest."""
+        """Return the product of the table and a further axis, now the fastest one."""
         return Table(Block([*block, axis]) for block in self.blocks)
 
     def mapped(self, name: str, change: Callable[[Any], Any]) -> Table:
@@ -213,7 +213,7 @@ class Table(OfCases[Settings]):
         return Table(Block(map(of, block)) for block in self.blocks)
 
     def along_last(self, axis: Axis) -> Table:
-        """Return the table with `axis` in place of the fastest axis of each block."""
+        """Return the table with `axis` instead of the fastest axis of each block."""
         return Table(Block([*block[:-1], axis]) for block in self.blocks)
 
     def __len__(self) -> int:
@@ -299,7 +299,7 @@ def _joined(parts: list[Values]) -> Values:
 
 
 def column_of(values: Values) -> Values:
-    """Return values as a column: `LONG` floats or more as an array, else unchanged."""
+    """Return values as an array if they are `LONG` floats or more, else unchanged."""
     if len(values) < LONG or isinstance(values, np.ndarray):
         return values
     return np.array(values) if all(type(value) is float for value in values) else values

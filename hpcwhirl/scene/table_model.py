@@ -108,7 +108,7 @@ class TableModel(BaseModel):
         Raises
         ------
         InputError
-            one line: the key, its value, what is allowed, the nearest known name
+            in one line: the key, its value, what is allowed, the nearest known name
         """
         as_table(where, given)
         try:
@@ -124,7 +124,7 @@ class TableModel(BaseModel):
     def _refused(
         cls, error: Mapping[str, Any], where: str, name: Callable[[str], str]
     ) -> InputError:
-        """Return an error of pydantic as an InputError of one line."""
+        """Return pydantic's error about a table as an InputError of one line."""
         own = str(error["loc"][0]) if error["loc"] else ""
         what, got = name(own) if own else where, error["input"]
         if error["type"] == "extra_forbidden":

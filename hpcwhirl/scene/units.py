@@ -109,7 +109,7 @@ def shown_in(unit: str) -> tuple[str, float]:
 
 @lru_cache(maxsize=256)
 def _shown(unit: str, asked: str) -> float:
-    """Return the factor from an SI unit to another one; 0 for another quantity."""
+    """Return the factor from an SI unit to `asked`; 0 if quantities differ."""
     if unit in {"", "1"} or (asked in TURNING) != (unit == ANGULAR):
         return 0.0
     try:
@@ -129,7 +129,7 @@ def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
     Raises
     ------
     ValueError
-        for a unit that no number is shown in
+        for a unit in which nothing is shown
     """
     if text is None:
         return (AS_SHOWN,)
@@ -183,12 +183,12 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
 
 
 def told_of(name: str, convert: Callable[[], Found]) -> Found:
-    """Return the result of a conversion; its ValueError becomes an InputError.
+    """Return the result of `convert`; a ValueError becomes an InputError.
 
     Parameters
     ----------
-    name : the input, at the beginning of the message
-    convert : the conversion
+    name : name of the input, at the beginning of the message
+    convert : function without arguments that converts a value
     """
     from hpcwhirl.errors import InputError
 

@@ -8,7 +8,7 @@ HTML page evaluates them, too.
 
 Lightness decreases from `missing` to `failed` in steps of at least 11 (CIE L*), so that
 words differ in grey print, and all colours differ for the colour-blind;
-`tests/scene/test_palette.py` measures both. A letter says the same without colour.
+`tests/scene/test_palette.py` measures both. A letter tells a word without colour.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Look:
     ink : colour of a letter or marker on that fill
     letter : letter that stands for the word
     marker : Matplotlib's marker of a point
-    told : text in legends
+    told : text of the word in legends
     line : colour of thin lines and dots on white, if the fill is too light for them
     """
 
@@ -120,7 +120,7 @@ def word_of(status: str, outcome: str, regime: str) -> str:
 
 
 def is_open(row: Mapping[str, Any]) -> bool:
-    """Return whether a longer run may give a row another regime.
+    """Return whether a longer run may give the case of a row another regime.
 
     It may if the case is undecided, or divergent by growth alone, and ran to its end: a
     case that ended at the amplitude limit cannot continue.

@@ -143,7 +143,7 @@ def test_a_sample_has_its_tuned_engine_at_each_point(tmp_path):
     ("more", "told"),
     [
         ({"tuned": 1}, "tuned must be true or false, got 1"),
-        ({"tuned": True, "gap": {**LAW, "mean": 1.0}}, "mistuning alone, not with gap"),
+        ({"tuned": True, "gap": {**LAW, "mean": 1.0}}, "of mistuning, not with gap"),
         ({"tuned": True, "method": "saltelli", "gap": LAW}, "not with gap"),
     ],
 )
