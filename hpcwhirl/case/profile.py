@@ -53,7 +53,7 @@ def is_round(scene: Scene) -> bool:
 
 
 def shape_of(scene: Scene) -> Shape:
-    """Return the shape of a scene's casing when it has faded in; arrays are shared."""
+    """Return the shape of a scene's casing after it has faded in, read-only."""
     casing = scene.engine.casing
     shift = casing.offset, casing.offset_angle
     return _shape(casing.profile, casing.profile_scale, *shift)
@@ -111,7 +111,7 @@ def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _series(table: str) -> dict[int, complex]:
-    """Return {h: a + i b} of a table, m."""
+    """Return {h: a + i b}, m, of the harmonics in a profile's table."""
     rows = kept_rows(table)
     if table.startswith(HARMONICS):
         return {
@@ -151,7 +151,7 @@ def _depth(shape: Shape) -> float:
 
 
 def _missed(table: str, scale: float) -> float:
-    """Return by how much the harmonics miss a table over angle at its angles, m."""
+    """Return the largest difference between harmonics and a table over angle, m."""
     if not table or table.startswith(HARMONICS):
         return 0.0
     angles, values = np.array(kept_rows(table)).T

@@ -30,7 +30,7 @@ def release_step(scene: Scene) -> int:
 
 
 def held_displacement(model: Model, scene: Scene) -> Floats:
-    """Return x (n,), m, static frame, in the coordinates of a model of all sectors."""
+    """Return x (n,), m, static frame, of a casing let go, in a model of all sectors."""
     ring, casing, shape = model.ring, model.casing, profile_of(scene)
     if not isinstance(ring, FourierOperator) or casing is None:
         raise TypeError(ring)

@@ -163,7 +163,7 @@ def laws_of(scene: Scene) -> tuple[Any, ...]:
 
 
 class Growth:
-    """Radial growth of the tip that grows most over the speed, in the rotor's modes."""
+    """Radial growth of the tip that grows most, as a function of the speed."""
 
     def __init__(self, model: Model) -> None:
         body, spin = model.rotor, model.rotor.spin
@@ -192,7 +192,7 @@ class Growth:
 
 @lru_cache(maxsize=MOST_KEPT)
 def growth_of(model: Model) -> Growth:
-    """Return the growth of a model's tips over the speed."""
+    """Return a function of speed: the growth of a model's tips."""
     return Growth(model)
 
 

@@ -110,7 +110,7 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
 
 
 class Wheel(NamedTuple):
-    """A rotor, given by its inputs or by its file and that file's digest."""
+    """A rotor, given by its inputs, or by the path of its file and a digest."""
 
     rotor: Rotor
     file: str

@@ -54,17 +54,17 @@ class Roots:
     decays: bool
 
     def waves(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of the motion from q with increments d, (modes,) each."""
+        """Return (A, B), (modes,) each, of the motion q_n from q and increments d."""
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of the increments, which follow the same recursion."""
+        """Return (A, B) of the increments d_n, which follow the recursion of q_n."""
         # d_1 = keep d - pull q = r (A cos phi + B sin phi)
         return d, -(self.back * d + self.pull / self.radius * q) / self.sine
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's modes by its items (ITEMS, n), `kernels.passes`."""
+    """Return the roots of a body's modes with `kernels.passes` items (ITEMS, n)."""
     modes = np.flatnonzero(items[passes.KEEP] != 0.0)
     keep, pull = items[passes.KEEP][modes], items[passes.PULL][modes]
     radius = np.sqrt(np.maximum(keep, 0.0))

@@ -69,7 +69,7 @@ class _Start(NamedTuple):
         return float(sum(self.row[column] for column in columns))
 
     def ahead(self, total: int, stride: int) -> Integers:
-        """Return the numbers of steps from here to each sample up to step `total`."""
+        """Return the numbers of steps from this to each sample up to step `total`."""
         first = self.step // stride + 1
         return np.arange(first, total // stride + 1) * stride - self.step
 

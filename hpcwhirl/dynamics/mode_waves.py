@@ -63,7 +63,7 @@ class ModeWaves:
 
     @property
     def is_basis(self) -> bool:
-        """Whether each mode swings, by two roots that do not nearly coincide."""
+        """Whether each mode oscillates, with two roots that do not nearly coincide."""
         with np.errstate(divide="ignore", invalid="ignore"):
             apart = np.abs(self.rise.imag) / np.abs(self.rise)
         return bool((apart * WORST > 1.0).all())

@@ -133,7 +133,7 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
 
 
 def points_of(model: Model) -> Points:
-    """Return where the contact points stand, as the kernels take them."""
+    """Return the positions and clearances of the contact points for the kernels."""
     turn, points = np.arange(model.blades) / model.blades, model.rotor.points
     if points is not None:
         turn = np.add.outer(turn, points.angle / (2.0 * math.pi)).ravel()

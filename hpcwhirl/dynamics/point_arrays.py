@@ -237,7 +237,7 @@ def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
 def point_arrays(
     model: Model, scene: Scene, waves: PointWaves
 ) -> tuple[Arrays, PointWaves]:
-    """Return the arrays of `kernels.points.march_points`, and the waves they are of."""
+    """Return the arrays of `kernels.points.march_points`, and their waves."""
     mu, hub = friction_with_sign(scene), centre_rows(model.rotor, model.blades)
     out, side = (-rows for rows in waves.rows)
     w, u = _rows_of_casing(model, 0.0)

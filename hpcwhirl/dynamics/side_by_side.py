@@ -72,7 +72,7 @@ class SideBySide:
 
     @property
     def intervals(self) -> int:
-        """Number of intervals for which there are arrays."""
+        """Number of intervals for which arrays are made."""
         return (self.one.total // self.one.beat - self.first_row) // self.rows
 
     @property

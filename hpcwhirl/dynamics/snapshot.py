@@ -130,6 +130,6 @@ def may_last(arrays: Arrays, march: March) -> bool:
 
 
 def _fit(arrays: Arrays, targets: Arrays) -> bool:
-    """Return whether arrays have the types and shapes of those that they are to set."""
+    """Return whether arrays have the types and shapes of their targets."""
     pairs = [(arrays[name], target) for name, target in targets.items()]
     return all((a.dtype, a.shape) == (b.dtype, b.shape) for a, b in pairs)

@@ -240,7 +240,7 @@ def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
 
 
 def is_exact(scene: Scene) -> bool:
-    """Return whether a scheme follows the exact flow."""
+    """Return whether a scene's scheme follows the exact flow."""
     return not math.isfinite(SCHEMES[scene.solver.scheme].order)
 
 
@@ -441,7 +441,7 @@ def modes_of(model: Model, k: int, q: Floats) -> Complexes:
 
 
 def _members(model: Model, k: int, phase: int) -> NDArray[np.intp]:
-    """Return the modes of a nodal diameter and phase, by rank."""
+    """Return the indices of the modes of a nodal diameter and phase, by rank."""
     body = model.rotor
     members = np.flatnonzero((body.diameter == k) & (body.phase == phase))
     return members[np.argsort(body.rank[members])]

@@ -146,7 +146,7 @@ def _basis(
     rotation: Rotation | None,
     near: Floats | None,
 ) -> Floats:
-    """Return the basis of `whole_model`, (n, m)."""
+    """Return the Craig-Bampton basis of all sectors, (n, m)."""
     most = len(structure.mass) - len(boundary)
     if eta > most:
         msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"

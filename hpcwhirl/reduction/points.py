@@ -55,12 +55,12 @@ class TipPoints:
 
     @property
     def reference(self) -> int:
-        """The point that stands for its tip: the middle one."""
+        """Index of the point that represents its tip: the middle one."""
         return reference_of(self.count)
 
 
 def reference_of(count: int) -> int:
-    """Return the point that stands for a tip of `count` points."""
+    """Return the index of the point that represents a tip of `count` points."""
     return count // 2
 
 

@@ -76,7 +76,7 @@ def _checked_stations(given: Given, table: Table) -> Table:
 
 
 def _moves(column: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which modes move at any station, (m,); column : (m,) or (m, s)."""
+    """Return whether modes move at any station, (m,); column : (m,) or (m, s)."""
     return np.asarray((column.reshape(len(column), -1) != 0.0).any(axis=1))
 
 

@@ -359,9 +359,9 @@ def check_turned(
 ) -> None:
     """Refuse terms for which a rigid translation is not free in the static frame.
 
-    Without springs at its centre the rotor would move uniformly: s = -i Omega in the
-    rotating frame, twice. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 + Omega^2 K_2)
-    T_x = -m. The opposite sign of C would exchange forward and backward.
+    Without springs at its centre the rotor would move uniformly, with the double root
+    s = -i Omega in the rotating frame. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 +
+    Omega^2 K_2) T_x = -m. The opposite sign of C would exchange forward and backward.
 
     Parameters
     ----------

@@ -42,6 +42,6 @@ def film_shares(eccentricity: float) -> tuple[float, float]:
 
 
 def valid_up_to() -> tuple[float, float]:
-    """Return eps at which damping along and across e is 1 + `OFF` of c_0."""
+    """Return eps at which the damping along, and across e, is (1 + `OFF`) c_0."""
     along = zero_between(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
     return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))

@@ -193,7 +193,7 @@ class Many:
         return self._known_numbers[name]
 
     def last_ends(self) -> Iterator[Array]:
-        """Yield the engine times at which cases end at the latest, s, in chunks."""
+        """Yield the latest engine times at which cases may end, s, in chunks."""
         for cases in self.chunks():
             ends = last_end(*map(self.all(cases), LASTS))
             yield np.broadcast_to(ends, cases.shape)

@@ -83,12 +83,12 @@ def check_label(scene: Scene) -> None:
 
 
 def table1() -> Scene:
-    """Return Table 1 at 410 rad/s: gap 1 mm, mu 0.2, 20 revolutions."""
+    """Return the scene of Table 1: 410 rad/s, gap 1 mm, mu 0.2, 20 revolutions."""
     return Scene(speed=410.0, gap=1e-3, friction=0.2, revolutions=20.0)
 
 
 def table2() -> Scene:
-    """Return Table 2 at 410 rad/s: gap 0.128 mm, mu 0.1, 2.5 s."""
+    """Return the scene of Table 2: 410 rad/s, gap 0.128 mm, mu 0.1, 2.5 s."""
     return Scene(speed=410.0, gap=1.28e-4, friction=0.1, duration=2.5)
 
 

@@ -177,7 +177,7 @@ class Stand(NamedTuple):
     ----------
     hub : (2, n), x_o and y_o from a body's coordinates; (0, 0) without such forces
     moved : (2, n), change of d' by a unit force at x_o, y_o
-    give : (2, 2), change of d' of x_o, y_o themselves
+    give : (2, 2), change of the velocity of x_o, y_o by a unit force, m/(N s)
     stiffness, damping : k_d, N/m; c_d, N s/m
     speed, step : Omega, rad/s; dt, s
     film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none

@@ -94,7 +94,7 @@ class RareLibrary(PartLibrary):
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
-    """Numba's compiler with a particular kind of library."""
+    """Numba's compiler, which makes libraries of the type `library`."""
 
     library: type[JITCodeLibrary] = KernelLibrary
 
@@ -146,7 +146,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         return self.twin.get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the compiled function that compiled code calls."""
+        """Return the compiled twin for a signature, which compiled code calls."""
         return self.twin.get_overload(sig)
 
 

@@ -23,7 +23,7 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Predict a step with the full matrices."""
+    """Set `ahead` and `following` without forces, by the full matrices."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Read the radial coordinates."""
+    """Set out (r,) to the radial coordinates among all coordinates."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -51,7 +51,7 @@ def read(body, values, out):
 
 @does(verbs.read_tips, DenseBody)
 def read_tips(body, values, radial, tips):
-    """Read the coordinates of tips and centre."""
+    """Set tips to the radial and tangential coordinates, the last to the centre's."""
     along, centre = body.tangential, body.centre
     for j in range(len(along)):
         tips[j, 0], tips[j, 1] = radial[j], values[along[j]]
@@ -61,7 +61,7 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, DenseBody)
 def collect(body, motion, lam, index, shape):
-    """Add the multipliers to the coordinates on which they act."""
+    """Set `normal` and `drag` to forces of the multipliers, by coordinate."""
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
     normal[:] = 0.0

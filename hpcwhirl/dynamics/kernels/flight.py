@@ -154,7 +154,7 @@ def open_until(gap, rate, bend):
 
 @kernel
 def free_steps(gaps, row, rates, count, bend, step, longest):
-    """Return the steps, at most `longest`, in which no blade can touch."""
+    """Return the number of steps, at most `longest`, in which no blade can touch."""
     time = longest * step
     for i in range(count):
         opened = open_until(gaps[row + i], rates[i], bend)

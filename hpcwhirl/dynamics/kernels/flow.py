@@ -282,7 +282,7 @@ def settle_ring(s, t, c, lam, counter, sums):
 
 @rare
 def energy_of(s, c, place, increment, size):
-    """Return the energy of modes, J; place, increment : in s, of q and d."""
+    """Return the energy of modes, J; place, increment : where q and d begin in s."""
     total = 0.0
     for m in range(size):
         q, d = s[place + m], s[increment + m]

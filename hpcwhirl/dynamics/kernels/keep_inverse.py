@@ -166,7 +166,7 @@ def enter(j, blades, wide, known, inverse, rows, stride, work):
 
 @inlined
 def undo(blades, known):
-    """Go back to the blades that were last inverted; return their number."""
+    """Set `known` back to the blades that were last inverted; return their number."""
     size = known[blades + SIZE]
     for i in range(known[blades + CHANGED] - 1, -1, -1):
         change = known[blades + LOG + i]

@@ -205,7 +205,7 @@ def wear(layer, softness, worn, lam, last, ledger, own):
 
 @rare
 def leave(layer, worn, last, ledger, own):
-    """Return to the rotation the elastic energy of rods that tips have slid off."""
+    """Enter the elastic energy that rods left by tips return to the rotation."""
     size = worn.shape[1]
     for j in range(len(own.rod)):
         if own.left[j] == own.rod[j] or last[j] >= 0.0:

@@ -50,7 +50,7 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange the variables of a row and a column."""
+    """Exchange the variables of a row and a column of the table."""
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
     for s in range(size + 1):

@@ -48,7 +48,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Predict a step of each mode."""
+    """Set `ahead` and `following` of each mode without forces."""
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -59,7 +59,7 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add the load to each mode."""
+    """Add the increments of each mode by the load push * modal."""
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]
@@ -69,13 +69,13 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Read the radial coordinates, as sums over the modes."""
+    """Set out to the radial coordinates, as sums over the modes."""
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Read tips and centre, as sums over the modes."""
+    """Set tips, and the centre's coordinates, as sums over the modes."""
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -88,14 +88,14 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Add the modal forces of the multipliers."""
+    """Set `normal` and `drag` to the modal forces of the multipliers."""
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
 
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add the displacement along the rotation at each contact, a sum over the modes."""
+    """Add d' + d along the rotation, m, at each contact, a sum over the modes."""
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -121,7 +121,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, ModalBody)
 def accept(body, motion, _):
-    """End the step of each mode; its loss is 2 xi w (d' + d)^2 / (4 dt)."""
+    """Complete the step of each mode; its loss is 2 xi w (d' + d)^2 / (4 dt)."""
     rate = body.rate
     q, d, loss, ahead, _, _, _ = motion
     for m in range(len(q)):
@@ -133,5 +133,5 @@ def accept(body, motion, _):
 
 @does(verbs.energy, ModalBody)
 def energy(body, values, increments, step):
-    """Return the energy, as a sum over the modes."""
+    """Return the energy, J, as a sum over the modes."""
     return modal_energy(values, increments, body.omega, step)

@@ -106,14 +106,14 @@ def turn(er, ei, re, im):
 
 @inlined
 def ahead_rotor(c, at, q, d):
-    """Return (q', d') without forces."""
+    """Return (q', d') of four modes after a step without forces."""
     d = fnma(load(c, at + PULL * FOUR), q, load(c, at + KEEP * FOUR) * d)
     return q + d, d
 
 
 @inlined
 def ahead_ring(c, at, y, d):
-    """Return (y', d') without forces, re and im each, both turned."""
+    """Return (y', d') of four modes without forces, re and im each, both turned."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     keep, pull = load(c, at + KEEP * FOUR), load(c, at + PULL * FOUR)
     pr, pi = turn(er, ei, d[0], d[1])

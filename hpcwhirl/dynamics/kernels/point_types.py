@@ -89,7 +89,8 @@ class PointsRotor(NamedTuple):
     reach : (m / 2,), bound of any point's displacement by unit amplitudes
     pairs, form, split : (e, 2), (e,), entries of the energy, J: `split` of the rotor,
         then those of the casing
-    casing, shares : (c, 2) each, amplitudes that each mode of the casing is made of
+    casing, shares : (c, 2), (c, 2), indices and factors of the amplitudes whose sum is
+        each mode of the casing
     """
 
     ahead: Floats

@@ -58,7 +58,7 @@ def film_at(place, clearance):
 def answer(give, held, moving, even, drift):
     """Return f, which solves f = -held - even u - drift conj(u), u = moving + W f.
 
-    give : (2, 2), W, over 2 dt; even is real
+    give : (2, 2), W, change of the centre's velocity by a unit force; even is real
     """
     rest = -held - even * moving - drift * moving.conjugate()
     a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]

@@ -147,7 +147,7 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Do `passes.to_gaps` in two stages; return the lowest of four columns each, m."""
+    """Do `passes.to_gaps` in two stages; return the lowest of each of four lanes, m."""
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
     a = blades // b
@@ -211,8 +211,8 @@ def four_added(four):
 def to_slots(factors, which, size, wave, k, wide, spread, out):
     """Set out (2 k,) to the sum of factor e^{-2 pi i kappa j / N} of blades, in stages.
 
-    The transpose of `to_gaps_split`, of factors of the blades which[:size]; b must be a
-    multiple of four.
+    It is the transpose of `to_gaps_split`, applied to factors of the blades
+    which[:size]; b must be a multiple of four.
 
     spread : (room_of(N),), work space
     """

@@ -55,7 +55,7 @@ class Slots:
     steps: Steps
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates, see `RotorPlaces.read`."""
+        """Return amplitudes and rates (m,) of the modes from a completed state."""
         q, d = (
             rotor_amplitudes(self.model, part)
             for part in _held(state, passes.ROTOR_STATE, odd)
@@ -63,7 +63,7 @@ class Slots:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state; return the amplitudes a step earlier."""
+        """Set a state at time 0; return the amplitudes a step earlier, (m,)."""
         d = self.steps.increments(q, rate)
         new = slots_of(self.model, d)
         state[:] = np.concatenate([slots_of(self.model, q), new, -new])
@@ -78,13 +78,13 @@ class Rows:
     modes: int
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates, see `RotorPlaces.read`."""
+        """Return amplitudes and rates (m,) of the modes from a completed state."""
         held = _held(state, passes.ROTOR_STATE, odd)
         q, d = (part[: self.modes].copy() for part in held)
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state; return the amplitudes a step earlier."""
+        """Set a state at time 0; return the amplitudes a step earlier, (m,)."""
         d, rows = self.steps.increments(q, rate), state.reshape(passes.ROTOR_STATE, -1)
         rows[:] = 0.0
         rows[:, : self.modes] = q, d, -d
@@ -138,8 +138,8 @@ class RingPlaces:
     def add(self, state: Floats, q: Floats, count: int) -> None:
         """Add amplitudes (n,), static frame, at rest, to a state after `count` steps.
 
-        The increments before are changed, too, so that the works of the step that is
-        pending, which depend on the sum of both, are not.
+        The previous increments are changed oppositely, so that the works of the pending
+        step, which depend on the sum of both, stay the same.
         """
         step, other = self.scene.solver.time_step, np.zeros_like(state)
         angle = float(angle_at(self.scene, count, step))
