@@ -316,7 +316,7 @@ def interval_of(scene: Scene, model: Model) -> int:
     A wave of frequency omega that is marched at the mean speed is ahead or behind by at
     most h |dOmega/dt| T^2 / 8 rad in an interval T, and by less than third order at its
     end: h = |d omega / d Omega|, at most 2 of Coriolis forces, and the highest harmonic
-    of a ring that rides in the rotor's frame. The gap, a line in an interval, is wrong
+    of a ring integrated in the rotor's frame. The gap, a line in an interval, is wrong
     by the closure's curvature, Delta / tau^2 T^2 / 8, at most.
     """
     accuracy = scene.solver.accuracy or USUAL

@@ -169,7 +169,7 @@ def by_slots(size, space):
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Set space.again as `openings` does, by spectra; return the lowest of four."""
+    """Set space.again as `openings`, by spectra; return the lowest of each lane."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)

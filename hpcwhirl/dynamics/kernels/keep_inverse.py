@@ -27,7 +27,7 @@ SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known`, behind N blades
 
 
 def length_of_known(blades: int) -> int:
-    """Return the length of `known`."""
+    """Return the length of `known`: blades, counts and changes, see `ConstantSpace`."""
     return blades + LOG + CHANGES
 
 
