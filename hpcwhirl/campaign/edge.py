@@ -157,7 +157,7 @@ class Continued:
         return Moment(copy_of(self.march), low.rows[:0])
 
     def distance(self, low: Moment, high: Moment) -> float:
-        """Return sqrt(energy) of the difference of two states over that of one."""
+        """Return sqrt(energy of the states' difference / energy of the state `low`)."""
         self._rest.counter[contact.STEP] = low.state.counter[contact.STEP]
         size = distance(self.march, self._rest, low.state)
         apart = distance(self.march, low.state, high.state)
@@ -178,7 +178,7 @@ class Continued:
         return int(self.march.counter[contact.STOP]) != contact.RUNNING
 
     def side(self, moment: Moment) -> int:
-        """Return the side of the boundary on which a state lies, by its word."""
+        """Return LOW, HIGH or OPEN (unknown): the side of the edge of a state."""
         word = self.word(moment)
         if word not in CAN_TELL:
             return OPEN
@@ -323,7 +323,7 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
     for word in words:
         if word not in CAN_TELL:
             msg = (
-                f"no edge: of {told} one is {word} after {LOOKS} looks, allowed "
+                f"no edge: one of {told} is {word} after {LOOKS} times look, allowed "
                 f"{', '.join(CAN_TELL)}: raise look"
             )
             raise InputError(msg)
@@ -372,7 +372,7 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 
 
 def _share(pieces: list[list[Moment]]) -> float:
-    """Return the share of steps with contact in the last half of the steps."""
+    """Return the share of steps with contact in the last pieces, half the strides."""
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)
     strides = 0

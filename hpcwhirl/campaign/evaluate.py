@@ -130,10 +130,10 @@ class Evaluator:
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return the overhead of a result beyond its kernel, s: median; first extra.
+        """Return the time of a result beyond its kernel, s: median, extra of the first.
 
-        The first result takes longer by the extra, since it builds models and tables
-        that others share.
+        The first result takes longer, since it builds models and tables that later
+        results share.
         """
         if not self.beside:
             return 0.0, 0.0

@@ -43,7 +43,7 @@ ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "mean
 
 
 class _EndError(Exception):
-    """Raised instead of ending the campaign's process by a user's function."""
+    """A user's function has tried to end the campaign's process."""
 
 
 @dataclass(frozen=True)

@@ -82,12 +82,12 @@ class Tally:
         self.cases += 1
 
     def wait(self) -> None:
-        """Sleep for a moment."""
+        """Call `waits`, then sleep for `IDLE` s."""
         self.waits()
         time.sleep(IDLE)
 
     def close(self) -> None:
-        """End the span."""
+        """Set `span` to the time since the first units were sent, s."""
         self.span = time.perf_counter() - self.begun
 
 

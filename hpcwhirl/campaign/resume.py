@@ -35,8 +35,8 @@ from hpcwhirl.store.results.sampled import drawn_axis
 
 MOST_TRIED = 32  # models built to find a case that can be integrated
 FIXED = (
-    "--extend and [refine]: which cases there are follows from words of one duration; "
-    'until = "decided" in [solver] goes on at once'
+    "--extend and [refine] exclude each other, since cases are added by words of one "
+    'duration: use until = "decided" in [solver] instead'
 )
 
 
@@ -55,7 +55,7 @@ def prepare(
     design : the campaign
     folder : its directory
     extend : end time to which undecided cases are extended, s; None: as before
-    mends : whether another measure is allowed, for cases without numbers of it
+    mends : whether the measure may differ, to compute cases that have no numbers of it
     check : raises if another process has taken over the directory; see
         `store.directory.owner.Claim.check`
 
@@ -118,7 +118,7 @@ def extended(
         raise InputError(msg)
     least = float(min(last.min() for last in design.columns.last_ends()))
     if time <= least:
-        msg = f"--to must be > {least:g} s, which cases last anyway, got {time:g}"
+        msg = f"--to must be > {least:g} s, which all cases last anyway, got {time:g}"
         raise InputError(msg)
     return times if time == last else [*times, time]
 
@@ -215,7 +215,7 @@ def check_steps(design: Design) -> None:
 
 
 def _models(design: Design) -> list[int]:
-    """Return the case with the smallest step of each structure, eta and gap."""
+    """Return, for each structure, eta and gap, the case with the smallest time step."""
     many, names = design.columns, design.settings.names
     own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]
     if "solver.time_step" not in names:

@@ -136,7 +136,7 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
     kept = len(work.mine) - work.cases
     already = f", {kept} already computed" if kept else ""
     alone = len(work.suspects)
-    apart = f", {alone} of two crashes apart" if alone else ""
+    apart = f", {alone} isolated after two crashes" if alone else ""
     return f"{len(work.mine)} cases{so_far}{of}{already}{apart}"
 
 

@@ -286,7 +286,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return remarks on the word of a case: on its outcome, on the limit of its film.
+    """Return remarks on a case: on its outcome, on motion beyond its film's clearance.
 
     Parameters
     ----------

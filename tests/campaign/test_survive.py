@@ -147,7 +147,7 @@ def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
         assert 1 not in [record["case"] for record in records(out)]
     done = launch(*words, env=env)
     assert done.returncode == 1, done.err
-    assert "1 of two crashes apart" in done.err
+    assert "1 isolated after two crashes" in done.err
     words_of, messages, ranks = statuses(out)
     assert words_of == ["ok", "crashed", "ok", "ok"]
     assert messages[1] == b"the case's process died of SIGSEGV"
@@ -197,7 +197,7 @@ def test_a_case_that_was_killed_twice_from_outside_still_gives_its_bits(tmp_path
         kill(process)
     done = launch(*words)
     assert done.returncode == 0, done.err
-    assert "of two crashes apart" in done.err
+    assert "isolated after two crashes" in done.err
     assert root_variables(out) == whole
 
 

@@ -422,7 +422,7 @@ def test_two_ranks_have_the_same_twins(whole, tmp_path):
 def test_a_relative_spread_about_zero_is_refused(tables):
     # all twins were the case itself: missing for ever, and a share of one computation
     twins = {"count": 4, "spread": tables.pop("spread", {"force": 1e-6})}
-    with pytest.raises(InputError, match="change of 0 is none"):
+    with pytest.raises(InputError, match="change of 0 has no effect"):
         design_of({"sweep": {"speed": [300.0]}, **tables, "twins": twins})
     with pytest.raises(InputError, match="must be a number >= 1e-12"):
         design_of({"twins": {"spread": {"gap": 1e-17}}})

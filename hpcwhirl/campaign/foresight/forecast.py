@@ -185,7 +185,7 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return the factor by which this machine is slower than that of the constants.
+    """Return how many times slower this machine is than that of the constants above.
 
     loaded : time from the start of this process until it began to read its inputs, s
     """
@@ -221,9 +221,10 @@ def _range(seconds: float, factors: Floats) -> tuple[float, float]:
 def _nominal_range(
     design: Design, step: Floats, left: tuple[list[int], Floats]
 ) -> tuple[float, float]:
-    """Return nominal times of the cases left, without contact and with contact always.
+    """Return nominal times, s, of the cases left: never in contact, always in contact.
 
-    step, left : result of `time_steps`; cases, and their engine time left over end time
+    step, left : result of `time_steps`; cases left, and engine time left of each over
+        its end time
     """
     cases, spans = left
     low, high = (
@@ -234,7 +235,7 @@ def _nominal_range(
 
 
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
-    """Return what cases would cost if all of them ran to their end.
+    """Return the costs that cases would have if all of them ran to their end.
 
     Finished cases count with their time per step; a certificate ended some of them
     early, and they would have taken proportionally longer.
@@ -246,7 +247,7 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 
 
 def _beside(folder: Path, pace: float) -> tuple[float, float]:
-    """Return the overhead of a case beyond its kernel, and the first one's extra, s.
+    """Return the time of a case beyond its kernel, and the first one's extra time, s.
 
     They are those of the last run that recorded them, or nominal ones.
     """

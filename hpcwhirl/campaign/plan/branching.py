@@ -15,8 +15,8 @@ from hpcwhirl.scene.table import Axis
 BRANCH, HISTORY = "branch", "history"  # inputs of a case
 APART = ("zip", "cases", "sample", "twins")  # tables that exclude [branch]
 FIXED = (
-    "--extend and [branch]: each case begins where the one before it has ended; "
-    'until = "decided" in [solver] goes on at once'
+    "--extend and [branch] exclude each other, since each case begins where the one "
+    'before it has ended: use until = "decided" in [solver] instead'
 )
 
 

@@ -1,4 +1,4 @@
-"""The computation of a job: its scene, and the digests of its record."""
+"""What is integrated for a job, and the entries of its record."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Computation:
-    """The computation of a job.
+    """The integration that a job asks for.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Computation:
 def computation(
     design: Design, job: Job, extended: Sequence[float] = ()
 ) -> Computation:
-    """Return the computation of a job.
+    """Return what is to be integrated for a job, and the entries of its record.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def computation(
 
 
 def resolved(design: Design, computed: Computation) -> Case:
-    """Return the case of a computation."""
+    """Return the resolved case that a computation integrates."""
     if not computed.facts:
         return design.resolved(computed.job.case)
     from hpcwhirl.case.resolve import resolve  # SciPy, for which help waits not

@@ -218,7 +218,7 @@ def costs_of(
     ----------
     design : the campaign
     step : (cases,), result of `time_steps`, if known already
-    share : of steps in contact, assumed of every case
+    share : assumed share of steps in contact, the same for every case
     """
     many, count = design.columns, len(design.settings)
     steps, seconds = np.zeros(count), np.zeros(count)
@@ -235,7 +235,7 @@ def _nominal(get: Columns, share: float) -> Any:
     """Return the nominal time of a step, s, one for all cases or (cases,).
 
     get : name of an input -> its value for all cases, or (cases,)
-    share : of steps in contact
+    share : share of steps in contact
     """
     schemes, rotations, blades, changes, lost = (
         np.asarray(get(name))

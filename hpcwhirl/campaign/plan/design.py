@@ -434,7 +434,7 @@ def _anchored(rows: Table, folder: Path | str) -> Table:
 
 
 def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse twins equal to their case, and boundaries without neighbours."""
+    """Refuse twins equal to their case, and twins at boundaries that do not exist."""
     check_spread(twins, base, rows)
     if twins.of != "boundary":
         return

@@ -51,7 +51,7 @@ class Sample(SampleTable):
         return found | ({TUNED: True} if self.tuned else {})
 
     def draws(self, blades: int) -> Axis:
-        """Return the draws for an engine with this number of blades."""
+        """Return the draws as an axis of cases, for an engine with `blades` blades."""
         widths = [blades if takes_list(name) else 1 for name in self.laws]
         if self.method != SALTELLI:
             found = self._axis(self._unit(sum(widths)), widths)
@@ -69,7 +69,7 @@ class Sample(SampleTable):
         return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
-        """Return the points of the design of draws in the unit cube, (count, size)."""
+        """Return the draws as points in the unit cube, (count, size)."""
         from scipy.stats import qmc
 
         if self.method == "random":
@@ -136,9 +136,9 @@ def _check_twin(sample: Sample, base: Scene) -> None:
         value = getattr(base.solver, name)
         if sample.tuned and value:
             msg = (
-                f"[sample] {TUNED} goes with modes and time_step for all: {name} must "
+                f"[sample] {TUNED} needs one modes and time_step for all cases: {name} "
             )
-            msg += f"be 0, got {value:g}, which chooses others for the tuned engine"
+            msg += f"must be 0, got {value:g}, which sets others for the tuned engine"
             raise InputError(msg)
 
 

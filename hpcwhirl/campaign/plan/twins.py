@@ -109,7 +109,7 @@ def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
         if zero:
             case = column.case_of(zero[0])
             msg = f"[twins] spread {name}: it is 0 in case {case}, and a relative "
-            raise InputError(msg + "change of 0 is none: spread another input")
+            raise InputError(msg + "change of 0 has no effect: spread another input")
 
 
 def twins_of_plan(plan: Mapping[str, Any]) -> Twins | None:
