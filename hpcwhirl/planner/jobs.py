@@ -28,7 +28,7 @@ class Job(NamedTuple):
 
 
 class Completion(NamedTuple):
-    """Completion of a job: how it ended.
+    """How a job has ended: its status and the words and numbers of its result.
 
     Attributes
     ----------

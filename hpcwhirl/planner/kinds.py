@@ -206,7 +206,7 @@ class Folds(Refined):
     Parameters
     ----------
     family : all possible cases
-    before : the coarse case before each, -1 for none
+    before : number of the case before each coarse case, -1 for none
     digest : function from a case number to its digest
     """
 
@@ -218,7 +218,7 @@ class Folds(Refined):
         self.waiting = self.chains.waiting
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the next case of a branch, and those on the way to a fold."""
+        """Return the next case of a branch, and cases that bisect towards a fold."""
         following = self.chains.after(case, end).cases
         return Followers([*following, *super().after(case, end).cases])
 
