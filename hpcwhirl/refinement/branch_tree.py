@@ -45,7 +45,7 @@ class Branches:
         return history_of(self.side.name, values)
 
     def before(self, branch: int, place: int) -> list[int]:
-        """Return the places of the cases before one, in the order of the branch."""
+        """Return the places of the cases before that at `place`, in branch order."""
         line = self.places[branch]
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]

@@ -1,11 +1,12 @@
 """The words of cases that refinement compares, and whether words differ.
 
 The regime and the whirl are words: two cases differ if theirs are not the same. An
-attractor has no name that a case could know by itself: `hpcwhirl basins` numbers them
-by clustering all cases. Whether two cases lie on two of them is told by both alone: by
-their regimes, and by numbers of their windows that are farther apart than `TOLERANCES`.
-Where a number changes steadily from case to case, it is closer the finer the cells are,
-so that these are split no more; where it jumps, they are split to their end.
+attractor has no name that a case could know by itself: `hpcwhirl basins` numbers
+attractors by clustering all cases. Whether two cases lie on different attractors is
+decided by these cases alone: by their regimes, and by numbers of their windows that
+differ by more than `TOLERANCES`. Where a number changes steadily from case to case, its
+differences shrink as cells are split, so that splitting ends; where it jumps, cells are
+split down to the finest.
 """
 
 from __future__ import annotations
@@ -32,12 +33,12 @@ TOLERANCES = {
 
 
 class Attractor(NamedTuple):
-    """The motion on which a case has ended, as far as the case itself tells.
+    """The attractor on which a case has ended, described by that case alone.
 
     Attributes
     ----------
     regime : its regime
-    at : numbers that tell it from others of the regime, in `TOLERANCES`
+    at : numbers that distinguish attractors of one regime, in units of `TOLERANCES`
     """
 
     regime: str
@@ -48,11 +49,11 @@ Word = str | Attractor
 
 
 def features_of(row: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return the numbers that tell attractors of a regime apart, in `TOLERANCES`.
+    """Return numbers that distinguish attractors of a regime, in units of `TOLERANCES`.
 
-    Of a sustained motion radius over gap, share of forward whirl and energy, of a
-    divergent one whirl and growth; () of another regime. Where the centre does not
-    move, its radius and its whirl are 0.
+    For a sustained motion: logarithm of radius over gap, share of forward whirl and
+    logarithm of energy; for a divergent one: whirl and logarithm of the growth rate; ()
+    for another regime. Where the centre does not move, its radius and its whirl are 0.
 
     row : with `NUMBERS` and the regime
     """
@@ -84,9 +85,10 @@ def apart(words: Collection[Word]) -> bool:
 
 
 def word_of(kind: str, row: Mapping[str, Any]) -> Word:
-    """Return the word of a case of a kind of `COMPARED`.
+    """Return the word of a case that is compared with others.
 
-    row : with regime, whirl and, of attractors, `features`, see `features_of`
+    kind : which word, one of `COMPARED`
+    row : with regime, whirl and, for attractors, `features`, see `features_of`
     """
     if kind == ATTRACTOR:
         return Attractor(str(row["regime"]), tuple(row["features"]))
