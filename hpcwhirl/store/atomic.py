@@ -45,7 +45,7 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Allow every process to publish; see `store.directory.owner.Claim.check`."""
+    """Raise nothing: default of `check`, by which any process may publish a file."""
 
 
 def keep_names(folder: Path) -> None:
@@ -82,7 +82,7 @@ def make_folders(folder: Path) -> None:
 
 @contextmanager
 def telling(what: Path | str) -> Iterator[None]:
-    """Turn errors of opening, writing, syncing or closing a file into one line.
+    """Context that turns an OSError of writing a file into an error of one line.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def write_whole(
 
 
 def sweep_idle(folder: Path, stem: str) -> None:
-    """Remove temporary files of `replacing` that no process holds any more."""
+    """Remove temporary files of `replacing` on which no process has a lock any more."""
     with suppress(OSError), os.scandir(folder) as found:
         for item in found:
             if item.name.startswith(stem) and PART.fullmatch(item.name):
@@ -179,12 +179,12 @@ def sweep_idle(folder: Path, stem: str) -> None:
 
 
 def _remove_idle(item: os.DirEntry[str]) -> None:
-    """Remove a temporary file unless its process still holds it.
+    """Remove a temporary file unless its process still has a lock on it.
 
     Raises
     ------
     OSError
-        where somebody holds it
+        where a process has a lock on it
     """
     if time.time() - item.stat(follow_symlinks=False).st_mtime < YOUNG:
         return
@@ -198,7 +198,7 @@ def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
 
     Parameters
     ----------
-    folder : directory, without those inside it
+    folder : directory in which files are removed, not in its subdirectories
     stem : beginning of their names
     older : remove only files last written before this time, s since 1970 by the clock
         of the file system

@@ -26,7 +26,7 @@ LOOKED_AT = {"blades", "full"}
 
 
 def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return the `BLADES` variables that a plan's results have, {} for none."""
+    """Return {variable: `Quantity`} of blades in a plan's results, {} for none."""
     if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})
@@ -89,7 +89,7 @@ def amplification(record: Record | None, twin: Record | None) -> dict[str, float
 
     Parameters
     ----------
-    record, twin : of the case and of the tuned case; None: not computed
+    record, twin : records of the case and of the tuned case; None: not computed
     """
     own, tuned = ((one or {}).get("row") or {} for one in (record, twin))
     if any(own.get(name) != tuned.get(name) for name in MODEL):

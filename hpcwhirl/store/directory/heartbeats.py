@@ -78,7 +78,7 @@ class Running:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Remove the file, since this process ends by itself."""
+        """Remove the file, since this process ends in an orderly way."""
         with suppress(OSError):  # the file is no longer needed
             self._file.close()
         with suppress(OSError):

@@ -43,7 +43,7 @@ REMEDY = (
 
 @dataclass(frozen=True)
 class Manifest:
-    """The resolved campaign.
+    """The plan of a campaign, with all inputs; `campaign.json` stores it.
 
     Attributes
     ----------
@@ -221,7 +221,7 @@ def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
 def _check_twins(
     old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
 ) -> None:
-    """Raise InputError if new twins would be perturbed otherwise than old ones."""
+    """Raise InputError if new twins would be perturbed differently from old ones."""
     for name, default in (("spread", {}), ("seed", 0)):
         was, now = (twins.get(name, default) for twins in (old, new))
         if old and new and was != now:

@@ -54,7 +54,7 @@ class BrokenOffError(MissingFileError):
 
 
 def shard_claim(number: int, of: int) -> str:
-    """Return the kind of claim of a shard."""
+    """Return the kind of claim by which shard `number` of `of` claims its cases."""
     return f"shard-{number}-of-{of}"
 
 
@@ -243,7 +243,7 @@ class Asking:
         return now - other.changed > 1e9 * STALE or seen_for > STALE
 
     def is_alive(self, other: Owner) -> bool:
-        """Return whether a claim not known to be dead is known to be alive."""
+        """Return whether a claim that is not known to be dead shows signs of life."""
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
@@ -314,7 +314,7 @@ def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[C
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims that exclude one's own; remove all dead ones."""
+    """Return the living claims that exclude the claim `own`; remove all dead ones."""
     found = []
     for other in owners(own.folder):
         if other.path.name == own.path.name:

@@ -139,7 +139,7 @@ class Rows:
         return out
 
     def record(self, number: int) -> Record:
-        """Return a record."""
+        """Return the record at index `number`."""
         text = self.texts.get(number, {})
         return self.header.record(self.slots[number].tobytes(), text)
 
@@ -291,7 +291,7 @@ def _text(slots: Array, layout: Layout) -> Record | None:
 
 @lru_cache(maxsize=256)
 def _json(text: bytes) -> Record | None:
-    """Return a JSON object, None for anything else; cached, as many are equal."""
+    """Return the JSON object in a text, None for anything else; cached."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):  # not written by this program

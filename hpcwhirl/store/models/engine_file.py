@@ -57,7 +57,7 @@ modal_harmonic              (m,): h = 0, 1, ... up to the highest, without a gap
 modal_omega                 (m,), rad/s
 modal_damping_ratio         (m,), xi
 modal_radial                (m,), 1/sqrt(kg): W of w = W cos(h theta)
-modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: the turn
+modal_tangential            (m,), 1/sqrt(kg): U of u = U sin(h theta); h = 0: of u = U
 station                     (s,), m, if any: axial places, ascending, 0 in the middle,
                             of a casing with width; W and U are (m, s) then, and linear
                             in between
@@ -254,7 +254,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Turn any error that a library raises for a damaged file into one line."""
+    """Context that turns errors of reading a damaged file into an error of one line."""
     try:
         yield
     except (InputError, MissingFileError):

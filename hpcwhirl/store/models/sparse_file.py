@@ -294,7 +294,7 @@ def _free_memory() -> float:
 def _compressed(
     source: _Source, name: str, arrays: Mapping[str, Array]
 ) -> sparse.csr_array:
-    """Return the matrix with the given data, indices, indptr; of CSC its transpose."""
+    """Return the matrix of CSR data, indices, indptr; of CSC arrays, its transpose."""
     size = len(arrays["indptr"]) - 1
     _check_square(source, name, (size, size))
     parts = tuple(arrays[part] for part in PARTS)

@@ -92,16 +92,17 @@ class FiniteElements:
     Attributes
     ----------
     file : the TOML file
-    sources : files of M and K
+    sources : files of M, K and the terms of rotation
     mass, stiffness : (n, n), symmetric
     blades : N
-    tips : (N, 2), or (1, 2) of a sector: DoF of each tip; of several contact points a
-        tip of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
-    angle : (N,) or (1,), rad: radial, tangential axes from those of the DoF; alike
+    tips : (N, 2), or (1, 2) of a sector: DoF of each tip; with several contact points a
+        tip, DoF of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
+    angle : rad, one per row of `tips`: from the axes of its DoF to the radial,
+        tangential ones
     centre : None where it is clamped
     held : DoF that do not move
     modes : fixed-interface modes to keep
-    cut : of a sector
+    cut : DoF on the cuts of a sector; None for a wheel
     turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
         of rotation, all or none
     points : {name as in an engine's file: (n_c,)} of several contact points a tip
@@ -422,7 +423,7 @@ def _centre(table: _Table, size: int, angle: float) -> Centre:
 
 
 def _cut(table: _Table, size: int) -> Cut:
-    """Return the two cuts of a sector, which must match."""
+    """Return the DoF on both cuts of a sector; refuse cuts of different sizes."""
     found = {name: table.indices(name, size) for name in CUTS}
     for left, right in (
         ("left", "right"),

@@ -60,7 +60,7 @@ class Credibility:
 
 
 def credibility(data: xarray.Dataset) -> Credibility:
-    """Return how many cases of a campaign with [twins] keep their word in all of them.
+    """Return how many cases of a campaign with [twins] keep their word in all twins.
 
     Parameters
     ----------

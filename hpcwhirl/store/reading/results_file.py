@@ -177,7 +177,7 @@ class Results:
 
     @cached_property
     def rows(self) -> Rows:
-        """Status, and numbers and words by the names of `ROW`, of each case."""
+        """Rows of all cases: {name: value} of numbers, words and status."""
         over = {name for name in OVER_SPEED if name in self}
         return Rows({name: self[name] for name in (*ROW, *STATUS, *over)})
 
@@ -199,7 +199,7 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return the finished cases, grouped by all inputs but speed, each by speed."""
+        """Return groups of finished cases that differ only in speed, each by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)

@@ -80,7 +80,7 @@ class Refined:
     scale : "linear" or "log" for each
     cells : cells that are not split
     panel_of : (cases,), panel of each case
-    last : {refined input: (cases,)}, whether a case has the last value of that input
+    last : {refined input: (cases,)}, whether a case has the largest value of that input
     by : kind of word that changes at the boundaries, "regime" or "whirl"
     at : {refined input: (p,)}, coordinates of the points of boundaries
     panel : (p,), panel of each point
@@ -158,7 +158,7 @@ def define_cells(
     plan: Manifest,
     rows: Mapping[str, NDArray[Any]],
 ) -> None:
-    """Write both groups; the plan and a few columns suffice for their content.
+    """Write the groups `cells` and `boundaries`, which follow from plan and `rows`.
 
     Parameters
     ----------
