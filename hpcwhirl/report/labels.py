@@ -36,7 +36,7 @@ def axis_of(name: str) -> str:
 
 
 def eq13_of(family: str) -> str:
-    """Return the label of a critical speed of Eq. 13; 1F is not named."""
+    """Return the label of a critical speed of Eq. 13, with the family unless 1F."""
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 

@@ -73,7 +73,7 @@ def _label(panels: list[Any], station: Floats) -> None:
 
 
 def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) -> None:
-    """Draw the sum of impulses in cells; place : values and edges of x, of y."""
+    """Draw impulses summed over cells; place : values and cell edges of x, of y."""
     x, of_x, y, of_y = place
     total, _, _ = np.histogram2d(x, y, bins=[of_x, of_y], weights=push)
     shown = np.ma.masked_less_equal(total.T, 0.0)

@@ -274,7 +274,7 @@ def _waves(axes: Any, waves: Waves, speeds: Floats) -> None:
 
 
 def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
-    """Draw the waves without the effects of rotation, dotted, if these are on."""
+    """Draw, dotted, the waves without effects of rotation, if the rotor has these."""
     other = None if case.model.rotor.spin is None else beside(case)
     if other is None:
         return

@@ -29,7 +29,7 @@ HIGH = 0.38  # height of a bar, in rows
 
 
 def title_of(quantity: str) -> str:
-    """Return the title of a quantity; for a regime it names its probability."""
+    """Return a quantity's name as a title: P(name), a probability, for a regime."""
     return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
 
 

@@ -74,7 +74,7 @@ def frequency_spectra(
     Parameters
     ----------
     cases : results with the trace `tips`
-    line : numbers of the cases, by speed
+    line : numbers of the cases, ascending in speed
     """
     out: dict[str, list[tuple[Floats, Floats]]] = {"tip": [], "centre": []}
     for case in line:
@@ -118,7 +118,7 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
 
 
 def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
-    """Draw what a tip may answer to over its spectra: engine orders, and omega(Omega).
+    """Draw engine orders and natural frequencies omega(Omega) over a tip's spectra.
 
     A family's band over nodal diameters, see `bands_over`, is between dashed lines; of
     unequal sectors with full rotation, whose waves have none, it is left out.

@@ -40,7 +40,7 @@ def spectra_over(
 
     Returns
     -------
-    middles : (c,), s, of the parts of `TURNS` revolutions that the spectra are of
+    middles : (c,), s, middle of the part of `TURNS` revolutions of each spectrum
     omega : (f,), rad/s, ascending
     amplitude : (c, f), m
     """
@@ -101,7 +101,7 @@ def _mesh(axes: Any, at: Floats, omega: Floats, amplitude: Floats, most: float) 
 
 
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
-    """Return the highest |omega| with a thousandth of the largest line, rad/s."""
+    """Return the highest |omega| drawn, rad/s: of strong lines, 1.2 to 3 speeds."""
     seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
     highest = float(np.abs(omega[seen]).max(initial=0.0))
     return min(max(highest, 1.2 * speed), 3.0 * speed)
@@ -121,7 +121,7 @@ def _over_time(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) ->
 
 
 def _over_speed(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> None:
-    """Draw the spectra over the speed, of its last passage where there are several."""
+    """Draw the spectra over speed: of the last passage through a speed, if several."""
     middles, omega, amplitude = spectra
     speeds, last = np.unique(speed_at(case.scene, middles)[::-1], return_index=True)
     most = _top(omega, amplitude, float(np.abs(speeds).max()))

@@ -65,7 +65,7 @@ class Axis:
         return np.log(self.place) if self.scale == "log" else self.place
 
     def widths(self, points: float) -> Floats:
-        """Return the width of each level's cell, (m,), if the axis has `points`."""
+        """Return the width of each level's cell, (m,), on an axis `points` long."""
         edges = straight(self.edges(), self.scale)
         return points * np.diff(edges) / np.ptp(edges)
 
@@ -99,7 +99,7 @@ def straight(values: Floats, scale: str) -> Floats:
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return the shortest texts of ascending numbers by which all differ."""
+    """Return ascending numbers as the shortest texts that all differ."""
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])

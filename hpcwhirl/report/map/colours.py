@@ -62,7 +62,7 @@ class Colours:
         return [word for word in self.looks if word in found]
 
     def fill(self, word: str) -> str:
-        """Return the fill colour of a word, or white under a hatch beside numbers."""
+        """Return the fill colour of a word; white, to be hatched, beside numbers."""
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
@@ -144,7 +144,7 @@ def colours_of(
 
 
 def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
-    """Return the look of each attractor of `analysis.attractors`, and of other words.
+    """Return {name: `Look`} of attractors of `analysis.attractors` and of other words.
 
     Attractors of one regime share its marker; their colours repeat after six.
     """
@@ -188,7 +188,7 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
         if name in data:
             if data[name].dims == ("case",):
                 return name
-            msg = f"'{name}' has not one number for each case"
+            msg = f"'{name}' does not have one number for each case"
             raise InputError(msg)
         try:
             return variable_of(name, known, "number")

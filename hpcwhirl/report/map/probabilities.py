@@ -125,7 +125,7 @@ def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
 
 
 def looks_of(found: xarray.Dataset) -> dict[str, Look]:
-    """Return the look of each motion of a table of shares."""
+    """Return {name: `Look`} of the motions in a table of shares."""
     if "regime" in found.dims:
         return dict(REGIMES)
     return looks_of_attractors(found["attractor"].to_numpy().tolist())

@@ -145,7 +145,7 @@ def _levels(values: list[Any]) -> dict[str, Any]:
 
 
 def _swept(results: Results, name: str) -> dict[str, Any]:
-    """Return the facts of a swept input: its levels, as values and as arguments."""
+    """Return the facts of a swept input; its levels as values and as --set options."""
     levels = list(_levels(_given(results, name)).values())
     return {
         "name": name,
@@ -157,7 +157,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return what cases' commands have in common, and the commands that deviate."""
+    """Return the shared parts of the cases' commands, and all commands that deviate."""
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
         {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
