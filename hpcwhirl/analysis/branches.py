@@ -84,7 +84,7 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return the short names of the swept inputs that distinguish cases of branches."""
+    """Return the short names of the two swept inputs that differ within a bundle."""
     return "branch", varied_by(results).rsplit(".", 1)[-1]
 
 
@@ -149,7 +149,7 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return the number of points where words differ, and of those with branches.
+    """Return the numbers of points with several words, and with several branches.
 
     A point is a value of the input that varies together with fixed other inputs.
     """

@@ -31,7 +31,7 @@ class Twins(Protocol):
     """A reference and its twin, which are integrated side by side."""
 
     def advance(self) -> float:
-        """Integrate both by one interval; return their distance over the motion."""
+        """Integrate both by one interval; return distance over size of the motion."""
 
     def draw(self, factor: float) -> None:
         """Set the twin to reference + factor (twin - reference)."""
@@ -149,7 +149,7 @@ def zero_one(values: Floats) -> float:
 
 
 def _correlation(values: Floats, c: float) -> float:
-    """Return K_c; 0 for values that do not vary."""
+    """Return K_c: correlation of mean square displacement with lag; 0 if constant."""
     count, longest = len(values), len(values) // 10
     walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
     lags = np.arange(1, longest + 1)

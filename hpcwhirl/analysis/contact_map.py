@@ -42,7 +42,7 @@ def touches(
     time : (n,), s, equally spaced, the first one interval after the start
     blade_impulse : (n, N), N s, cumulative
     speed : Omega, rad/s
-    angles : (N,), rad, of other columns than blades, such as contact points, at t = 0
+    angles : (N,), rad, at t = 0, of columns that are contact points; None: of blades
     """
     if not len(time):
         none = np.zeros(0)

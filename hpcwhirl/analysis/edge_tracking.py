@@ -206,4 +206,4 @@ def _held(
         if pair.distance > most:
             break
     msg = f"the boundary was lost: states {pair.distance:.3g} apart end alike: "
-    raise LostEdgeError(msg + "look for longer before a side is told")
+    raise LostEdgeError(msg + "raise look, after which a side is determined")

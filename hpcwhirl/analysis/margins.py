@@ -138,7 +138,7 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
-    """Return the word of each case that counts, and the share of damped twins."""
+    """Return the word that counts for each case, and its share of damped twins."""
     source = source_of(data)
     words = source.column(WORD).astype("U16")
     if MAJORITY not in data:

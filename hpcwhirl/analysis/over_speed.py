@@ -1,8 +1,8 @@
 """Words over the speed of a run whose speed or gap changes: by windows of its time.
 
-A window is judged as a run at constant speed that ends with it would be: it is the last
-40 % of that run, `regimes.evidence` reduces it to the same numbers, and the same rules
-give its words. Windows next to each other with the same words are one interval.
+A window gets the words of a run at its mean speed and gap whose last 40 % it is:
+`regimes.evidence` reduces the window to the same numbers, and the same rules give its
+words. Windows next to each other with the same words are one interval.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Spell(NamedTuple):
     Attributes
     ----------
     begin, end : s
-    first, last : rad/s, the speeds then
+    first, last : rad/s, speeds at `begin` and at `end`
     regime, whirl : its words; the regime of a run that has none is its outcome
     """
 
@@ -55,7 +55,7 @@ class Spell(NamedTuple):
 
 
 def words_over_speed(case: Case, history: History) -> list[Spell]:
-    """Return the words of a run by windows of equal time, equal neighbours as one."""
+    """Return the words of a run in windows of equal time, equal neighbours joined."""
     rows = len(history.judged.time)
     count = max(1, min(case.scene.output.windows, rows // FEWEST))
     ends = np.linspace(0.0, history.end, count + 1).tolist()
@@ -100,7 +100,7 @@ def _held(case: Case, begin: float, end: float, start: float) -> Scene:
 
 
 def told_over_speed(spells: list[Spell]) -> str:
-    """Return intervals as one line: ``0..0.5 s 100..150 rad/s damped none; ...``."""
+    """Return intervals as a line: ``0..0.5 s 100..150 rad/s damped none; ...``."""
     return "; ".join(
         f"{one.begin:.4g}..{one.end:.4g} s {one.first:.5g}..{one.last:.5g} rad/s "
         f"{one.regime} {one.whirl}"
@@ -109,7 +109,7 @@ def told_over_speed(spells: list[Spell]) -> str:
 
 
 def spells_of(told: str) -> list[Spell]:
-    """Return the intervals that `told_over_speed` has told."""
+    """Return the intervals that a line of `told_over_speed` lists."""
     out = []
     for part in told.split("; ") if told else []:
         times, _, speeds, _, regime, whirl = part.split(" ")
