@@ -122,7 +122,7 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
 
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
-    """Return time per step of each scheme, and FLOP rates, without contact and peak.
+    """Return times per step of all schemes, FLOP rates without contact, and the peak.
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ def _predict(design: Design, request: Request) -> None:
 
 
 def _check_kept(path: Path) -> None:
-    """Refuse to replace a directory, or a file that is no such script."""
+    """Refuse to replace a directory, or a file that is not a printed job script."""
     from hpcwhirl.cluster.jobs.script import PRINTED
 
     try:

@@ -96,7 +96,7 @@ def _then(found: FirstChange) -> str:
 
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
-    """Print the safe range around the point of ``--at`` along each input of it."""
+    """Print the safe range along each input of ``--at``, around their point."""
     from hpcwhirl.analysis.first_changes import working_point
 
     found = working_point(data, _point(args.at), args.sure)
