@@ -192,7 +192,7 @@ def _sge(request: Request) -> Lines:
 
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
-    """Return what writes a job script's lines that requeue it, for a given request.
+    """Return a function from a request to the shell lines that requeue its job.
 
     It is for schedulers that requeue a job by its exit code.
 
