@@ -63,7 +63,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Row:
-    """One timing, and what limits it.
+    """One timing of a step, and its shares of the machine's peak and bandwidth.
 
     Attributes
     ----------
@@ -72,9 +72,9 @@ class Row:
     motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
     timing : of its steps
     step_in_contact : time of a step with contact, us; 0: none had any
-    counts : of a mean step; with contact at least so many
-    peak, bandwidth : share of the machine's multiply-adds, and of its bytes a second of
-        an array as large as what a step reads; 0 for flights of `exact`, which jump
+    counts : operations and bytes of a mean step; with contact a lower bound
+    peak, bandwidth : multiply-adds and bytes per second over the measured rates of the
+        machine, the latter with as many bytes; 0 where `exact` jumps over steps
     """
 
     blades: int
@@ -94,7 +94,7 @@ def pattern(blades: int) -> list[float]:
 
 
 def sized(scene: Scene, blades: int) -> Scene:
-    """Return a scene with so many blades and, for each, as many modes as before."""
+    """Return a scene with another number of blades, and as many modes per blade."""
     own = scene.engine.rotor.blades
     modes = round(scene.solver.modes * blades / own)
     return apply_settings(scene, {"blades": blades, "modes": modes})
@@ -121,7 +121,7 @@ def rows_of(
         for an engine from file or one that is mistuned already
     """
     if scene.engine.file or scene.engine.rotor.is_uneven:
-        msg = "sizes are those of a built-in engine with equal blades"
+        msg = "timing by number of blades needs a built-in engine with equal blades"
         raise InputError(msg)
     return [row for n in sizes for row in _of_size(scene, n, repeats, peak, several)]
 
@@ -191,15 +191,15 @@ def _row(
 
 
 def counts_of(march: March, touching: float = 0.0) -> Counts:
-    """Return what a mean step counts, with so many blades in contact.
+    """Return the operations and bytes of a mean step, `touching` blades in contact.
 
     A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
     a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
     `general` also 2 for an entry of the matrix of tips by modes. A wave takes 12 with
     rotation, one of a whole rotor 8, whose tips are read every `LOOK_EVERY` steps.
     Equal sectors without rotation have no transform far from the casing. A blade in
-    contact adds its rows of tips, forces and works; what finds the multipliers is not
-    counted, nor what else a pass over modes reads then. Of several points a tip see
+    contact adds its rows of tips, forces and works; not counted are the search for the
+    multipliers and further reads of a pass over modes. For several points a tip see
     `_of_points`.
 
     Raises
@@ -233,9 +233,9 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
 def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
     """Return the counts of several points a tip, both bodies as waves.
 
-    A wave takes 8 operations, a point 3. In contact a row of a touching point is read,
-    pushed and booked. Of equal sectors each of the n_c points that touches takes 36 a
-    row and slot, once for all blades, and all waves 16 more.
+    A wave takes 8 operations, a point 3. The four rows of a touching point take 2 an
+    entry. With equal sectors each of the n_c points that touches takes 36 a row and
+    slot, once for all blades, and all waves 16 more.
     """
     rows, folded = rotor.rows, 2.0 * cyclic.widths(points)[1]
     step, size = 4 * len(rotor.ahead) + 3 * folded, 2 * len(rotor.ahead) + 5 * folded
@@ -252,7 +252,7 @@ def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
 
 
 def _turned(rotor: Any, state: CyclicState) -> float:
-    """Return the operations that take the rotor's amplitudes a step on."""
+    """Return the operations that advance the rotor's amplitudes by a step."""
     if isinstance(rotor, WaveRotor):
         return 6 * int(rotor.hub.shape[1])
     if isinstance(rotor, WholeRotor | UncoupledRotor):
@@ -261,7 +261,7 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
 
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return entries read in each step, and those of the rows of all blades in contact.
+    """Return the entries read in each step, and in the rows used by blades in contact.
 
     Tips near the casing are read again in each step.
     """
@@ -274,7 +274,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:
-    """Return the head and the lines of a table."""
+    """Return timings as a table of texts: its head, and a line for each row."""
     head = [
         "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",
