@@ -1,4 +1,4 @@
-"""`python -m hpcwhirl`."""
+"""Entry point of `python -m hpcwhirl`."""
 
 import sys
 

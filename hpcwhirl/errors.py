@@ -56,7 +56,7 @@ class StoppedError(WhirlError, RuntimeError):
 
 
 def unwritable(message: str, failed: OSError | int) -> MissingFileError:
-    """Return the error for a file that cannot be written: `NoRoomError` if it may pass.
+    """Return the error for an unwritable file: `NoRoomError` if the cause may pass.
 
     Parameters
     ----------
