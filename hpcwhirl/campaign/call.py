@@ -52,7 +52,7 @@ class Call:
     options: Mapping[str, Any]
 
     def run(self, comm: Communicator | None) -> xarray.Dataset:
-        """Run on all ranks and return the results; if one rank fails, end all ranks."""
+        """Run on all ranks; return the results. If one rank fails, end all."""
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
             alone = comm.size == 1  # no other rank waits: raise in the caller's process
@@ -74,7 +74,7 @@ class Call:
         return data
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
-        """Return this rank's measure, or the error if the measure of any rank is wrong.
+        """Return the user's function on this rank, or the error if any rank's is wrong.
 
         Ranks with different functions would mix their numbers in one campaign, so all
         ranks call this before a directory is made.

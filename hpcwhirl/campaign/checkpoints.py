@@ -110,7 +110,7 @@ class Checkpoints:
             self.keep_state(digest, march, snapshot(march))
 
     def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Save `arrays`, the present state of a march or an earlier one."""
+        """Save `arrays`, a march's present or earlier state, as the state of a case."""
         self._write(digest, {FITS: fingerprint(march)}, arrays)
 
     def keep(self, digest: str, motion: Motion | None) -> None:
@@ -148,7 +148,7 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Let case `after` continue from the state of `digest` if it has none."""
+        """Let case `after`, if it has no state, continue from the state of `digest`."""
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # it can start anew
                 if self.states.hand_over(digest, after):  # any rank may have saved it

@@ -178,7 +178,7 @@ class Continued:
         return int(self.march.counter[contact.STOP]) != contact.RUNNING
 
     def side(self, moment: Moment) -> int:
-        """Return LOW, HIGH or OPEN (unknown): the side of the edge of a state."""
+        """Return the side of the edge on which a state lies: LOW, HIGH or OPEN."""
         word = self.word(moment)
         if word not in CAN_TELL:
             return OPEN
@@ -372,7 +372,7 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 
 
 def _share(pieces: list[list[Moment]]) -> float:
-    """Return the share of steps with contact in the last pieces, half the strides."""
+    """Return the share of steps with contact in about the last half of the strides."""
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)
     strides = 0

@@ -115,7 +115,7 @@ class Evaluator:
         return list(kinds.values())
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Completion:
-        """Compute a job by its number; return its completion."""
+        """Compute the job with the number `task`; return how it ended."""
 
         def between() -> None:
             self._writing(self.context.journal.keep_due)
@@ -130,7 +130,7 @@ class Evaluator:
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return the time of a result beyond its kernel, s: median, extra of the first.
+        """Return the time per result outside its kernel, s: median, extra of the first.
 
         The first result takes longer, since it builds models and tables that later
         results share.
@@ -252,7 +252,7 @@ class Evaluator:
 
     @one_thread()
     def _measured(self, computed: Computation, result: Result) -> Record:
-        """Return the numbers of the user's function, or the reason for none."""
+        """Return record entries: the user function's numbers, or why it has none."""
         if self.design.measure is None or "twin" in computed.facts:
             return {}
         found = self.design.measure(computed.scene, result)

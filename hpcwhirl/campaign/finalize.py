@@ -123,7 +123,7 @@ def _gathered(
 
 
 def _tell_budget(design: Design, folder: Path) -> None:
-    """Print that the budget has ended the refinement, if it has."""
+    """Print how many cases the budget left out, if it has ended the refinement."""
     dropped = dropped_of(full_plan(folder)) if design.grows else 0
     if dropped:
         say(f"the budget ended the refinement: it left out {dropped} cases, and those "
@@ -143,7 +143,7 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return the outcome of a shard: its failures, and the cases left to others."""
+    """Return the outcome of a shard: its failures, and cases of other shards left."""
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
     failed = int((planner.open | planner.failed)[own].sum())

@@ -191,7 +191,7 @@ def _installed() -> tuple[Path, ...]:
 
 
 def _is_own(module: str) -> bool:
-    """Return whether a module is a user's own, by its name; `__main__` is."""
+    """Return whether a module, given by name, is the user's own; `__main__` is."""
     file = getattr(sys.modules.get(module), "__file__", None)
     if module == "__main__":
         return True

@@ -45,11 +45,11 @@ class JobQueue(WorkQueue):
 
     @property
     def may_grow(self) -> bool:
-        """Whether running jobs may lead to others."""
+        """Whether running jobs may lead to further jobs."""
         return self.left > 0 and not self.dropped and not self.planner.is_plain
 
     def job(self, unit: int) -> Job:
-        """Return the job of a unit."""
+        """Return the job (case, twin, stage) of a unit."""
         case = self.planner.number(self.rows[unit])
         return Job(case, self.twin[unit], self.stage[unit])
 

@@ -55,7 +55,7 @@ class Measure:
     function : takes a case and returns {name: number}; see
         `store.results.measured.one_case`
     variables : {name: (unit, meaning)} of its numbers
-    fingerprint : of the function, see `fingerprint`
+    fingerprint : fingerprint of the function, see the function of this name
     """
 
     function: Callable[[xarray.Dataset], Any] = field(compare=False)
@@ -67,7 +67,7 @@ class Measure:
         return {name: list(told) for name, told in self.variables.items()}
 
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:
-        """Return the entries of a record: the numbers, or the reason for none.
+        """Return record entries: the function's numbers for a case, or why it has none.
 
         An exception of the function, even by `sys.exit` or `os._exit`, is no failure of
         the case, whose words do not depend on it: the variables become NaN, and
@@ -83,7 +83,7 @@ class Measure:
             return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:
-        """Return the numbers; raise if they are not the declared variables."""
+        """Return {variable: number}; raise if these are not the declared variables."""
         if not isinstance(given, Mapping):
             msg = f"measure must return {{name: number}}, got {shown(given)}"
             raise InputError(msg)
@@ -135,7 +135,7 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Return the checked measure of a call in Python, or None if none was given.
+    """Check a user's function given in Python; return it as `Measure`, None for none.
 
     Raises
     ------

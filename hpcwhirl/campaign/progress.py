@@ -40,7 +40,7 @@ class Computing:
 
     Attributes
     ----------
-    rank, host : of the process
+    rank, host : number of the rank, and name of its host
     cases : one case, or several while kernels are compiled
     since, seconds : start, s since 1970, and time since then, s; None if unknown
     died : whether the process is known to have ended

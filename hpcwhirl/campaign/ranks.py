@@ -260,7 +260,7 @@ class _Worker:
         self.finished = []
 
     def wait(self) -> list[Unit]:
-        """Return the answer to a question; sleep while waiting for it."""
+        """Return the units that rank 0 sends in answer; sleep while waiting."""
         asked = False
         while not self.comm.Iprobe(source=0, tag=WORK):
             if not asked:

@@ -81,7 +81,7 @@ def prepare(
 
 
 def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
-    """Refuse a function other than that whose numbers the directory holds."""
+    """Refuse a measure other than the one whose numbers the directory holds."""
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
     changed = difference(was, now)
     if changed:

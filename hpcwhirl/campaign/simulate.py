@@ -122,7 +122,7 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
 
 
 def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) -> Course:
-    """Return the course of a scene, before its first step.
+    """Return the integration of a scene as a `Course`, before its first step.
 
     If the scene has a history, the preceding cases are integrated here; arguments as
     for `simulate`.
@@ -167,7 +167,7 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return a new march to the end time with this number."""
+        """Return a new march to the end time `ends[number]`."""
         if number == 0:
             return March(self.case, self.start)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}

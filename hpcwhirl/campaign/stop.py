@@ -66,7 +66,7 @@ class Stopping:
         self._deadline = self.began + seconds if seconds is not None else None
 
     def pilot(self, seconds: float) -> None:
-        """Stop this process after some seconds, as for a pilot."""
+        """Stop this process after `seconds`, the computing time of a pilot."""
         self._pilot_ends = time.monotonic() + seconds
 
     def ask(self, reason: str) -> None:

@@ -182,7 +182,7 @@ def _suspects(
 def share(
     costs: Sequence[float] | NDArray[np.float64], shard: Shard | None
 ) -> Sequence[int]:
-    """Return the cases of a shard; without one, all.
+    """Return the numbers of a shard's cases, or of all cases if `shard` is None.
 
     Cases are assigned in order of decreasing cost, each to the shard with the least
     load so far, so that loads differ by at most one case. The result depends only on

@@ -167,7 +167,7 @@ class WorkQueue:
 
     @property
     def may_grow(self) -> bool:
-        """Whether running units may add others."""
+        """Whether running units may add further units."""
         return False
 
     def task(self, unit: int) -> int:
@@ -183,7 +183,7 @@ class WorkQueue:
         del self.queue[:]
 
     def finished(self, unit: int, seconds: float) -> None:
-        """Record the time of a finished unit, s; sort the queue again if worth it."""
+        """Record the time of a finished unit, s; sort the queue again now and then."""
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds

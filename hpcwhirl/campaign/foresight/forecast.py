@@ -223,8 +223,8 @@ def _nominal_range(
 ) -> tuple[float, float]:
     """Return nominal times, s, of the cases left: never in contact, always in contact.
 
-    step, left : result of `time_steps`; cases left, and engine time left of each over
-        its end time
+    step, left : result of `time_steps`; cases left, and simulated time left of each
+        over its end time
     """
     cases, spans = left
     low, high = (
@@ -247,7 +247,7 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 
 
 def _beside(folder: Path, pace: float) -> tuple[float, float]:
-    """Return the time of a case beyond its kernel, and the first one's extra time, s.
+    """Return the time per case outside its kernel, and the first case's extra time, s.
 
     They are those of the last run that recorded them, or nominal ones.
     """
@@ -294,7 +294,7 @@ def longest_of(design: Design, extended: Sequence[float]) -> Floats:
 def spans_of(
     design: Design, ended: Ended, longest: Floats, mine: Sequence[int]
 ) -> tuple[list[int], Floats]:
-    """Return the coarse cases with jobs left, and the engine time of these jobs.
+    """Return the coarse cases with jobs left, and the simulated time of these jobs.
 
     Parameters
     ----------
@@ -305,7 +305,7 @@ def spans_of(
     Returns
     -------
     cases : numbers of the cases, ascending
-    spans : (cases, 2), least and largest engine time of the jobs left of each case and
+    spans : (cases, 2), least and largest simulated time of jobs left of each case and
         its twins, over its end time; in a refined campaign without twins
     """
     planner, twins = ended.planner(), design.twins
@@ -330,7 +330,7 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return the least and the largest engine time of the stages from `stage` on.
+    """Return the least and largest simulated time of the stages from `stage` on.
 
     Both are relative to the first end time of the case.
 
@@ -383,7 +383,7 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return the cases with most blades, harmonics or rods, by detail of traces."""
+    """Return the cases with most blades, harmonics or rods, per detail of traces."""
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

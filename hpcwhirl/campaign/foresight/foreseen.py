@@ -49,7 +49,7 @@ class Known(NamedTuple):
 
 
 def grown(design: Design, ended: Ended, mean: float) -> Beyond:
-    """Return the estimate of the refined cases.
+    """Return an estimate of the number and the cost of the refined cases.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def _each(
 
 
 def _steps(design: Design) -> tuple[float, float]:
-    """Return the steps of the middle coarse case for each fidelity."""
+    """Return the number of steps of the middle coarse case at fidelity 0 and at 1."""
     family = design.family
     middle = family.coarse[len(family.coarse) // 2]
     first = design.predicted(family.number(middle))[0]

@@ -42,7 +42,7 @@ def axes_with_branches(
     table = BranchTable.read(document[BRANCH], "[branch]")
     for other in APART:
         if other in document:
-            msg = f"[branch] goes with [sweep] and [refine] alone, not with [{other}]"
+            msg = f"[branch] is used with [sweep] and [refine] only, not with [{other}]"
             raise InputError(msg)
     values = _values(table.over, grid)
     branches = _branches(table, values)
@@ -58,14 +58,14 @@ def axes_with_branches(
 
 
 def branched_over(document: Mapping[str, Any]) -> str:
-    """Return the input along which branches lead, "" without [branch]."""
+    """Return the input that varies along branches, "" without [branch]."""
     if BRANCH not in document:
         return ""
     return BranchTable.read(document[BRANCH], "[branch]").over
 
 
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
-    """Return the values of the input of a branch, ascending."""
+    """Return the values of the input that varies along branches, ascending."""
     values = grid.get(over)
     if values is None or not all(map(is_number, values)):
         names = [n for n, each in grid.items() if all(map(is_number, each))]

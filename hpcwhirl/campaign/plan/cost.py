@@ -212,7 +212,7 @@ def _to_unit(values: Values) -> Floats:
 def costs_of(
     design: Design, step: Floats | None = None, share: float = USUAL[0]
 ) -> Costs:
-    """Return the nominal costs of a design.
+    """Return the costs of a design's cases before any of them has finished.
 
     Parameters
     ----------

@@ -175,7 +175,7 @@ class Design:
 
     @property
     def grows(self) -> bool:
-        """Whether further cases may follow from words."""
+        """Whether further cases may be added by the words of ended ones."""
         return self.rule is not None
 
     def check_shards(self, none: str) -> None:
@@ -195,7 +195,7 @@ class Design:
 
     @property
     def is_branched(self) -> bool:
-        """Whether cases begin with the last motion of others."""
+        """Whether cases begin with the last motion of other cases."""
         return HISTORY in self.settings.names
 
     @cached_property
@@ -212,7 +212,7 @@ class Design:
 
     @property
     def code(self) -> JobCode:
-        """The numbering of jobs."""
+        """The numbering of jobs, by which they are sent to ranks."""
         cases = self.family.span if self.grows else len(self.settings)
         return JobCode(cases, self.twins.count if self.twins else 0)
 

@@ -220,7 +220,7 @@ def _bisections(
 
 
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
-    """Refuse levels that break up whole numbers or reach the size of round-off."""
+    """Refuse levels that give whole numbers fractions, or values equal to round-off."""
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
         if name in WHOLE and step != step.to_integral_value():

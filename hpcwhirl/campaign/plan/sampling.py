@@ -44,7 +44,7 @@ class Sample(SampleTable):
         return self.tuned + self.count * width
 
     def plan(self) -> dict[str, Any]:
-        """Return the entries on which draws depend, as stored in the directory."""
+        """Return the entries of [sample] on which draws depend, for the plan."""
         laws = {name: law.model_dump() for name, law in self.laws.items()}
         found = {"method": self.method, "seed": self.seed, "inputs": laws}
         found |= {"count": self.count} if self.method == LATIN else {}
