@@ -47,7 +47,7 @@ class Completion(NamedTuple):
 
     @property
     def is_ok(self) -> bool:
-        """Whether it gave a result."""
+        """Whether the job gave a result."""
         return self.status == OK
 
     @property
@@ -58,7 +58,7 @@ class Completion(NamedTuple):
 
 
 def completion_of(record: Mapping[str, Any]) -> Completion:
-    """Return the completion of the job of a record."""
+    """Return how the job of a record has ended."""
     row = record.get("row") or {}
     status = str(record["status"])
     outcome, regime, whirl = (
@@ -71,7 +71,7 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Numbers for jobs, which are sent to ranks instead of the jobs.
+    """Numbering of jobs, so that numbers are sent to ranks instead of jobs.
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ class Followers(NamedTuple):
 
 
 class Kind(Protocol):
-    """A kind of design.
+    """A kind of design: which cases there are, and which follow from ended ones.
 
     Attributes
     ----------

@@ -101,11 +101,11 @@ class Planner:
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of rows: of cases known so far."""
+        """Return the number of rows, one for each case known so far."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
-        """Return the row of a case."""
+        """Return the row of the case with a number."""
         return case if case < self.kind.first else self._row[case]
 
     def number(self, row: int) -> int:
@@ -119,7 +119,7 @@ class Planner:
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs that are left, including cases that wait for others."""
+        """Return the jobs left, and those of cases that wait for other cases."""
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
