@@ -23,7 +23,7 @@ class Branches:
 
     Parameters
     ----------
-    lattice : of the one input along which branches lead
+    lattice : lattice of the one input that varies along branches
     places : coarse places of each branch, in the order in which they follow one another
 
     Attributes

@@ -12,7 +12,7 @@ from hpcwhirl.refinement.words import Word
 
 
 class Address(NamedTuple):
-    """Identity of a case; addresses sort as the rows after the coarse cases.
+    """Identity of a case; sorted addresses are in the order of rows after coarse ones.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class Growth:
         return new
 
     def learn(self, address: Address, word: Word | None) -> list[Address]:
-        """Record the word of an ended case; return the cases that it makes wanted."""
+        """Record the word of an ended case; return the cases wanted because of it."""
         self.trees[address.panel].learn(address.fidelity, address.point, word)
         fresh = self._take(address.panel)
         self._open.discard(address)

@@ -75,7 +75,7 @@ class Side:
         return place / (1 << self.depth)
 
     def place(self, position: float) -> int:
-        """Return the place of a position, see `position`."""
+        """Return the place at a position, in units of coarse intervals."""
         return int(position * (1 << self.depth))
 
 

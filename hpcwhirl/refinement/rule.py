@@ -154,7 +154,7 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return {input: value} of a case: refined ones, its panel's, its preset's."""
+        """Return {input: value} that a case sets, by its point, panel and preset."""
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}

@@ -74,7 +74,7 @@ def _log(value: Any) -> float:
 
 
 def apart(words: Collection[Word]) -> bool:
-    """Return whether any two of some words differ."""
+    """Return whether any two words of a collection differ."""
     if len(words) < 2:
         return False
     motions = [word for word in words if isinstance(word, Attractor)]
