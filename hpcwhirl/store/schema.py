@@ -14,7 +14,7 @@ FORMAT = 5
 
 
 def dtype(quantity: Quantity) -> np.dtype[Any]:
-    """Return the stored type of a variable."""
+    """Return the NumPy dtype in which a variable is stored."""
     return np.dtype("i1" if quantity.kind == "enum" else quantity.kind)
 
 

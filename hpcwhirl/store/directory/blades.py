@@ -67,7 +67,7 @@ def details_of(plan: Manifest) -> set[str]:
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:
-    """Return {case: case without mistuning whose other inputs are the same}."""
+    """Return {case: case with the same inputs, but without mistuning}."""
     if MISTUNING not in plan.swept:
         return {}
     keys = [_others(row) for row in plan.settings]

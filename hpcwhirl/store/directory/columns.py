@@ -55,7 +55,7 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
 
 
 def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
-    """Return the case of each record, (records,).
+    """Return the number of each record's case, (records,).
 
     -1 for twins, later stages, and cases that are not in the plan.
     """

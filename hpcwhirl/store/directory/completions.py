@@ -173,7 +173,7 @@ class Ended:
 
 
 def stages_of(plan: Manifest) -> Stages:
-    """Return the stages of an extended plan."""
+    """Return the `Stages` of a plan: their number, and how many each case skips."""
     if not plan.extended:
         return Stages()
     columns = Many(digests_of(plan).base, plan.table)

@@ -74,7 +74,7 @@ class Running:
             return bytearray(size)
 
     def __enter__(self) -> Self:
-        """Return itself."""
+        """Return this object."""
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -91,7 +91,7 @@ class Note:
 
     Attributes
     ----------
-    rank, host, pid : of the process
+    rank, host, pid : rank, host and number of the process
     digests : digests of the cases: one, or several while kernels are compiled
     since : start, s since 1970; None if unknown
     ticks : start of the process, see `process.begun`; None if unknown

@@ -161,7 +161,7 @@ class Journal:
         self._named = True
 
     def __enter__(self) -> Self:
-        """Return itself."""
+        """Return this object."""
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -180,7 +180,7 @@ def _has_types(data: dict[str, Any]) -> bool:
 
 
 def digests_of(plan: Manifest) -> Digests:
-    """Return the `Digests` that turn the inputs of a case into its digest."""
+    """Return the object that computes digests of a plan's cases from their inputs."""
     known = input_names()
     given = {name: value for name, value in plan.base.items() if name in known}
     base = apply_settings(Scene(), given)

@@ -75,7 +75,7 @@ class Owner:
 
     Attributes
     ----------
-    path : of the claim
+    path : file of the claim
     changed : last sign of life, ns since 1970 by the clock of the file system
     known : {host, machine, pid, ticks, since, command}; empty if damaged
     """
@@ -305,7 +305,7 @@ def claim(folder: Path, kind: str, asking: Asking | None = None) -> Claim:
 
 @contextmanager
 def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[Claim]:
-    """Hold a `claim` while the block lasts."""
+    """Context that holds a claim, see `claim`, and releases it at the end."""
     own = claim(folder, kind, asking)
     try:
         yield own
@@ -344,7 +344,7 @@ def owners(folder: Path) -> list[Owner]:
 
 
 def _owner(path: Path) -> Owner | None:
-    """Return the owner from the file of a claim; None if it is no regular file."""
+    """Return who made a claim, from its file; None if it is no regular file."""
     data = b""
     try:
         state = path.lstat()

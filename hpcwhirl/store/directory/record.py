@@ -93,7 +93,7 @@ class Layout:
         return -(-text // self.room)
 
     def encode(self, record: Record, tag: bytes) -> bytes:
-        """Return the bytes of a record's slots; `tag`: that of the journal."""
+        """Return the bytes of a record's slots, each with the journal's `tag`."""
         left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
         values, has = [], 0
         for place, (table, name, kind, _) in enumerate(self.fields):

@@ -69,7 +69,7 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
 
     Parameters
     ----------
-    path : file of one of the three kinds
+    path : file that ends in .mtx, .npz, .h5 or .hdf5
     name : `mass`, `stiffness`, ...; `coriolis` must be skew, all others symmetric
 
     Raises
@@ -181,7 +181,7 @@ def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
     if len(arrays["indptr"]) != shape[0] + 1:
         raise source.wrong(
             f"{name}/indptr",
-            f"have {shape[0] + 1} entries, its shape says",
+            f"have {shape[0] + 1} entries, as its shape requires",
             len(arrays["indptr"]),
         )
     matrix = _compressed(source, name, arrays)
@@ -189,7 +189,7 @@ def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
 
 
 def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
-    """Return (shape, dtype) from the header of a .npz array that is complete."""
+    """Return (shape, dtype) from the header of a .npz array; refuse one cut short."""
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -209,7 +209,7 @@ def _hdf5(source: _Source, name: str, size: int) -> sparse.csr_array:
     del size
     with open_regular(source.file) as file, h5py.File(file, "r") as root:
         if name not in root:
-            raise source.refusal(f"has no group {name}: data, indices, indptr in it")
+            raise source.refusal(f"has no group {name} with data, indices, indptr")
         check_link(source, root, name, "")
         group = root[name]
         if not isinstance(group, h5py.Group):

@@ -326,7 +326,7 @@ def _read_turning(
         found[name] = read_matrix(path, name)
         if found[name].shape[0] != size:
             told = f"{found[name].shape[0]} degrees of freedom"
-            raise table.wrong(name, f"have the {size} of mass", told)
+            raise table.wrong(name, f"have the {size} degrees of freedom of mass", told)
 
 
 def _points(table: _Table) -> dict[str, Floats]:

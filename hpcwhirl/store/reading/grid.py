@@ -130,7 +130,7 @@ def nearest_cases(
     ----------
     cells : cells that are not split
     place : (cases,), position of each case along each refined input
-    at : positions of the grid along it, ascending
+    at : positions of the grid along each refined input, ascending
     panels : number of panels
     """
     found = np.full((panels, *map(len, at)), -1)

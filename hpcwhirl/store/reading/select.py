@@ -129,7 +129,7 @@ def _numbered(values: NDArray[Any], raw: str) -> str:
 
 
 def number_of(text: str, variable: str, option: str) -> float:
-    """Return the number that an option gives an input, in SI."""
+    """Return an option's text for an input as a number in SI."""
     return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
 
 

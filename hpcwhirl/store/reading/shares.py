@@ -69,7 +69,7 @@ def interval(count: int, total: int) -> tuple[float, float, float]:
 
 
 def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
-    """Return the columns of `SHARE`, (cases,) each.
+    """Return {variable of `SHARE`: (cases,)}: shares of each case's twins by word.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ class Contents:
 
     @cached_property
     def tuned(self) -> dict[int, int]:
-        """{case: case without mistuning whose other inputs are the same}."""
+        """{case: case with the same inputs, but without mistuning}."""
         return tuned_cases(self.plan)
 
     @property

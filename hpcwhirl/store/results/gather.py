@@ -205,7 +205,7 @@ def _raise(error: Exception | None) -> None:
 
 
 def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
-    """Write the rows `cases` of a variable; there may be none.
+    """Write the values of `cases`, which may be empty, into a variable.
 
     Collective writes are used only if required (`in_step`): ranks wait for each other
     in each of hundreds of writes, which took longer than the writing itself.

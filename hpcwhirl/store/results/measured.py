@@ -78,7 +78,7 @@ def _dims(name: str) -> tuple[str, ...]:
 
 
 def _copy(value: Any) -> NDArray[Any]:
-    """Return a copy of an array or a number that cannot be written to."""
+    """Return a read-only copy of an array or a number."""
     copy = np.array(value)
     copy.setflags(write=False)
     return copy

@@ -128,5 +128,5 @@ def _rename_some(
 
 
 def _variables(file: h5py.Group) -> tuple[str, ...]:
-    """Return the names of the variables of words that a file has."""
+    """Return the names of the variables of a file whose values are words."""
     return (*WORDS, MOTION) if MOTION in file else WORDS
