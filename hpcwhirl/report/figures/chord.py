@@ -22,7 +22,7 @@ DECADES = 1e-3  # of the colours
 
 
 def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the impulse of contact over time, angle on the casing and chord.
+    """Return the figure of contact impulses over time, angle on the casing and chord.
 
     Three projections of one map: time and point, angle and point, time and angle.
     """

@@ -144,7 +144,7 @@ def engine_orders(
 ) -> None:
     """Draw engine orders n Omega / 2 pi, with a name where each leaves the axes.
 
-    colours : of the lines and of their names
+    colours : colour of the lines, and of their names
     """
     for n in range(1, MOST_ORDERS + 1):
         line = n * span / (2 * np.pi)

@@ -52,8 +52,8 @@ class Kind:
     of : what a figure shows: a case; a line of cases that differ only in speed; the
         branches that share all other inputs; or the engine (one figure)
     transient : whether `draw` takes `transient`, to show the time before the window
-    asked : whether it is drawn only if it is named
-    speed : speed and gap of the cases that it is drawn of: any, constant, or changing
+    asked : whether figures of this kind are drawn only if the kind is named
+    speed : which speed and gap a case must have: any, constant, or changing in time
     """
 
     draw: Callable[..., Any]
@@ -145,7 +145,7 @@ def draw_figures(
         campaign with a table [branch]
     only : cases for which figures of one case are drawn; None: all
     transient : also show the time before the window
-    units : of titles and axes, see `scene.units.showing`
+    units : units in titles and on axes, see `scene.units.showing`
     """
     for name in kinds or []:
         if name not in KINDS:

@@ -101,7 +101,10 @@ def _mesh(axes: Any, at: Floats, omega: Floats, amplitude: Floats, most: float) 
 
 
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
-    """Return the highest |omega| drawn, rad/s: of strong lines, 1.2 to 3 speeds."""
+    """Return the highest |omega| to draw, rad/s, between 1.2 and 3 times `speed`.
+
+    It is that of the highest line with a thousandth of the largest amplitude.
+    """
     seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
     highest = float(np.abs(omega[seen]).max(initial=0.0))
     return min(max(highest, 1.2 * speed), 3.0 * speed)

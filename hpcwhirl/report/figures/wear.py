@@ -18,7 +18,7 @@ MOST_ROWS = 400  # of the map, along time
 
 
 def draw_wear(cases: Results, case: int) -> Any:
-    """Return the worn depth over the angle: at the end, and over time."""
+    """Return the figure of worn depth over the angle: at the end, and over time."""
     traces, row = cases.traces(case), cases.rows[case]
     depth = MICRO * traces["worn"][:, : rods_of(cases.scene(case))]
     if not np.nan_to_num(depth[-1]).any():

@@ -62,7 +62,7 @@ class Colours:
         return [word for word in self.looks if word in found]
 
     def fill(self, word: str) -> str:
-        """Return the fill colour of a word; white, to be hatched, beside numbers."""
+        """Return the fill colour of a word; white if the map shows numbers."""
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
@@ -113,7 +113,7 @@ def colours_of(
     word: NDArray[np.str_],
     whirl: NDArray[np.str_],
 ) -> Colours:
-    """Return the colours of a map.
+    """Return what the colours of a map mean, by the quantity that it shows.
 
     Parameters
     ----------

@@ -290,7 +290,7 @@ def _hidden(inputs: Columns, names: Sequence[str]) -> int:
 def _check_panels(
     inputs: Columns, panels: list[str], axes: list[str], *, asked: bool
 ) -> None:
-    """Raise InputError if there are too many panels; it names the --at that helps."""
+    """Raise InputError if there are too many panels; the message suggests --at."""
     count = len(set(zip(*(inputs[n].tolist() for n in panels), strict=True)))
     most = MOST_PANELS if asked else AUTOMATIC
     if count > most:

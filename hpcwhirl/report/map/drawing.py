@@ -120,7 +120,7 @@ def limits_of(axis: Axis) -> tuple[float, float]:
 
 
 def draw_grid(axes: Any, part: Part) -> Any:
-    """Draw a cell for each case of a grid; return what `draw_mesh` returns."""
+    """Draw a cell for each case of a grid; return the artist of numbers, if any."""
     line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
     drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
     if part.lettered:

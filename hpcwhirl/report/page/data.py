@@ -88,7 +88,7 @@ def page_data(results: Results) -> PageData:
 
 
 def _refined(results: Results) -> dict[str, Any] | None:
-    """Return the cells of a refined campaign, and boundaries of both kinds of word."""
+    """Return the cells of a refined campaign; boundaries by its words and by whirl."""
     found, whirl = (read_refined(results.path, by) for by in ("", "whirl"))
     if found is None or whirl is None:
         return None

@@ -46,7 +46,7 @@ class Told:
 
 
 def tables_of(results: Results) -> list[dict[str, Any]]:
-    """Return the tables of a campaign as plain data; [] for a plain map."""
+    """Return the tables of a campaign as plain data; [] if it has none."""
     swept = [variable_name(name) for name in results.plan.swept]
     if "branch" in swept:
         found = [_of_branches(results)]
