@@ -39,7 +39,7 @@ class Feature:
     ----------
     name : variable of the results
     tolerance : smallest significant difference, see `clusters`
-    over : variable by whose largest size it is divided, "" for none
+    over : variable by whose largest |value| the number is divided, "" for none
     log : whether its logarithm is taken, so that the tolerance is relative
     """
 

@@ -73,7 +73,7 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 
 
 def exponent(growth: Floats, interval: float) -> Exponent:
-    """Return the exponent of growths and its interval by batch means.
+    """Return the Lyapunov exponent of growths, with its interval by batch means.
 
     The means of the `BLOCKS` blocks count as independent, so a block must be longer
     than the correlation time of the motion. NaN for fewer than `FEWEST` growths.

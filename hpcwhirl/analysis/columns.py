@@ -138,10 +138,10 @@ class _Part:
     ----------
     kind : "number", "text" or "truth"
     text : as it was written
-    at : of a leaf, index of its step in the program; else -1
-    variable : of a name, the variable that it stands for; "" if for none
-    bare : of a name that is no variable, the name, which may be an unquoted word
-    word : of a leaf, its name or word
+    at : index of a leaf's step in the program; -1 if it is no leaf
+    variable : variable that a name stands for; "" if for none
+    bare : name that is no variable and may be an unquoted word; else ""
+    word : name or word of a leaf
     """
 
     kind: Kind

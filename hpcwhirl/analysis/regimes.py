@@ -238,7 +238,7 @@ def evidence(
     ----------
     scene : the case
     history : its integrated motion
-    angles : (b,), rad, of the rotor at its rows of evidence; None: by the scene's law
+    angles : (b,), rad, rotor's angles at the rows of evidence; None: by the scene
 
     Returns
     -------
@@ -325,7 +325,7 @@ def _turns(scene: Scene) -> bool:
 
 
 def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
-    """Return the energies of both bodies, of rotor and casing, (b,), J.
+    """Return energies (b,), J: of both bodies together, of the rotor, of the casing.
 
     With full rotation these are magnitudes: beyond a critical speed, Jacobi's energy of
     a forward whirl is negative and tends to 0 as the whirl decays.

@@ -60,7 +60,7 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
     model : a cyclic rotor in a ring of harmonics
     k : nodal diameter, 0 .. N // 2
     speed : Omega, rad/s
-    friction : mu; it drags against Omega
+    friction : coefficient mu; friction drags against Omega
     """
     if not model.rotor.cyclic or not isinstance(model.ring, FourierOperator):
         msg = "closed contacts need a rotor of equal sectors and a ring of harmonics"
