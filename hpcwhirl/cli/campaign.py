@@ -300,7 +300,7 @@ def _failures(ending: Any) -> str:
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
-    """Print that this shard is complete while others are not; return the exit code.
+    """Print that this shard is complete, other shards are not; return the exit code.
 
     The code is 0 unless a case of this shard has no result; missing cases of other
     shards are no failure. The last shard to finish gathers, and returns 1 if any case

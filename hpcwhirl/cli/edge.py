@@ -144,7 +144,7 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
 
 
 def _of_campaign(folder: Path, at: list[str]) -> list[Asked]:
-    """Return an edge to follow for each line of a campaign over force that has one.
+    """Return the edge to follow on each line of a campaign over force, if it has one.
 
     It lies between the pulses of the line's first change of word.
     """

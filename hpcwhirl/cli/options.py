@@ -203,8 +203,8 @@ def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
     ignored = [name for name in DESIGN_TABLES if name in document]
     if ignored:
         tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in ignored)
-        start = f"hpcwhirl: {path}: a campaign's {tables} ignored: one case of what all"
-        print(f"{start} cases share (and of --set)", file=sys.stderr)
+        start = f"hpcwhirl: {path}: a campaign's {tables} ignored: the case has the"
+        print(f"{start} inputs that all cases share (and --set)", file=sys.stderr)
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:
