@@ -38,8 +38,8 @@ class Request:
     nodes : number of nodes to spread the ranks over; 0: the scheduler's choice
     name : name of the job
     partition, account : queue and project; empty: the site's default
-    mem, qos : of Slurm: memory of each node, quality of service; empty: the default
-    constraint : of Slurm: features that nodes must have, all of them; a feature may be
+    mem, qos : memory of each node, quality of service (Slurm); empty: the default
+    constraint : features that nodes must all have (Slurm); a feature may be
         an expression with & and |
     array : number of elements of an array job, one shard each; 0: no array
     shard : ``I/N``, the single shard that this job computes; empty: all
