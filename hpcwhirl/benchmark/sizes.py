@@ -70,7 +70,7 @@ class Row:
     blades, points : N, n_c
     sectors : `CYCLIC` or `UNEQUAL`
     motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
-    timing : of its steps
+    timing : time of its steps, see `Timing`
     step_in_contact : time of a step with contact, us; 0: none had any
     counts : operations and bytes of a mean step; with contact a lower bound
     peak, bandwidth : multiply-adds and bytes per second over the measured rates of the
