@@ -286,7 +286,7 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return cells with states by the words at their corners, {variable: (cases,)}.
+    """Return (cells with states by the words at corners, {variable: (cases,)}).
 
     by : kind of word, see `refinement.words`
     """
