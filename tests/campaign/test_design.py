@@ -284,3 +284,12 @@ def test_a_newer_input_that_is_swept_is_hashed_as_in_a_case_alone():
         found = CaseDigests(shared, Table.of(rows), {"": read_as("")}, PHYSICS_VERSION)
         assert list(found) == [digest_of(shared | row, "") for row in rows]
         assert [found[n] for n in range(len(rows))] == list(found)
+
+
+def test_kinds_are_the_first_cases_of_each_combination_of_inputs():
+    many = design_of({"sweep": {"gap": [1e-4, 2e-4], "speed": [300, 400]}}).columns
+    for names, first in (
+        (["gap"], [0, 2]), (["speed"], [0, 1]), (["gap", "friction"], [0, 2]),
+        (["friction"], [0]), (["speed", "gap"], [0, 1, 2, 3]),
+    ):  # fmt: skip
+        assert many.kinds(names).tolist() == first

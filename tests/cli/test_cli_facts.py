@@ -21,6 +21,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.documents import scene_of_document
+from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.schemes import NAMES
 from hpcwhirl.store.reading.reader import words
 
@@ -131,6 +132,14 @@ def test_what_takes_energy_out_though_it_is_of_what_feeds_is_named(facts, capsys
     found["ledger"]["friction"] = -1e-3
     run_command._show(found)
     assert "friction took energy out: below zero" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("growth", [0.0, 1e-5])
+def test_the_growth_of_the_tips_is_shown_where_they_grow(facts, capsys, growth):
+    found = facts("run", "--json", "--quiet", *SHORT)
+    run_command._show(found | {"tip_growth": growth})
+    shown = capsys.readouterr().out
+    assert (ROW["tip_growth"].labelled("tip_growth") in shown) == (growth > 0.0)
 
 
 def test_run_of_an_unstable_case_prints_its_row_and_exits_1(capsys, monkeypatch):
