@@ -144,6 +144,7 @@ def test_a_file_is_never_overwritten(tmp_path, capsys):
         (["--radius", "3 s"], "--radius must be in m"),
         (["--radius", "wide"], "--radius must be a number, or one with a unit"),
         (["--radius", "-1"], "radius must be a number > 0"),
+        (["--radius", "0"], "radius must be a number > 0, got 0"),
         (["--gap=-0.1mm"], "gap must be a number > 0, got -0.0001"),
         (["--blades", "2"], "blades must be >= 3, got 2"),
         (["--lobes", "0"], "lobes must be >= 1, got 0"),
