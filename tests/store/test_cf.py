@@ -29,10 +29,14 @@ ASIDE = "check_spatiotemporal_dims_have_coordinate_vars"
 SHORT = ["--set", "duration=0.02", "--set", "traces=full", "--quiet"]
 MISTUNED = [[0.0] * 21 + [change] for change in (0.01, 1 / 3)]
 SWEEPS = {
-    "numbers": {"speed": [300.0, 350.5], "casing.thickness": [0.02, 0.03]},
-    "whole": {"casing.harmonics": [5, 20], "nodal_diameter": [1, 2]},
+    "numbers": {"speed": [300.0, 350.5], "nodal_diameter": [1, 2]},
     "words": {"direction": ["squeeze", "stretch"], "scheme": ["modal", "exact"]},
-    "lists": {"rotor.mistuning": MISTUNED, "revolutions": [1.0, 2.0]},
+    "lists": {
+        "rotor.mistuning": MISTUNED,
+        "revolutions": [1.0, 2.0],
+        "casing.harmonics": [5, 20],
+        "casing.thickness": [0.02, 0.03],
+    },
 }
 
 
@@ -105,7 +109,7 @@ def test_swept_inputs_are_told_by_the_table(made):
             full = next(n for n in INPUTS if n == name or n.endswith(f".{name}"))
             attributes = told[variable_name(full)]
             assert attributes["units"].decode() == INPUTS[full].unit, name
-    thickness = variables(made["numbers"])["casing_thickness"][0]
+    thickness = variables(made["lists"])["casing_thickness"][0]
     assert thickness["units"] == b"m"
     assert TRACES["rubbed"].meaning == "cumulative work of friction"
 
@@ -131,10 +135,31 @@ def test_flags_have_a_meaning_for_every_value(made):
                 assert set(file[name][:].tolist()) <= set(values.tolist())
 
 
+def fewest(made):
+    """Return kinds with every variable, attributes, type and name in the head.
+
+    The checker takes seconds of the processor for each file.
+    """
+    links, holds = {"DIMENSION_LIST", "REFERENCE_LIST"}, {}
+    for kind, path in made.items():
+        with h5py.File(path) as file:
+            holds[kind] = set(file.attrs)
+        for name, (told, dtype) in variables(path).items():
+            attributes = sorted(
+                (n, str(of)) for n, of in told.items() if n not in links
+            )
+            holds[kind].add((name, str(dtype), *attributes))
+    left, kinds = set().union(*holds.values()), []
+    while left:
+        kinds.append(max(holds, key=lambda kind: len(holds[kind] & left)))
+        left -= holds[kinds[-1]]
+    return kinds
+
+
 @pytest.mark.slow
 def test_a_checker_of_others_finds_no_error_and_no_warning(made, tmp_path):
-    for kind, path in made.items():
-        shutil.copy(path, tmp_path / f"{kind}.nc")
+    for kind in fewest(made):
+        shutil.copy(made[kind], tmp_path / f"{kind}.nc")
     version = CONVENTIONS.removeprefix("CF-")
     call = ["compliance-checker", f"--test=cf:{version}", f"--skip-checks={ASIDE}"]
     files = sorted(tmp_path.glob("*.nc"))
@@ -148,6 +173,7 @@ def test_a_checker_of_others_finds_no_error_and_no_warning(made, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     found = json.loads(out.read_text())
     assert {Path(name).name for name in found} == {path.name for path in files}
+    assert len(files) > 3
     for name, report in found.items():
         (told,) = report.values()
         wrong = [
