@@ -35,9 +35,9 @@ on_wheels() (
   fi
   (system_packages "CalculiX's wheel" calculix-ccx) || say "it is skipped"
   # First: what it compiles is in the cache for all others.
-  pytest tests/dynamics/test_compiling.py -k "$warms"
-  pytest -n 2 --durations=40 -m "not mpi and not evidence" -k "not $warms"
-  pytest --durations=40 -m "mpi and not evidence"  # alone: ranks need the cores
+  pytest --processor=1 tests/dynamics/test_compiling.py -k "$warms"
+  pytest -n 2 --processor=40 -m "not mpi and not evidence" -k "not $warms"
+  pytest --processor=40 -m "mpi and not evidence"  # alone: ranks need the cores
 )
 
 missing_of() {  # PACKAGE...
@@ -109,7 +109,7 @@ on_mpiio() (
   . scripts/environment.sh
   has_mpiio "$HPCWHIRL_VENV" || fail "pip replaced the parallel h5py"
   export HPCWHIRL_MPIRUN=$MPIRUN HPCWHIRL_EXPECT_MPIIO=1
-  python -m pytest --durations=10 -m mpiio  # that of part one, with this h5py
+  python -m pytest --processor=10 -m mpiio  # that of part one, with this h5py
 )
 
 say "part 1 of 2: the gate and all tests on wheels"

@@ -7,12 +7,16 @@ import subprocess
 import pytest
 from cluster import in_one_process
 from hypothesis import settings
+from launch import spent
 
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import march as marching
 
 for name in ("matplotlib.figure", "xarray"):  # with them, maps are drawn in here
     importlib.import_module(name)
+
+BEGUN = pytest.StashKey()
+SPENT = {}  # {test: s}
 
 settings.register_profile("no clock", deadline=None)  # a busy machine is no failure
 settings.load_profile("no clock")
@@ -22,6 +26,38 @@ scene = {duration = 2e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 """
+
+
+def pytest_addoption(parser):
+    told = "tell the N tests that took most of the processor, with what they started"
+    parser.addoption("--processor", type=int, default=0, metavar="N", help=told)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    item.stash[BEGUN] = spent()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    if call.when == "teardown":
+        report.user_properties.append(("spent", spent() - item.stash[BEGUN]))
+    return report
+
+
+def pytest_runtest_logreport(report):
+    if report.when == "teardown":
+        SPENT[report.nodeid] = dict(report.user_properties)["spent"]
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if count := config.getoption("processor"):
+        terminalreporter.section(f"slowest {count}, s of the processor")
+        for name in sorted(SPENT, key=SPENT.get, reverse=True)[:count]:
+            terminalreporter.write_line(f"{SPENT[name]:8.2f} {name}")
+        terminalreporter.write_line(f"{sum(SPENT.values()):8.2f} all tests")
 
 
 @pytest.fixture(scope="session")

@@ -182,7 +182,7 @@ class Later:
         assert self.looks > 2
         self.woken = True
 
-    def bcast(self, value, root):  # noqa: ARG002
+    def bcast(self, value=None, root=0):  # noqa: ARG002
         assert self.woken, "rank 1 is in a collective call before rank 0"
         return "told"
 
