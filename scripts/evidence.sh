@@ -32,6 +32,7 @@ boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
 refine      | hours   | python scripts/evidence/refine.py              | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
+rotor37     | 10 min  | python scripts/evidence/rotor37.py             | --write
 million     | minutes | python scripts/evidence/million.py             |
 sure        | hours   | python scripts/identify/sure.py --out build/sure | --write
 END

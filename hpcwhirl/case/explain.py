@@ -114,6 +114,7 @@ def facts_of_plan(case: Case) -> dict[str, object]:
     """Return the facts that `model --json` shows under `plan`."""
     scene, model, plan, lean = case.reduced, case.model, case.plan, case.lean.model
     coordinates = {"rotor": len(model.rotor.omega)}
+    further = 2 * model.blades * (model.each - 1)  # coordinates of contact points
     marched = {"rotor": len(lean.rotor.omega)}
     if model.casing and lean.casing:
         coordinates["casing"] = len(model.casing.omega)
@@ -125,7 +126,7 @@ def facts_of_plan(case: Case) -> dict[str, object]:
         "families": scene.engine.casing.families,
         "coordinates": coordinates,
         "marched": marched,
-        "fixed_interface_modes": model.rotor.kept,
+        "fixed_interface_modes": model.rotor.kept - further,
         "folds": plan.folds,
         "blades": lean.blades,
         "nodal_diameters": sorted({int(k) * lean.folds for k in lean.rotor.diameter}),
