@@ -26,7 +26,7 @@ import numpy as np
 import tomli_w
 from scipy import sparse
 from scipy.io import mmwrite
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import LinearOperator, eigs, splu
 from wheel import Mesh, cells, turned
 
 BLADES, STEP = 36, 2 * np.pi / 36
@@ -47,8 +47,9 @@ ABOVE = 0.02  # of a blade's height, of the points where its stress is told
 EDGES = 1e-4  # m, clearance of the chord's ends beyond that of its middle
 NEWTON, LOADED = 1e-10, 12  # relative residual, most iterations
 CHUNK = 64  # solids at a time
+HPCWHIRL = sys.executable, "-m", "hpcwhirl"
 CAMPAIGN = {
-    "scene": {"duration": 0.02, "friction": 0.15, "nodal_diameter": 2, "force": 2e5},
+    "scene": {"duration": 1.0, "gap": 5e-5, "nodal_diameter": 2, "force": 2e5},
     "engine": {
         "name": "solid fan stage",
         "file": "rotor.h5",
@@ -60,7 +61,7 @@ CAMPAIGN = {
         },
     },
     "output": {"traces": "full"},
-    "sweep": {"speed": [200, 300, 400], "gap": [1e-4, 2e-4]},
+    "sweep": {"speed": [200, 300, 400], "friction": [0.15, 0.3]},
 }  # fmt: skip
 
 
@@ -140,6 +141,15 @@ def elastic(strain: np.ndarray) -> np.ndarray:
     """Return the stress of a strain, (3, 3, ...)."""
     one = np.eye(3)[:, :, None, None]
     return LAME * np.trace(strain) * one + 2 * SHEAR * strain
+
+
+def factor(matrix: Any) -> Any:
+    """Return the factor of a sparse Hermitian matrix that is positive definite."""
+    options = {"SymmetricMode": True}  # without it the fine mesh takes twice the memory
+    return splu(
+        sparse.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        options=options,
+    )  # fmt: skip
 
 
 class Sector:
@@ -291,8 +301,35 @@ class Sector:
             rest = lift.T @ (pull - force)
             if np.linalg.norm(rest) <= NEWTON * np.linalg.norm(lift.T @ pull):
                 return tangent
-            moved += lift @ splu(sparse.csc_array(lift.T @ tangent @ lift)).solve(rest)
+            moved += lift @ factor(lift.T @ tangent @ lift).solve(rest)
         raise SystemExit(f"no equilibrium at {speed:g} rad/s in {LOADED} iterations")
+
+    def frequencies(
+        self, tangent: sparse.csr_array, k: int, speed: float, count: int
+    ) -> np.ndarray:
+        """Return the lowest frequencies of waves e^{i (k theta + omega t)}, rad/s.
+
+        Those of all unknowns, ascending, backward ones negative.
+
+        tangent : (n, n), N/m, K(Omega), see `turning`
+        """
+        lift, springs = self.wave(k), np.zeros(len(self.load))
+        springs[list(self.centre.values())] = SHAFT / BLADES
+        own = tangent + sparse.diags_array(springs)
+        stiffness, gyro, mass = (
+            sparse.csc_array(lift.conj().T @ a @ lift)
+            for a in (own, 2 * speed * self.coriolis, self.mass)
+        )
+        solve, size = factor(stiffness.astype(complex)).solve, mass.shape[0]
+
+        def inverse(x: np.ndarray) -> np.ndarray:
+            first, second = x[:size], x[size:]
+            return np.r_[-solve(gyro @ first + mass @ second), first]
+
+        operator = LinearOperator((2 * size, 2 * size), inverse, dtype=complex)
+        start, ncv = np.ones(2 * size), min(2 * size - 1, 3 * count + 20)
+        inverted = eigs(operator, count, ncv=ncv, v0=start, return_eigenvectors=False)
+        return np.sort((1 / inverted).imag)
 
 
 def tip_table(
@@ -340,6 +377,17 @@ def written(folder: Path, grid: tuple[int, ...], modes: int = MODES) -> Sector:
     return body
 
 
+def reduced(folder: Path, grid: tuple[int, ...] = FINE, modes: int = MODES) -> Path:
+    """Return the file of the reduced rotor; make what is missing in the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rotor, sector = folder / "rotor.h5", folder / "sector.toml"
+    if not (folder / "map.toml").exists():
+        written(folder, grid, modes)
+    if not rotor.exists():
+        subprocess.run([*HPCWHIRL, "import-model", sector, "--out", rotor], check=True)
+    return rotor
+
+
 def main() -> None:
     """Build, reduce and march what is not there yet."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -348,17 +396,10 @@ def main() -> None:
     parser.add_argument("--ranks", type=int, default=2, help="of the campaign")
     args = parser.parse_args()
     folder = args.folder
-    folder.mkdir(parents=True, exist_ok=True)
-    if not (folder / "map.toml").exists():
-        written(folder, COARSE if args.coarse else FINE)
-    hpcwhirl = sys.executable, "-m", "hpcwhirl"
+    reduced(folder, COARSE if args.coarse else FINE)
     mpirun = os.environ.get("HPCWHIRL_MPIRUN", "mpirun")
-    rotor = folder / "rotor.h5"
-    if not rotor.exists():
-        sector = folder / "sector.toml"
-        subprocess.run([*hpcwhirl, "import-model", sector, "--out", rotor], check=True)
     campaign = folder / "map.toml", "--out", folder / "map"
-    whole = [mpirun, "-n", str(args.ranks), *hpcwhirl, "campaign", *campaign]
+    whole = [mpirun, "-n", str(args.ranks), *HPCWHIRL, "campaign", *campaign]
     subprocess.run(whole, check=True)
 
 

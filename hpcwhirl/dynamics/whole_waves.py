@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,7 @@ class WholeWaves:
     ahead : (w,), z - 1
     shapes, rises : (m, w), x and d of unit amplitudes
     paired : (w,), whether a wave has a conjugate: amplitudes of others are real
+    condition : condition number of `basis`
     give, rate, stiffness, push : (m, m), (1/dt^2 + G/2dt)^-1, D, K(Omega), S
     """
 
@@ -75,6 +76,7 @@ class WholeWaves:
     shapes: Complexes
     rises: Complexes
     paired: NDArray[np.bool_]
+    condition: float
     give: Floats
     rate: Floats
     stiffness: Floats
@@ -121,7 +123,7 @@ class WholeWaves:
     def is_basis(self) -> bool:
         """Whether the waves span the rotor's motion: none nearly coincide."""
         size = sum(1 + self.paired) == 2 * len(self.give)
-        return bool(size and np.linalg.cond(self.basis) < WORST)
+        return bool(size and self.condition < WORST)
 
     def amplitudes(self, x: Floats, d: Floats) -> Floats:
         """Return q, (2 m, ...), for given x and d, (m, ...)."""
@@ -204,13 +206,46 @@ def whole_waves(
         roots, found = roots_of(*(back @ matrix @ block for matrix in matrices))
         chosen = (roots.imag >= 0.0) | (not real)
         paired = (roots.imag > 0.0) | (not real)
-        parts.append((roots[chosen], (block @ found)[:, chosen].T, paired[chosen]))
-    roots, found, paired = (np.concatenate(each) for each in zip(*parts, strict=True))
-    ahead, found = roots * step / (1 - roots * step / 2), found.T
+        ahead = roots[chosen] * step / (1 - roots[chosen] * step / 2)
+        parts.append(_Part(block, ahead, found[:, chosen], paired[chosen]))
+    ahead, paired = (np.concatenate([p[i] for p in parts]) for i in (1, 3))
+    found = np.concatenate([(p.block @ p.shapes).T for p in parts]).T
+    rises = found * ahead / (1 + ahead)
+    scale = float(np.abs(rises).max())
     return WholeWaves(
-        step, ahead, found, found * ahead / (1 + ahead), paired,
+        step, ahead, found, rises, paired, _condition(parts, scale),
         own.inverse, own.damping, own.stiffness, own.push,
     )  # fmt: skip
+
+
+class _Part(NamedTuple):
+    """The waves of a block (m, c) of modes: z - 1, shapes (c, w), see `WholeWaves`."""
+
+    block: Any
+    ahead: Complexes
+    shapes: Complexes
+    paired: NDArray[np.bool_]
+
+
+def _condition(parts: list[_Part], scale: float) -> float:
+    """Return the condition number of `WholeWaves.basis`.
+
+    In orthonormal coordinates the basis has a part for each block of modes. A complex
+    block B with its conjugates gives x = Re(B Y a), |x|^2 = |Y a|^2 / 2.
+
+    scale : by which the basis divides d
+    """
+    sizes = []
+    for block, ahead, shapes, paired in parts:
+        both = np.vstack([shapes, shapes * ahead / (1 + ahead) / scale])
+        if np.iscomplexobj(block):
+            both = both / np.sqrt(2.0)
+        else:
+            both = np.hstack([both.real, -both.imag[:, paired]])
+        sizes.append(np.linalg.svd(both, compute_uv=False))
+    every = np.concatenate(sizes)
+    least = float(every.min())
+    return float(every.max()) / least if least > 0.0 else float("inf")
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
