@@ -105,15 +105,14 @@ def rows_of(
     sizes: Sequence[int],
     repeats: int,
     peak: float,
-    several: Callable[[Scene], Scene] | None = None,
+    several: Sequence[Callable[[Scene], Scene]] = (),
 ) -> list[Row]:
     """Return the rows of a scene by number of blades.
 
     Parameters
     ----------
     peak : GFLOP/s
-    several : returns a scene with several contact points a tip of its engine; None:
-        these are not timed
+    several : each returns a scene with several contact points a tip of its engine
 
     Raises
     ------
@@ -131,7 +130,7 @@ def _of_size(
     blades: int,
     repeats: int,
     peak: float,
-    several: Callable[[Scene], Scene] | None,
+    several: Sequence[Callable[[Scene], Scene]],
 ) -> list[Row]:
     motions, asked = [FLIGHT], [asked_of(scene, blades, CYCLIC, FLIGHT, "exact")]
     for sectors in (CYCLIC, UNEQUAL):
@@ -140,9 +139,9 @@ def _of_size(
         motions += more
         single = [asked_of(scene, blades, sectors, motion) for motion in more]
         asked += single
-        if several is not None and blades <= MOST_SEVERAL:
+        for points in several if blades <= MOST_SEVERAL else ():
             motions += more[:3]
-            asked += [replace(one, scene=several(one.scene)) for one in single[:3]]
+            asked += [replace(one, scene=points(one.scene)) for one in single[:3]]
     marches = settled_all(asked)
     timings = time_marches(asked, marches, repeats)
     flights = {

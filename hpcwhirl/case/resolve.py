@@ -16,6 +16,7 @@ from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import Value
 from hpcwhirl.scene.schemes import SCHEMES
+from hpcwhirl.store.models.engine_file import points_named
 
 
 @dataclass(frozen=True)
@@ -132,8 +133,9 @@ class Case:
         if engine.rotation != "none" and law_of(self.given) is not None:
             name = "general"
         step = SCHEMES[name].step_seconds(
-            engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven
-        )
+            engine.rotation, engine.rotor.blades, uneven=engine.rotor.is_uneven,
+            points=points_named(engine.file),
+        )  # fmt: skip
         return float(self.steps * step)
 
     def check(self) -> None:

@@ -30,7 +30,8 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
 COUNTED = (DEFAULT, "general")  # schemes whose floating-point operations are counted
-TWIST = 0.3  # of three points a tip, and where these stand: m, rad, m
+POINTS = 3  # a tip, with several
+TWIST = 0.3  # of the ends of a tip, and where these and the middle stand: m, rad, m
 CHORD = {
     "station": [-0.02, 0.0, 0.02], "angle": [-0.01, 0.0, 0.01], "gap": [2e-6, 0.0, 4e-6]
 }  # fmt: skip
@@ -109,7 +110,7 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
     peak = bench.fma_peak(args.repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
         several = partial(with_points, Path(folder))
-        rows = sizes.rows_of(scene, chosen, args.repeats, peak, several)
+        rows = sizes.rows_of(scene, chosen, args.repeats, peak, [several])
     if args.json:
         print_json({"fma_peak_gflops": peak, "rows": [asdict(row) for row in rows]})
         return 0
@@ -182,11 +183,12 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     return engines
 
 
-def with_points(folder: Path, scene: Scene) -> Scene:
-    """Return a scene whose engine, written to a file, has three points a tip.
+def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
+    """Return a scene whose engine, written to a file, has several points a tip.
 
-    Its modes move the ends of a tip by `TWIST` more or less than the middle, those of
-    odd rank the other way round, as blades that twist.
+    They are spread evenly between the ends of the chord; two are one end and the
+    middle. Its modes move the ends of a tip by `TWIST` more or less than the middle,
+    those of odd rank the other way round, as blades that twist.
     """
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
@@ -197,14 +199,19 @@ def with_points(folder: Path, scene: Scene) -> Scene:
     names = "omega", "damping_ratio", "modal_centre"
     out = {f"rotor/{name}": arrays[f"rotor/{name}"] for name in names}
     sign = np.where(body.rank % 2, -1.0, 1.0)
-    twist = 1.0 + TWIST * np.outer([-1.0, 0.0, 1.0], sign)
+    ends = -1.0, 0.0, 1.0
+    along_chord = np.linspace(-1.0, 1.0 if points > 2 else 0.0, points)
+    twist = 1.0 + TWIST * np.outer(along_chord, sign)
     radial, along = (
         arrays[f"rotor/modal_tip_{name}"] for name in ("radial", "tangential")
     )
     out |= {
         "rotor/modal_tip_radial": radial[:, None] * twist,
-        "rotor/modal_tip_tangential": np.repeat(along[:, None], 3, axis=1),
-        **{f"rotor/tip_{name}": np.array(place) for name, place in CHORD.items()},
+        "rotor/modal_tip_tangential": np.repeat(along[:, None], points, axis=1),
+        **{
+            f"rotor/tip_{name}": np.interp(along_chord, ends, place)
+            for name, place in CHORD.items()
+        },
     }
     path = folder / f"{len(list(folder.iterdir()))}.h5"
     write_arrays(path, out, {})

@@ -126,7 +126,7 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
         )
         lines.append(
             f"nominal: {low / 3600:.3g} to {high / 3600:.3g} core-hours, if none ends "
-            "early"
+            f"early{_extrapolated(design)}"
         )
     lines.append(_wall(cost, ranks))
     disk = cost.disk
@@ -135,6 +135,17 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
         f"{_size(disk.journal)} journal"
     )
     return lines
+
+
+def _extrapolated(design: Design) -> str:
+    """Return a clause on nominal times beyond those measured, "" for none."""
+    from hpcwhirl.campaign.plan.cost import most_points
+    from hpcwhirl.scene.schemes import MOST_POINTS
+
+    points = most_points(design)
+    if points <= MOST_POINTS:
+        return ""
+    return f"; {points} contact points a tip, extrapolated from up to {MOST_POINTS}"
 
 
 def _more(cost: Forecast, design: Design) -> str:

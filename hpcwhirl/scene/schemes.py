@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 NOMINAL_BLADES = 22
 USUAL = 0.55, 1 / 7  # assumed: share of steps in contact, part of the blades touching
+MOST_POINTS = 3  # a tip, up to which times of steps were measured
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,11 @@ class StepTimes:
     """Time of a step by number of blades N, us, fitted to `hpcwhirl bench --sizes`.
 
     It is flight (N / 22)^grows and, with t blades in contact, contact (N / 22)^rises
-    + (blade + row N) t more. `scripts/cost/step_costs.py` compares it with the clock.
+    + (blade + row N) t more. Of n > 1 contact points a tip, t of all of them touching,
+    a step in flight takes still[0] + still[1] n times as long, one in contact
+    pressed[0] + pressed[1] n times; measured for n = 2 and 3. Without these factors,
+    which only `modal` has, points are assumed to cost as so many blades.
+    `scripts/cost/step_costs.py` compares it with the clock.
     """
 
     flight: float
@@ -28,20 +33,33 @@ class StepTimes:
     rises: float
     blade: float
     row: float
+    still: tuple[float, float] | None = None
+    pressed: tuple[float, float] | None = None
 
-    def step(self, blades: Any, share: Any, touching: Any) -> Any:
+    def step(self, blades: Any, share: Any, touching: Any, points: Any = 1) -> Any:
         """Return the mean time of a step, us, as `blades` one or (cases,).
 
         blades, share, touching : N; share of steps in contact; t in such a step
+        points : a tip, one number or (cases,)
         """
+        still, pressed = (_factor(own, points) for own in (self.still, self.pressed))
+        blades = blades if self.still else blades * points
         size = blades / NOMINAL_BLADES
         more = self.contact * size**self.rises
         more = more + (self.blade + self.row * blades) * touching
-        return self.flight * size**self.grows + share * more
+        flight = self.flight * size**self.grows
+        return (1 - share) * still * flight + share * pressed * (flight + more)
 
 
-EQUAL = StepTimes(0.14, 1.0, 0.12, 1.25, 0.03, 0.0)
-UNEQUAL = StepTimes(0.133, 1.25, 0.25, 1.55, 0.0, 0.0029)
+def _factor(of: tuple[float, float] | None, points: Any) -> Any:
+    """Return a + b n of several points a tip, 1 of one; of : (a, b), None: 1."""
+    first, each = of or (1.0, 0.0)
+    several = points > 1
+    return several * (first + each * points) + (1 - several)
+
+
+EQUAL = StepTimes(0.14, 1.0, 0.12, 1.25, 0.03, 0.0, (0.57, 0.1), (2.7, 0.1))
+UNEQUAL = StepTimes(0.133, 1.25, 0.25, 1.55, 0.0, 0.0029, (0.46, 0.09), (2.0, 0.0))
 FLYING = StepTimes(0.027, 0.3, 0.22, 1.3, 0.03, 0.0)  # `exact`
 BY_MODES = StepTimes(0.37, 1.75, 0.26, 1.1, 0.03, 0.0)  # `general`
 DENSE = StepTimes(13.5, 1.75, 4.4, 1.1, 0.0, 0.0)  # `paper`
@@ -83,7 +101,7 @@ class Scheme:
     stands: bool = True
     points: bool = True
     turns: float = 0.0
-    times: StepTimes = UNEQUAL
+    times: StepTimes = BY_MODES
 
     def step_seconds(
         self,
@@ -93,18 +111,21 @@ class Scheme:
         uneven: bool,
         share: float = USUAL[0],
         touching: Any = None,
+        points: Any = 1,
     ) -> Any:
         """Return the assumed computing time of a step, s, as `blades` one or (cases,).
 
         rotation, blades : engine.rotation, N
         uneven : whether blades differ
         share, touching : of steps in contact; blades touching in such a step, if known
+        points : contact points a tip, one number or (cases,); above `MOST_POINTS` the
+            time is extrapolated
         """
         own = self.nominal if rotation == "none" else self.turns
         times, part = UNEQUAL if uneven and self.folds else self.times, USUAL[1]
         usual = self.times.step(NOMINAL_BLADES, USUAL[0], part * NOMINAL_BLADES)
         touching = part * blades if touching is None else touching
-        return own * times.step(blades, share, touching) / usual
+        return own * times.step(blades, share, touching, points) / usual
 
 
 _TABLE = (

@@ -6,7 +6,10 @@ import re
 
 import numpy as np
 import pytest
+import tomli_w
 from launch import launch, root_variables
+from stage import N, written
+from stage import rotor as small_rotor
 
 from hpcwhirl.campaign.foresight import forecast as forecasts
 from hpcwhirl.campaign.foresight.forecast import forecast
@@ -337,6 +340,53 @@ def test_the_nominal_cost_of_a_step_is_that_of_its_kind(sweep, distinct, tmp_pat
     assert found.seconds == pytest.approx(sum(each))
     limits = [sum(costs.costs_of(design, share=x).nominal) for x in (0.0, 1.0)]
     assert found.range == pytest.approx(limits)
+
+
+def with_points(folder, count):
+    """Return the engine of a small rotor from file with so many points a tip."""
+    places = 0.01 * np.arange(count)
+    arrays = small_rotor(places, 0.0 * places, 0.0 * places)
+    if count == 1:
+        arrays |= {n: arrays[n][:, 0] for n in ("tip_radial", "tip_tangential")}
+        arrays = {n: a for n, a in arrays.items() if not n.startswith("tip_")} | {
+            n: arrays[n] for n in ("tip_radial", "tip_tangential")
+        }
+    file = written(folder / f"{count}.h5", arrays)
+    return {"file": str(file), "rotor": {"blades": N}}
+
+
+@pytest.mark.parametrize("points", [2, 3, 16])
+def test_the_nominal_cost_knows_the_contact_points_of_a_file(tmp_path, points):
+    """In flight and in contact, the factors of the scheme."""
+    designs = [
+        design_of(SHORT | {"engine": with_points(tmp_path, n)}) for n in (1, points)
+    ]
+    for share, (first, each) in ((0.0, schemes.EQUAL.still),
+                                 (1.0, schemes.EQUAL.pressed)):  # fmt: skip
+        one, several = (costs.costs_of(d, share=share).nominal for d in designs)
+        assert several == pytest.approx((first + each * points) * one)
+    usual = costs.costs_of(designs[1]).nominal
+    cases = range(len(usual))
+    assert usual.tolist() == [designs[1].predicted(case)[1] for case in cases]
+
+
+def test_files_that_are_swept_cost_as_their_own_points(tmp_path):
+    files = [with_points(tmp_path, n)["file"] for n in (1, 3)]
+    engine = {"rotor": {"blades": N}}
+    design = design_of(SHORT | {"engine": engine, "sweep": {"engine.file": files}})
+    one, several = costs.costs_of(design, share=1.0).nominal
+    assert several == pytest.approx(3.0 * one)
+    assert costs.most_points(design) == 3
+
+
+@pytest.mark.parametrize(("points", "told"), [(3, False), (16, True)])
+def test_a_cost_beyond_the_points_measured_is_told(tmp_path, capsys, points, told):
+    document = SHORT | {"engine": with_points(tmp_path, points)}
+    (tmp_path / "one.toml").write_text(tomli_w.dumps(document))
+    words = ["campaign", str(tmp_path / "one.toml"), "--out", str(tmp_path / "out")]
+    assert main([*words, "--dry-run"]) == 0
+    clause = f"; {points} contact points a tip, extrapolated from up to 3"
+    assert (clause in capsys.readouterr().out) == told
 
 
 @pytest.mark.parametrize("name", schemes.NAMES)

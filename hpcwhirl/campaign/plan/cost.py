@@ -26,6 +26,7 @@ from hpcwhirl.scene.files import MISTUNING
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES, USUAL
 from hpcwhirl.scene.table import Values, listed
+from hpcwhirl.store.models.engine_file import points_named
 
 Floats = NDArray[np.float64]
 NEAREST = 4  # number of finished cases from which a prediction is taken
@@ -244,6 +245,7 @@ def _nominal(get: Columns, share: float) -> Any:
             "engine.rotor.lost_blade",
         )
     )  # fmt: skip
+    points = points_a_tip(get)
     uneven = (changes > 0) | (lost != NO_BLADE)
     moving = np.not_equal(get("acceleration"), 0.0)
     moving = moving | np.not_equal(get("speed_table"), "")
@@ -252,9 +254,25 @@ def _nominal(get: Columns, share: float) -> Any:
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
         ((schemes == scheme) & (rotations == rotation) & (uneven == apart))
-        * SCHEMES[scheme].step_seconds(rotation, blades, uneven=apart, share=share)
+        * SCHEMES[scheme].step_seconds(
+            rotation, blades, uneven=apart, share=share, points=points
+        )
         for scheme, rotation, apart in kinds
     )
+
+
+def points_a_tip(get: Columns) -> Any:
+    """Return the contact points a tip of each case, one for all or (cases,)."""
+    files, place = np.unique(
+        np.asarray(get("engine.file"), dtype=str), return_inverse=True
+    )
+    return np.array([points_named(str(file)) for file in files])[place]
+
+
+def most_points(design: Design) -> int:
+    """Return the largest number of contact points a tip of a campaign's engines."""
+    many = design.columns
+    return int(max(np.max(points_a_tip(many.all(c))) for c in many.chunks()))
 
 
 def time_steps(design: Design) -> Floats:

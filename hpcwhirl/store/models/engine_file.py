@@ -75,16 +75,23 @@ springs of the shaft follow from the modes if nothing else holds the rotor
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError, MissingFileError, nearest, one_line
+from hpcwhirl.errors import (
+    InputError,
+    MissingFileError,
+    WhirlError,
+    nearest,
+    one_line,
+)
 from hpcwhirl.safe_open import check_regular
-from hpcwhirl.scene.files import check_bytes
+from hpcwhirl.scene.files import check_bytes, content_digest
 
 if TYPE_CHECKING:
     import h5py
@@ -213,6 +220,30 @@ def are_two_ways(there: Collection[str]) -> bool:
 def read_rotor(file: str) -> Given:
     """Return the arrays of the rotor in an engine's file, see `_read`."""
     return _read(file, "rotor", DATASETS)
+
+
+def points_named(file: str) -> int:
+    """Return the contact points a tip, n_c, that an engine's file names; 1 if none.
+
+    Only shapes are read. Also 1 of a file that cannot be read, whose cases will fail.
+    """
+    with suppress(WhirlError):
+        return _points_named(file, content_digest(file)) if file else 1
+    return 1
+
+
+@lru_cache(maxsize=64)
+def _points_named(file: str, content: str) -> int:
+    """Return n_c of a file; content : its digest, part of the cache's key."""
+    del content
+    import h5py
+
+    with readable(f"engine.file {file}"), h5py.File(file, "r") as root:
+        for name, axes in (("tip_radial", 1), ("modal_tip_radial", 2)):
+            data = root.get(f"rotor/{name}")
+            if isinstance(data, h5py.Dataset) and len(data.shape) > axes:
+                return int(data.shape[1])
+    return 1
 
 
 def read_casing(file: str) -> Given:
