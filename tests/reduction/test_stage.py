@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigs
+from scipy.sparse.linalg import LinearOperator, eigs, splu
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
