@@ -105,7 +105,7 @@ class Checked:
 
     @property
     def share(self) -> float:
-        """Frequency of 1F over that of the full speed."""
+        """Frequency of 1F over revolutions per second at full speed."""
         return self.family * 2 * math.pi / self.full_speed
 
 

@@ -475,9 +475,12 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 
 def _symbol(items: Floats) -> Complexes:
-    """Return a body's part of the spectrum of the Delassus matrix, (slots,), m/N.
+    """Return the eigenvalues of a body's part of the Delassus matrix, (slots,), m/N.
 
-    items : (ITEMS, rows, slots), with those of contact forces
+    That part is circulant: it has one eigenvalue for each nodal diameter, or slot.
+
+    items : (ITEMS, rows, slots), coefficients of the body's modes (`kernels.passes`)
+        that include those of contact forces, see `_pushed`
     """
     push = items[passes.NORMAL] - 1j * items[passes.ALONG]
     return np.asarray((items[passes.RADIAL] * push).sum(axis=0))

@@ -160,7 +160,11 @@ class DrivenRotor:
         body.work[:] = 0.0
 
     def whole(self, values: Floats) -> Floats:
-        """Return y + r, (m,), of amplitudes or increments of a state."""
+        """Return y + r, (m,): the motion by contact plus that without contact.
+
+        values : amplitudes or increments of a state, those of y (m,), then those of r,
+            of the modes `alike` only
+        """
         out = values[: len(self.order)].copy()
         out[self.alike] += values[len(out) :]
         return out

@@ -111,7 +111,11 @@ class WholeWaves:
 
     @cached_property
     def basis(self) -> Floats:
-        """Return the matrix, (2 m, 2 m), that gives (x, d / scale) from q."""
+        """Matrix, (2 m, 2 m), that gives a state (x, d / scale) from its parts q.
+
+        q are the real and imaginary parts of the waves' amplitudes, x the amplitudes of
+        the modes at rest, and d their increments since the step before.
+        """
         return np.vstack([self.parts(self.shapes), self.parts(self.rises) / self.scale])
 
     @property
@@ -219,7 +223,15 @@ def whole_waves(
 
 
 class _Part(NamedTuple):
-    """The waves of a block (m, c) of modes: z - 1, shapes (c, w), see `WholeWaves`."""
+    """The waves of one block of modes; z is the factor of an amplitude in a step.
+
+    Attributes
+    ----------
+    block : (m, c), orthonormal combinations of the m modes at rest, see `whole_waves`
+    ahead : (w,), z - 1 of each wave
+    shapes : (c, w), waves of unit amplitudes, as coefficients of the combinations
+    paired : (w,), whether a wave has a conjugate, which is not listed
+    """
 
     block: Any
     ahead: Complexes

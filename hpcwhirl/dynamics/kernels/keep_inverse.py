@@ -74,7 +74,14 @@ def blade_at(i, blades, wide):
 
 @rare
 def remember(where, size, blades, wide, known, inverse, rows, stride):
-    """Invert and keep the part of W of the blades where[:size]."""
+    """Invert the part of W of the blades where[:size], and start a new `known`.
+
+    Parameters
+    ----------
+    known : out: these blades, their number, whether the inverse is sound, no changes
+    inverse : out: transpose of the inverse, flat, in rows of `stride`
+    rows : (N, 2 wide) flat; row j is column j of W, folded, see `place_of`
+    """
     for r in range(size):
         known[r] = where[r]
         row = where[r] * 2 * wide

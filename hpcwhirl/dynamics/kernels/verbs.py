@@ -67,7 +67,12 @@ def stand(body, motion, time, force):
 
 
 def yielded(body, motion, force, ledger):
-    """Add the loss by the force of `stand` in a step, or its work to the ledger, J."""
+    """Enter the work in a step, J, of the forces whose increments `stand` has added.
+
+    For forces of supports it is subtracted from the body's loss; for forces of a
+    changing speed it is added to the work of the loading in the ledger. A body without
+    such forces has nothing to enter.
+    """
     raise NotImplementedError
 
 

@@ -132,7 +132,14 @@ def put(values, blade, blades, wide, value):
 
 @inlined
 def read_all(rows, q, blades, tips):
-    """Set tips (2 wide,), folded, to the rows of all blades times q."""
+    """Set tips to the rotor's part of each blade's gap, m: its row times q.
+
+    Parameters
+    ----------
+    rows : (N, modes) flat, gap of each blade per unit amplitude
+    q : amplitudes of the waves, of which the first `modes` count
+    tips : (2 wide,), out, in the order of `circulant.folded`
+    """
     modes, wide = len(rows) // blades, len(tips) // 2
     for j in range(blades):
         put(tips, j, blades, wide, tip_by_waves(rows, j, q, modes))
