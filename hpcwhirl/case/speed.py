@@ -201,7 +201,7 @@ class Interval(NamedTuple):
 
     Attributes
     ----------
-    speed, rate : rad/s, mean Omega from half a step before the begin to half a step
+    speed, rate : rad/s, mean Omega from half a step before the start to half a step
         before the end; mean dOmega/dt, rad/s^2
     turn : rad/s, mean rate of the angle in the interval
     first : rad/s, rate of the angle's parabola at its begin
@@ -283,7 +283,7 @@ class Schedule:
 
     @cached_property
     def _ahead(self) -> Floats:
-        """The least gap from the begin of each interval on, m."""
+        """The least gap from the start of each interval on, m."""
         count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
         times = np.arange(count // self.every + 2) * self.every
         gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
