@@ -204,7 +204,7 @@ def whole_waves(
     own = step_of(terms, step)
     whole = terms.stiffness + terms.push
     matrices = terms.mass - step**2 / 4 * whole, terms.damping + terms.gyro, whole
-    parts = []
+    parts, moved = [], []
     for block in list(blocks) or [np.eye(len(whole))]:
         back, real = block.conj().T, np.isrealobj(block)
         roots, found = roots_of(*(back @ matrix @ block for matrix in matrices))
@@ -212,8 +212,9 @@ def whole_waves(
         paired = (roots.imag > 0.0) | (not real)
         ahead = roots[chosen] * step / (1 - roots[chosen] * step / 2)
         parts.append(_Part(block, ahead, found[:, chosen], paired[chosen]))
+        moved.append((block @ found)[:, chosen].T)
     ahead, paired = (np.concatenate([p[i] for p in parts]) for i in (1, 3))
-    found = np.concatenate([(p.block @ p.shapes).T for p in parts]).T
+    found = np.concatenate(moved).T
     rises = found * ahead / (1 + ahead)
     scale = float(np.abs(rises).max())
     return WholeWaves(
