@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import traceback
 
 import h5py
 import numpy as np
@@ -14,6 +15,7 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import COMMANDS, main
 from hpcwhirl.cli import run as run_command
+from hpcwhirl.dynamics.march import March
 from hpcwhirl.store.schema import FORMAT
 
 
@@ -181,3 +183,23 @@ def test_help_waits_for_no_heavy_package(words):
     }
     assert "argparse" in loaded
     assert not loaded & {"numba", "scipy", "matplotlib", "h5py", "mpi4py", "xarray"}
+
+
+def test_few_calls_lead_from_a_command_to_the_march(tmp_path, monkeypatch):
+    """The chain that a reader follows from `main` to `March.reach`, both counted."""
+    depths, reach = [], March.reach
+
+    def counted(march, *given):
+        names = [frame.f_code.co_name for frame, _ in traceback.walk_stack(None)]
+        depths.append(names.index("main") + 1)
+        reach(march, *given)
+
+    monkeypatch.setattr(March, "reach", counted)
+    file, short = tmp_path / "c.toml", ["--set", "time_step=2e-6", "--set"]
+    file.write_text("sweep = {speed = [300]}")
+    words = [str(file), "--out", str(tmp_path / "out"), "--report", "no"]
+    assert main(["campaign", *words, *short, "duration=2e-3"]) == 0
+    assert max(depths) <= 14
+    depths.clear()
+    assert main(["run", "--quiet", *short, "duration=2e-3"]) == 0
+    assert max(depths) <= 6
