@@ -18,7 +18,7 @@ import socket
 import subprocess
 import sys
 import tempfile
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -111,15 +111,21 @@ def serve(path):
             sys.exit(main())
 
 
+def answer(asker, number):
+    """Tell a number to who asked, if it has not been killed meanwhile."""
+    with suppress(BrokenPipeError, ConnectionResetError):
+        asker.sendall(b"%d\n" % number)
+
+
 class Forks:
     """The forks at work, each with a file that tells its end and who asked for it."""
 
     def __init__(self, path):
         self.path = path
-        self.asked = {}  # file of the process: (process, connection)
+        self.asked = {}  # file of the process: (process, connection, note of it)
 
     def watched(self):
-        return [*self.asked, *(asker for _, asker in self.asked.values())]
+        return [*self.asked, *(asker for _, asker, _ in self.asked.values())]
 
     def begin(self, listener):
         """Fork for who asks next; return whether this is still the server."""
@@ -128,37 +134,40 @@ class Forks:
         while not message.endswith(b"\n"):
             more, some, _, _ = socket.recv_fds(asker, 1 << 20, 8)
             message, files = message + more, files + list(some)
+            if not more:  # it was killed
+                asker.close()
+                return True
         pid = os.fork()
         if pid:
             for file in files:
                 os.close(file)
-            self.asked[os.pidfd_open(pid)] = pid, asker
             told = asker.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 4)
-            Path(f"{self.path}-{int.from_bytes(told, sys.byteorder)}").write_text(
-                f"{pid}"
-            )
-            asker.sendall(b"%d\n" % pid)
+            note = Path(f"{self.path}-{int.from_bytes(told, sys.byteorder)}")
+            note.write_text(f"{pid}")  # for `Server.fork_of`
+            self.asked[os.pidfd_open(pid)] = pid, asker, note
+            answer(asker, pid)
             return True
         for handle in self.asked:
             os.close(handle)
-        for own in (listener, asker, *(other for _, other in self.asked.values())):
+        for own in (listener, asker, *(other for _, other, _ in self.asked.values())):
             own.close()  # its number may be that of another file now
         become(**json.loads(message), files=files)
         return False
 
     def end(self):
-        for pid, _ in self.asked.values():
+        for pid, _, _ in self.asked.values():
             os.kill(pid, signal.SIGKILL)
 
     def look(self, file):
         """Answer for a fork that has ended; kill one whose asker is gone."""
-        for handle, (pid, asker) in list(self.asked.items()):
+        for handle, (pid, asker, note) in list(self.asked.items()):
             if file is asker:  # it says nothing more: it was closed
                 os.kill(pid, signal.SIGKILL)
             if file in (handle, asker):
                 code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+                note.unlink(missing_ok=True)
                 if file is handle:
-                    asker.sendall(b"%d\n" % code)
+                    answer(asker, code)
                 os.close(handle)
                 asker.close()
                 del self.asked[handle]
