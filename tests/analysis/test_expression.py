@@ -166,3 +166,11 @@ def test_every_rule_is_a_condition_over_numbers_and_the_word_of_stop():
 def test_numbers_are_equal_to_nine_digits(text, known, gives):
     with np.errstate(all="ignore"):
         assert bool(asker(text)(known)) is gives
+
+
+def test_a_step_has_the_text_that_it_completes():
+    texts = [step.text for step in parse("'damped' == regime and speed > 3")]
+    assert texts == [
+        "'damped'", "regime", "'damped' == regime", "speed", "3", "speed > 3",
+        "'damped' == regime and speed > 3",
+    ]  # fmt: skip

@@ -135,6 +135,12 @@ def test_mpi_that_aborts_takes_no_one_along(monkeypatch):
     assert facts_of.probed_mpi()["mpi_error"] == "no libmpi"
 
 
+def test_what_mpi_prints_before_the_facts_is_no_fact(monkeypatch):
+    probe = """print('a warning of MPI'); print('{"mpi": "a library"}')"""
+    monkeypatch.setattr(facts_of, "PROBE", probe)
+    assert facts_of.probed_mpi() == {"mpi": "a library"}
+
+
 def test_srun_without_any_pmi_is_seen_to_start_several(monkeypatch):
     for name in [
         n for n in os.environ if n.startswith(("PMI", "OMPI", "SLURM", "MPI"))

@@ -120,3 +120,11 @@ def test_a_folded_shell_moves_as_the_whole():
     assert one.folds == 2
     assert one.contacts == other.contacts > 0
     assert np.abs(one.tips - other.tips).max() < 1e-8 * np.abs(one.tips).max()
+
+
+def test_all_of_the_ring_breathes_and_half_of_it_moves_in_a_wave():
+    """The mean over the angle of 1 is 1, of cos^2 a half; of sin^2 along it a half."""
+    shell = Casing(thickness=0.01, width=0.3, density=7800.0)
+    whole = 7800.0 * 0.01 * 2 * np.pi * RADIUS * 0.3
+    masses = [shell_matrices(shell, RADIUS, h, 1)[0] for h in (0, 1, 5)]
+    assert masses == pytest.approx([whole / 2, whole / 4, whole / 4], rel=1e-12)
