@@ -93,8 +93,7 @@ def page(rows: list[Row], unknowns: int, coordinates: int, call: str) -> str:
     ]  # fmt: skip
     good = sum(map(allowed, rows))
     return "\n".join([
-        "# Waves of the solid stage", "",
-        f"Made by `{call}`:",
+        f"## `{call}`", "",
         f"{unknowns} unknowns a sector, reduced to {coordinates} coordinates of the",
         "rotor. Frequencies of all unknowns, backward ones negative, and how far the",
         "reduced ones are from them, relative.", "",
@@ -102,6 +101,14 @@ def page(rows: list[Row], unknowns: int, coordinates: int, call: str) -> str:
         f"Within {LOWEST:g} (lowest wave) and {AT_REST:g} at rest, {AT_SPEED:g}",
         f"at speed: {good} of {len(rows)} (✗: not).", "",
     ])  # fmt: skip
+
+
+def beside(told: str) -> str:
+    """Return the page with a section in place of the one with the same heading."""
+    sections = PAGE.read_text(encoding="utf-8").split("\n## ")[1:]
+    own = {section.partition("\n")[0]: f"## {section.rstrip()}" for section in sections}
+    own[told[3:].partition("\n")[0]] = told.rstrip()
+    return "\n\n".join(["# Waves of the solid stage", *own.values()]) + "\n"
 
 
 def main() -> None:
@@ -118,11 +125,11 @@ def main() -> None:
     body = stage.Sector(*stage.sector_mesh(grid))
     rows = list(rows_of(body, model, body.turning))
     call = f"python scripts/evidence/{Path(__file__).name} FOLDER"
-    call += " --coarse" * args.coarse + " --write"
+    call += " --coarse" * args.coarse + f" --modes {args.modes} --write"
     told = page(rows, len(body.load), len(model.rotor.mass), call)
     print(told)
     if args.write:
-        PAGE.write_text(told, encoding="utf-8")
+        PAGE.write_text(beside(told), encoding="utf-8")
     sys.exit(not all(map(allowed, rows)))
 
 

@@ -111,7 +111,8 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     (out / "STOP").unlink()
     assert states(out) == kept
 
-    told = stopped(start([*words, "--walltime", "00:00:01"], ranks=3), lambda _: None)
+    soon = [*words, "--walltime", "00:00:01"]  # over before a new process computes
+    told = stopped(start(soon, ranks=3, env=ENVIRONMENT), lambda _: None)
     assert "wall-time" in told
     soon = ENVIRONMENT | {"SLURM_JOB_END_TIME": str(int(time.time()) + 2)}
     assert "wall-time" in stopped(start(words, env=soon), lambda _: None)
