@@ -32,7 +32,7 @@ boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
 refine      | hours   | python scripts/evidence/refine.py              | --write
 foresight   | 1 hour  | python scripts/evidence/foresight.py           | --write
 stage-waves | 10 min  | python scripts/evidence/stage_waves.py build/stage | --write
-stage-cost  | 10 min  | python scripts/cost/stage_cost.py build/stage | --write
+stage-cost  | 20 min  | python scripts/cost/stage_cost.py build/stage | --write
 scale-cost  | 1 hour  | python scripts/evidence/scale_cost.py          | --write
 rotor37     | 10 min  | python scripts/evidence/rotor37.py             | --write
 million     | minutes | python scripts/evidence/million.py             |

@@ -42,7 +42,7 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.files import load_document
 
 PAGE = Path(__file__).with_suffix(".md")
-STEPS = 1.5e-6, 1e-6, 5e-7  # s
+STEPS = 1.25e-6, 1e-6, 5e-7  # s
 REFERENCE = 2.5e-7  # s
 SHORT = 0.02  # s
 BLOCK = 100  # steps timed together
