@@ -288,7 +288,7 @@ class March:
             return
         parts = *self.state, self.tracks.closed
         before = [part.copy() for part in parts]
-        self.advance(self.total - self.steps)
+        self._through_samples(self.total)
         for part, own in zip(parts, before, strict=True):
             part[:] = own
 
@@ -346,12 +346,16 @@ class March:
 
     def advance(self, steps: int) -> None:
         """March at most `steps` steps; any division into slices gives the same bits."""
-        start, goal = time.perf_counter(), min(self.steps + steps, self.total)
+        start = time.perf_counter()
+        self._through_samples(min(self.steps + steps, self.total))
+        self.seconds += time.perf_counter() - start
+
+    def _through_samples(self, goal: int) -> None:
+        """March to step `goal`; at each sample, keep the stress if it is asked for."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
             self._march_to(self._next_read(goal))
             if self.stresses.size and self.steps % self.stride == 0:
                 self._read_stress()
-        self.seconds += time.perf_counter() - start
 
     def _next_read(self, goal: int) -> int:
         """Return the step, at most `goal`, at which stress is read next."""
