@@ -50,6 +50,15 @@ solver = {time_step = 2e-6}
 output = {interval = 2e-5, traces = "full"}
 sweep = {speed = {start = 300, stop = 500, step = 20}}
 """
+# every slice of a case takes a while, so that no stop comes after the last
+SLOW = """
+import time
+from hpcwhirl.dynamics.march import March
+def advance(march, steps, own=March.advance):
+    own(march, steps)
+    time.sleep(0.01)
+March.advance = advance
+"""
 # what a defect in a library would do to the second case of SHORT
 SEGFAULT = """
 import ctypes
@@ -60,6 +69,14 @@ def advance(march, steps, own=March.advance):
         ctypes.string_at(0)
 March.advance = advance
 """
+
+
+def planted(place, script):
+    """Return an environment in which every process of Python runs a script first."""
+    (place / "sitecustomize.py").write_text(script)
+    return ENVIRONMENT | {
+        "PYTHONPATH": f"{place}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
+    }
 
 
 def undisturbed(place, text, *words):
@@ -96,12 +113,12 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     whole, out = undisturbed(tmp_path, LONG), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, LONG), "--out", out]
 
-    process = start(words)
+    process = start(words, first=SLOW)
     wait_for(lambda: states(out), process)
     assert "signal USR1" in stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
     assert len(states(out)) == 1
 
-    process = start(words, ranks=2)
+    process = start(words, ranks=2, first=SLOW)
     wait_for(lambda: len(states(out)) > 1 and under_way(out), process)
     assert "STOP is there" in stopped(process, lambda _: (out / "STOP").touch())
     kept = states(out)
@@ -125,14 +142,6 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     assert len(records(out)) == 4
 
 
-def planted(place):
-    """Return an environment in which one case kills its process."""
-    (place / "sitecustomize.py").write_text(SEGFAULT)
-    return ENVIRONMENT | {
-        "PYTHONPATH": f"{place}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
-    }
-
-
 def statuses(folder):
     with h5py.File(folder / "results.h5") as file:
         words = [ENUMS["status"][i] for i in file["status"][:]]
@@ -142,7 +151,8 @@ def statuses(folder):
 @pytest.mark.slow
 def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
     whole, out = undisturbed(tmp_path, SHORT), tmp_path / "out"
-    words, env = ["campaign", inputs(tmp_path, SHORT), "--out", out], planted(tmp_path)
+    words = ["campaign", inputs(tmp_path, SHORT), "--out", out]
+    env = planted(tmp_path, SEGFAULT)
     for _ in range(2):
         assert launch(*words, env=env).returncode == -signal.SIGSEGV
         assert 1 not in [record["case"] for record in records(out)]
@@ -165,7 +175,7 @@ def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
 def test_isolated_cases_crash_alone_and_have_the_same_bits(tmp_path):
     whole, out = undisturbed(tmp_path, SHORT), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SHORT), "--out", out, "--isolate"]
-    done = launch(*words, ranks=2, env=planted(tmp_path))
+    done = launch(*words, ranks=2, env=planted(tmp_path, SEGFAULT))
     assert done.returncode == 1, done.err
     assert statuses(out)[0] == ["ok", "crashed", "ok", "ok"]
     assert "case 1 crashed on " in done.err
@@ -179,7 +189,7 @@ def test_an_isolated_case_stops_and_continues_to_the_same_bits(tmp_path):
     text = LONG.replace("[410, 430]", "[430]")
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
-    process = start([*words, "--isolate"])
+    process = start([*words, "--isolate"], env=planted(tmp_path, SLOW))
     wait_for(lambda: states(out), process)
     stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
     assert states(out)
@@ -193,7 +203,7 @@ def test_a_case_that_was_killed_twice_from_outside_still_gives_its_bits(tmp_path
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
     for crash in (1, 2):
-        process = start(words)
+        process = start(words, first=SLOW)
         wait_for(lambda: len(under_way(out)) == crash, process)  # noqa: B023
         kill(process)
     done = launch(*words)

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 import h5py
-from forked import Server
+from forked import FIRST, Server
 
 LIMIT = 600  # s, of any process, on a busy machine, too; numba may have to compile
 ROOT = Path(__file__).parents[2]
@@ -35,8 +35,10 @@ def words_of(settings):
     return [w for name, value in settings.items() for w in ("--set", f"{name}={value}")]
 
 
-def start(words, ranks=0, **options):
+def start(words, ranks=0, first="", **options):
     """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0.
+
+    first : script that a fork runs before its words
 
     With options such as `env`, and where HDF5 is parallel, which begins MPI as it is
     imported, these are real starts; else forks of one process, which cost nothing.
@@ -44,9 +46,11 @@ def start(words, ranks=0, **options):
     front = [*MPIRUN, "-n", str(ranks)] if ranks else []
     real = options or h5py.get_config().mpi
     tool = [sys.executable, "-m", "hpcwhirl"] if real else server().starter()
+    assert not (real and first)
     call = [*front, *tool, *map(str, words)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(call, cwd=ROOT, **pipes, **{"env": ENVIRONMENT, **options})
+    env = ENVIRONMENT | {FIRST: first}
+    return subprocess.Popen(call, cwd=ROOT, **pipes, **{"env": env, **options})
 
 
 def spent():
