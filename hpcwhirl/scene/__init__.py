@@ -1,5 +1,6 @@
 """Inputs of a case as frozen data in SI units; their TOML; units, words, presets."""
 
+from hpcwhirl.scene.casing_inputs import Casing
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,
     load_scene,
@@ -27,14 +28,7 @@ from hpcwhirl.scene.files import (
     scene_from,
     to_toml,
 )
-from hpcwhirl.scene.inputs import (
-    Casing,
-    Engine,
-    Output,
-    Rotor,
-    Scene,
-    Solver,
-)
+from hpcwhirl.scene.inputs import Engine, Output, Scene, Solver
 from hpcwhirl.scene.presets import (
     loss_of,
     preset_bounds,
@@ -44,6 +38,7 @@ from hpcwhirl.scene.presets import (
     preset_names,
     preset_of,
 )
+from hpcwhirl.scene.rotor_inputs import Rotor
 
 __all__ = [
     "DESIGN_TABLES",

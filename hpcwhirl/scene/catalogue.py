@@ -1,6 +1,6 @@
 """Catalogue of inputs for users: table, default, unit, allowed values and meaning.
 
-It is derived from the fields of `hpcwhirl.scene.inputs` and of the tables' models.
+It is derived from the fields of `scene.inputs.Scene` and of the tables' models.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic_core import PydanticUndefined
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.files import Value
-from hpcwhirl.scene.inputs import OwnRatio
+from hpcwhirl.scene.input_types import OwnRatio
 from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.swept import KEYS as SWEPT

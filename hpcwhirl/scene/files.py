@@ -24,7 +24,8 @@ from hpcwhirl.errors import (
 from hpcwhirl.safe_open import check_regular, open_regular, read_regular
 from hpcwhirl.scene.bearing import bearing_table
 from hpcwhirl.scene.history import history_of, parsed
-from hpcwhirl.scene.inputs import WRONG_UNIT, Scene
+from hpcwhirl.scene.input_types import WRONG_UNIT
+from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.profile import profile_table
 from hpcwhirl.scene.quantities import INPUTS, LEAVES

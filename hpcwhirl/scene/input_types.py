@@ -1,0 +1,85 @@
+"""What the tables of inputs share: their base class and the types of their fields."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from hpcwhirl.scene.quantity import quantity_of
+from hpcwhirl.scene.rule import Rule
+from hpcwhirl.scene.rules import AS_THE_REST
+from hpcwhirl.scene.units import in_si, measure
+
+
+def _one_zero(value: float) -> float:
+    """Return 0.0 for -0.0, which are equal but would have different digests."""
+    return value + 0.0
+
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[
+    float, Field(ge=0, allow_inf_nan=False), AfterValidator(_one_zero)
+]
+Finite = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_one_zero)]
+Change = Annotated[float, Field(gt=-1, allow_inf_nan=False), AfterValidator(_one_zero)]
+WRONG_UNIT = "wrong_unit"  # type of the pydantic error for a wrong unit
+
+
+def as_tuple(value: Any) -> Any:
+    """Return a list as a tuple, which is immutable; other values unchanged."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _own_ratio(value: float) -> float:
+    """Return a damping ratio after a check: >= 0, or -1 for that of other modes."""
+    if value < 0.0 and value != AS_THE_REST:
+        msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
+        raise ValueError(msg)
+    return value
+
+
+OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
+
+
+def _converted(name: str, value: Any, unit: str) -> Any:
+    """Return a value converted to SI, or raise an error that pydantic reports."""
+    try:
+        return in_si(value, unit)
+    except ValueError as failed:
+        told = {"told": f"{name} {failed}"}
+        raise PydanticCustomError(WRONG_UNIT, "{told}", told) from None
+
+
+class Inputs(BaseModel):
+    """Base class of all tables of inputs: frozen, strict about unknown keys and types.
+
+    Attributes
+    ----------
+    RULES : rules between the inputs of the table and of the tables inside it
+    """
+
+    RULES: ClassVar[tuple[Rule, ...]] = ()
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, validate_default=True
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_si(cls, data: Any) -> Any:
+        """Convert numbers with units, such as "0.8 mm", to SI."""
+        if not isinstance(data, dict):
+            return data
+        for name in [name for name, value in data.items() if measure(value)]:
+            field = cls.model_fields.get(name)
+            if field is not None and field.annotation is float:
+                unit, value = quantity_of(field).unit, data[name]
+                data = {**data, name: _converted(name, value, unit)}
+        return data
+
+    @model_validator(mode="after")
+    def _keeps_rules(self) -> Self:
+        for rule in self.RULES:
+            rule.check(self)
+        return self
