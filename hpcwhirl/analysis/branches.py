@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene.files import full_name
 from hpcwhirl.scene.history import parsed
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.words import word_of
 from hpcwhirl.store.reading.results_file import Results
 

@@ -11,7 +11,7 @@ from typing import Any
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import unknown
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.files import Value
+from hpcwhirl.scene.input_names import Value
 from hpcwhirl.structure.bladed_disk import MOST_DOF
 
 Settings = dict[str, Value]

@@ -14,7 +14,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.waves import tip_growth
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.files import Value
+from hpcwhirl.scene.input_names import Value
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.store.models.engine_file import points_named
 

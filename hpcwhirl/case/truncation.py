@@ -56,7 +56,7 @@ from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.reduction.round_casing import casing_table
 from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings, content_digest
-from hpcwhirl.scene.files import Value
+from hpcwhirl.scene.input_names import Value
 from hpcwhirl.structure import FourierOperator, bladed_disk
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,7 @@ from hpcwhirl.dynamics.blend import copy_of, distance, put_between
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.scene.files import Value
+from hpcwhirl.scene.input_names import Value
 
 FIRST = 1e-6  # relative change of a body's motion that makes the twin, before scaling
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.scene.files import is_number
+from hpcwhirl.scene.input_names import is_number
 from hpcwhirl.scene.table import Table, distinct, labels, listed
 
 Settings = Sequence[Mapping[str, Any]]

@@ -1,5 +1,6 @@
 """Inputs of a case as frozen data in SI units; their TOML; units, words, presets."""
 
+from hpcwhirl.scene.case_digest import content_digest, digest
 from hpcwhirl.scene.casing_inputs import Casing
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,
@@ -15,20 +16,16 @@ from hpcwhirl.scene.engines import (
     named_scene,
     title_of,
 )
-from hpcwhirl.scene.files import (
+from hpcwhirl.scene.input_names import input_names
+from hpcwhirl.scene.inputs import Engine, Output, Scene, Solver
+from hpcwhirl.scene.plain_data import (
     apply_settings,
     case_before,
     check_kept,
-    content_digest,
-    digest,
     flatten,
-    input_names,
-    load_document,
-    parse_setting,
     scene_from,
     to_toml,
 )
-from hpcwhirl.scene.inputs import Engine, Output, Scene, Solver
 from hpcwhirl.scene.presets import (
     loss_of,
     preset_bounds,
@@ -39,6 +36,7 @@ from hpcwhirl.scene.presets import (
     preset_of,
 )
 from hpcwhirl.scene.rotor_inputs import Rotor
+from hpcwhirl.scene.toml_text import load_document, parse_setting
 
 __all__ = [
     "DESIGN_TABLES",

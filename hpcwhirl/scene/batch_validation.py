@@ -17,9 +17,10 @@ from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.scene.digests import fragment
-from hpcwhirl.scene.files import apply_settings, flatten, takes_list
+from hpcwhirl.scene.input_names import takes_list
 from hpcwhirl.scene.input_types import Inputs
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.plain_data import apply_settings, flatten
 from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.rule import Rule
 from hpcwhirl.scene.rules import LASTS, end_time, last_end

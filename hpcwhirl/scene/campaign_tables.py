@@ -16,7 +16,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from hpcwhirl.errors import InputError, as_table, shown
-from hpcwhirl.scene.files import (
+from hpcwhirl.scene.input_names import (
     IN_UNITS,
     MISTUNING,
     by_full_name,

@@ -11,15 +11,10 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, one_line, shown
 from hpcwhirl.safe_open import read_regular
-from hpcwhirl.scene.files import (
-    Value,
-    by_full_name,
-    full_name,
-    setting_value,
-    value_in_si,
-)
+from hpcwhirl.scene.input_names import Value, by_full_name, full_name, value_in_si
 from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.swept import MOST_CASES, flat
+from hpcwhirl.scene.toml_text import setting_value
 
 CASE = "case"  # column with the number of a case, as in tables of results; no input
 HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")

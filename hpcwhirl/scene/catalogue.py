@@ -15,7 +15,7 @@ from pydantic_core import PydanticUndefined
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.files import Value
+from hpcwhirl.scene.input_names import Value
 from hpcwhirl.scene.input_types import OwnRatio
 from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES

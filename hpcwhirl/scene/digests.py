@@ -12,19 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene.files import (
-    FILE,
-    LATER,
-    Value,
-    apply_settings,
-    content_digest,
-    default_of,
-    digest_of,
-    flatten,
-    takes_list,
-    without_defaults,
-)
+from hpcwhirl.scene.case_digest import content_digest, digest_of, without_defaults
+from hpcwhirl.scene.input_names import FILE, LATER, Value, default_of, takes_list
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.plain_data import apply_settings, flatten
 from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 

@@ -9,21 +9,18 @@ from typing import Any
 from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
 from hpcwhirl.scene.engines import check_label
-from hpcwhirl.scene.files import (
-    FILE,
-    PRESET,
+from hpcwhirl.scene.input_names import FILE, PRESET, Value, full_name
+from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.plain_data import (
     SCENE_TABLES,
-    Value,
     apply_settings,
     check_kept,
-    full_name,
-    load_document,
     scene_from,
 )
-from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.presets import preset_inputs, preset_names
 from hpcwhirl.scene.resolve_path import anchored
 from hpcwhirl.scene.swept import KEYS
+from hpcwhirl.scene.toml_text import load_document
 
 DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
 

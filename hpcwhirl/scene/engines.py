@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.files import Value, apply_settings, flatten, full_name
+from hpcwhirl.scene.input_names import Value, full_name
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.plain_data import apply_settings, flatten
 
 ALIKE = 0.85  # similarity of names from which one counts as a misspelling of the other
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions

@@ -146,7 +146,7 @@ class _Told(type(Inputs)):  # type: ignore[misc]
         try:
             return super().__call__(*args, **inputs)
         except ValidationError as failed:
-            from hpcwhirl.scene.files import told_by  # imports this module
+            from hpcwhirl.scene.input_errors import told_by  # imports this module
 
             raise told_by(failed) from None
 

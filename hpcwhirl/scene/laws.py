@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from hpcwhirl.errors import InputError, shown, unknown
-from hpcwhirl.scene.files import value_in_si
+from hpcwhirl.scene.input_names import value_in_si
 from hpcwhirl.scene.table_model import TableModel, key, key_of
 
 if TYPE_CHECKING:

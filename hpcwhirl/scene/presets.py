@@ -8,8 +8,9 @@ from importlib import resources
 from typing import Any
 
 from hpcwhirl.errors import unknown
-from hpcwhirl.scene.files import Value, flatten, full_name
+from hpcwhirl.scene.input_names import Value, full_name
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.plain_data import flatten
 
 ELSEWHERE = "its errors on other engines were not measured"
 

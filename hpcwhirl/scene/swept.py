@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import AfterValidator, model_validator
 
 from hpcwhirl.errors import InputError, as_table, shown
-from hpcwhirl.scene.files import (
+from hpcwhirl.scene.input_names import (
     Value,
     by_full_name,
     takes_list,

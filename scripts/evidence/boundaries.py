@@ -31,7 +31,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 import hpcwhirl
-from hpcwhirl.scene.files import PHYSICS_VERSION
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.reading.shares import interval
 

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 import hpcwhirl
 from hpcwhirl.benchmark.trials import trials
 from hpcwhirl.scene import engine_inputs, preset_names
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

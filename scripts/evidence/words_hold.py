@@ -32,7 +32,8 @@ import numpy as np
 import tomli_w
 
 import hpcwhirl
-from hpcwhirl.scene.files import PHYSICS_VERSION, full_name
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reading.reader import words
 

@@ -23,7 +23,7 @@ from identify.space import GAP, Engine, scattered
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.files import PHYSICS_VERSION
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 
 SCREEN: dict[str, Any] = {
     "solver.modes": 44, "engine.casing.harmonics": 6,

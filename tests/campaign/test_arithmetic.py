@@ -19,7 +19,7 @@ from hpcwhirl.planner.neighbours import at_boundary
 from hpcwhirl.scene import Scene, apply_settings, batch_validation, digest, flatten
 from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.batch_validation import RULES, Many
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.table import Table
 from hpcwhirl.store.directory.manifest import read_manifest
 

@@ -29,7 +29,7 @@ from hpcwhirl.scene import (
     named_scene,
     preset_inputs,
 )
-from hpcwhirl.scene.files import to_toml
+from hpcwhirl.scene.plain_data import to_toml
 from hpcwhirl.scene.quantities import CHAOS
 from hpcwhirl.scene.words import ENUMS, MOTION_RULES, MOTIONS
 

@@ -13,8 +13,9 @@ from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, digest, flatten
 from hpcwhirl.scene import swept as values
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION, digest_of, read_as
 from hpcwhirl.scene.digests import CaseDigests
-from hpcwhirl.scene.files import LATER, PHYSICS_VERSION, digest_of, read_as
+from hpcwhirl.scene.input_names import LATER
 from hpcwhirl.scene.table import Table
 
 

@@ -20,7 +20,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, engine_inputs, flatten, named_scene
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.input_names import full_name
 
 FINE = {"modes": 176, "casing.harmonics": 40}
 SEED = 23  # not of the engines that the factors were found with

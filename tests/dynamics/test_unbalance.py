@@ -33,7 +33,7 @@ from hpcwhirl.reduction.bodies import casing_model
 from hpcwhirl.reduction.model import Model, model_of
 from hpcwhirl.reduction.waves import turning_matrices, unbalance_speeds
 from hpcwhirl.scene import Scene, apply_settings, content_digest, digest, flatten
-from hpcwhirl.scene.files import PHYSICS_VERSION
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.scene.quantities import INPUTS
 from hpcwhirl.store.directory.manifest import check_same, read_manifest, write_manifest
 

@@ -15,7 +15,8 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.scene import digest, named_scene, scene_from
-from hpcwhirl.scene.files import MOST_BYTES, apply_settings
+from hpcwhirl.scene.case_digest import MOST_BYTES
+from hpcwhirl.scene.plain_data import apply_settings
 from hpcwhirl.store.models.engine_file import LARGEST, read_rotor
 
 SMALL = ("--set", "blades=6", "--set", "engine.rotor.elements=3", "--set", "modes=18")

@@ -28,7 +28,7 @@ from hpcwhirl.scene import (
     to_toml,
 )
 from hpcwhirl.scene.documents import scene_of_document
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.rules import CHANGING
 
 positive = st.floats(1e-12, 1e12)

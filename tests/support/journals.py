@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.scene.digests import CaseDigests
-from hpcwhirl.scene.files import FILE, PHYSICS_VERSION
+from hpcwhirl.scene.input_names import FILE
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.scene.table import Table

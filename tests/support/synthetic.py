@@ -14,7 +14,7 @@ import numpy as np
 from journals import plan_of
 
 from hpcwhirl.scene import Scene, flatten, to_toml
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.manifest import Manifest, write_manifest

@@ -7,8 +7,8 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.scene.campaign_tables import MOST_POINTS, BranchTable
-from hpcwhirl.scene.files import is_number
 from hpcwhirl.scene.history import history_of
+from hpcwhirl.scene.input_names import is_number
 from hpcwhirl.scene.swept import axes_of
 from hpcwhirl.scene.table import Axis
 

@@ -22,7 +22,7 @@ from hpcwhirl.errors import WhirlError
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.refinement.growth import Address
 from hpcwhirl.scene.batch_validation import Columns, Many, end_times
-from hpcwhirl.scene.files import MISTUNING
+from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES, USUAL
 from hpcwhirl.scene.table import Values, listed

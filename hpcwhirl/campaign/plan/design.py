@@ -39,15 +39,10 @@ from hpcwhirl.scene import (
 )
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import Campaign, Refine
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION, read_as
 from hpcwhirl.scene.case_list import listed_cases
 from hpcwhirl.scene.digests import CaseDigests, Digests
-from hpcwhirl.scene.files import (
-    FILE,
-    PHYSICS_VERSION,
-    Value,
-    full_name,
-    read_as,
-)
+from hpcwhirl.scene.input_names import FILE, Value, full_name
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.resolve_path import anchored
 from hpcwhirl.scene.swept import check_count, swept_values

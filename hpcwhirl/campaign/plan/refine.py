@@ -16,7 +16,8 @@ from hpcwhirl.refinement.rule import Rule
 from hpcwhirl.refinement.words import BRANCH
 from hpcwhirl.scene import Scene, apply_settings, preset_inputs
 from hpcwhirl.scene.campaign_tables import MOST_LEVELS, Refine
-from hpcwhirl.scene.files import check_kept, full_name, is_number
+from hpcwhirl.scene.input_names import full_name, is_number
+from hpcwhirl.scene.plain_data import check_kept
 from hpcwhirl.scene.quantities import WHOLE
 
 SAME = 1e-9  # relative round-off allowed when a resolution is reached

@@ -23,7 +23,7 @@ from hpcwhirl.errors import InputError, as_table
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.campaign_tables import LATIN, SALTELLI, SampleTable
-from hpcwhirl.scene.files import MISTUNING, takes_list
+from hpcwhirl.scene.input_names import MISTUNING, takes_list
 from hpcwhirl.scene.laws import drawn
 from hpcwhirl.scene.swept import MOST_CASES
 from hpcwhirl.scene.table import Axis, Table, listed

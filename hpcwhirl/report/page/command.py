@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from hpcwhirl.scene import named_scene
-from hpcwhirl.scene.files import SETS, flatten
+from hpcwhirl.scene.plain_data import SETS, flatten
 
 PROGRAM = "hpcwhirl run"  # with the default scene
 START = "table2"

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.scene.contact_laws import RIGID
-from hpcwhirl.scene.files import MISTUNING
+from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import CHANGING

@@ -20,8 +20,9 @@ from hpcwhirl.errors import (
 from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.scene.digests import CaseDigests, Digests
-from hpcwhirl.scene.files import FILE, LATER, PHYSICS_VERSION, default_of
+from hpcwhirl.scene.input_names import FILE, LATER, default_of
 from hpcwhirl.scene.table import Table, is_table, listed
 from hpcwhirl.store.atomic import Check, anyone, write_whole
 

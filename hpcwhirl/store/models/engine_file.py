@@ -91,7 +91,7 @@ from hpcwhirl.errors import (
     one_line,
 )
 from hpcwhirl.safe_open import check_regular
-from hpcwhirl.scene.files import check_bytes, content_digest
+from hpcwhirl.scene.case_digest import check_bytes, content_digest
 
 if TYPE_CHECKING:
     import h5py
@@ -255,7 +255,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
     """Return the arrays of a group, finite and of the right kind.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
-    `scene.files.MOST_BYTES`. Of a larger file nothing is read.
+    `scene.case_digest.MOST_BYTES`. Of a larger file nothing is read.
 
     Raises
     ------

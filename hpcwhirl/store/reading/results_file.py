@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError, MissingFileError, StoreError, legible, shown
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.scene.files import full_name
+from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import OVER_SPEED, PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.manifest import Manifest

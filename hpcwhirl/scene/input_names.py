@@ -1,0 +1,157 @@
+"""Names of inputs: full ones from endings, and values in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
+from typing import Any, TypeGuard, get_origin
+
+from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.scene.bearing import bearing_table
+from hpcwhirl.scene.otherwise import OTHERWISE
+from hpcwhirl.scene.profile import profile_table
+from hpcwhirl.scene.quantities import INPUTS, LEAVES
+from hpcwhirl.scene.units import each_in_si, told_of
+
+Value = bool | int | float | str | list[float]
+FILE = "engine.file"  # the one input that names a file
+TABLES_KEPT: dict[str, Callable[[str], str]] = {  # inputs whose file is kept as text
+    "engine.rotor.bearing": bearing_table,
+    "engine.casing.profile": profile_table,
+}
+MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
+LATER = tuple(name for name, told in INPUTS.items() if told.later)
+IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
+PRESET = "preset"  # key of [solver]: a name for the values of several inputs
+TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campaign"}
+
+
+def input_names() -> dict[str, str]:
+    """Return {dotted name: meaning with unit} of every scene input."""
+    return {name: told.labelled(told.meaning) for name, told in INPUTS.items()}
+
+
+def value_in_si(name: str, value: Any) -> Any:
+    """Return a value of an input with texts such as "0.8 mm" converted to SI numbers.
+
+    Parameters
+    ----------
+    name : full dotted name
+    value : value from TOML; in a list each element is converted
+
+    Raises
+    ------
+    InputError
+        naming the input, if the unit is unknown or of another quantity
+    """
+    told = INPUTS.get(name)
+    if name in TABLES_KEPT:
+        return told_of(name, lambda: _tables_in(value, TABLES_KEPT[name]))
+    if told is None or name not in IN_UNITS:
+        return value
+    return told_of(name, lambda: each_in_si(value, told.unit))
+
+
+def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
+    """Return the table that a text names, or a list of tables for a list of texts."""
+    if isinstance(value, list):
+        return [_tables_in(one, table) for one in value]
+    return table(value) if isinstance(value, str) else value
+
+
+@cache
+def takes_list(name: str) -> bool:
+    """Return whether the input of a full dotted name is a list of numbers."""
+    return any(n == name and get_origin(f.annotation) is tuple for n, f in LEAVES)
+
+
+def full_name(name: str) -> str:
+    """Return the full dotted name of an input from it or from an unambiguous ending."""
+    if name in INPUTS:
+        return name
+    matches = [n for n in INPUTS if n.endswith("." + name)]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        msg = f"input '{name}' is ambiguous: {' or '.join(matches)}"
+        raise InputError(msg)
+    if name.rpartition(".")[2] == PRESET:
+        msg = (
+            "a preset is no scene input: --preset NAME, or preset in a file's [solver]"
+        )
+        raise InputError(msg)
+    if name.partition(".")[0] in TABLES:
+        table = name.partition(".")[0]
+        msg = f"'{name}' is no scene input: write [{table}] in the campaign's file"
+        raise InputError(msg)
+    if name.lower() in OTHERWISE:
+        msg = f"unknown scene input '{name}': {OTHERWISE[name.lower()]}"
+        raise InputError(msg)
+    short = {n.rsplit(".", 1)[-1] for n in INPUTS}
+    raise unknown("scene input", name, short | INPUTS.keys())
+
+
+def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]:
+    """Return {full dotted name: value}, with -0.0 replaced by 0.0.
+
+    Parameters
+    ----------
+    given : (name or unambiguous ending, value) of each input
+    where : where the inputs are given, for messages
+
+    Raises
+    ------
+    InputError
+        for an unknown or ambiguous name, or an input under two names
+    """
+    out: dict[str, Any] = {}
+    for name, value in given:
+        full = full_name(name)
+        if full in out:
+            msg = f"{where} names {full} twice, once as {name}"
+            raise InputError(msg)
+        out[full] = _signless(value)
+    return out
+
+
+def _signless(value: Any) -> Any:
+    """Return a value, or a list of values, with -0.0 replaced by 0.0."""
+    if isinstance(value, list):
+        return [_signless(one) for one in value]
+    return value + 0.0 if isinstance(value, float) else value
+
+
+def undotted(
+    content: Mapping[str, Any],
+    is_value: Callable[[Mapping[str, Any]], bool],
+    prefix: str = "",
+) -> Iterator[tuple[str, Any]]:
+    """Yield (dotted name, value): undo TOML's parsing of dotted keys into tables.
+
+    Parameters
+    ----------
+    content : parsed table
+    is_value : whether a table that is not empty is a value, such as a range
+    prefix : beginning of all names
+    """
+    for name, given in content.items():
+        if isinstance(given, Mapping) and given and not is_value(given):
+            yield from undotted(given, is_value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, given
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Return whether a value from TOML is a whole number, which booleans are not."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Return whether a value from TOML is a number, perhaps infinite or NaN."""
+    return is_whole(value) or isinstance(value, float)
+
+
+@cache
+def default_of(name: str) -> Any:
+    """Return the default value of an input by its full dotted name."""
+    return next(field.default for n, field in LEAVES if n == name)
