@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.limits import beat_of, shortest_limits, step_counts
+from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.release import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
-from hpcwhirl.case.unbalance import centre_of, circle, swing
-from hpcwhirl.dynamics.casing_trace import unfolded
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
-from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
+from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.body_types import DrivenBody
 from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
@@ -31,7 +29,7 @@ from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
 from hpcwhirl.dynamics.schemes.rotating_waves import folds_well
 from hpcwhirl.dynamics.start import start_of
-from hpcwhirl.dynamics.tracks import empty_tracks
+from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
@@ -43,20 +41,11 @@ FIRST_SLICE = 256  # steps of the first slice, before the time of a step is know
 LEAST_SLICE = 16  # least number of steps of a slice
 TELLING = 0.1  # share of `SLICE_SECONDS` from which a slice gives the time of a step
 LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
-CERTAIN = 4  # reason for the end that no kernel returns: a certificate
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
-STOPS = {
-    0: "end",
-    1: "amplitude",
-    2: "nonfinite",
-    3: "complementarity",
-    CERTAIN: "certain",
-}
 LOOKS = 50  # rows of evidence between two searches for a certificate
 PATIENCE = 16  # largest multiple of `LOOKS` between two searches
 TOUCHDOWNS = 12  # touchdowns of a blade up to which one sector stands for all, `_watch`
 CLEAR = 2.0  # durations of the pulse before the first search for a certificate
-NO_LAYER = np.zeros((3, 0))  # states of most kernels have none
 MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
 
@@ -243,10 +232,10 @@ class March:
         more = width + rods + self._stress_shape[0] * self._stress_shape[1]
         size = 8.0 * samples * (7 + 3 * blades * tips + more * casing)
         rows = self.total // self.beat
-        if 8.0 * self._columns * rows > MOST_TRACES:
+        if 8.0 * self.evidence_columns * rows > MOST_TRACES:
             msg = (
                 f"duration asks for {rows} rows of evidence, allowed "
-                f"{MOST_TRACES / (8 * self._columns):.0f}: shorten duration"
+                f"{MOST_TRACES / (8 * self.evidence_columns):.0f}: shorten duration"
             )
             raise InputError(msg)
         if size > MOST_TRACES:
@@ -256,7 +245,9 @@ class March:
             )
             raise InputError(msg)
         kept_samples = samples, samples * tips, samples * casing
-        return empty_tracks(kept_samples, (rows, self._columns), blades, width, rods)
+        return empty_tracks(
+            kept_samples, (rows, self.evidence_columns), blades, width, rods
+        )
 
     @property
     def _stress_shape(self) -> tuple[int, int]:
@@ -293,7 +284,7 @@ class March:
             part[:] = own
 
     @property
-    def _columns(self) -> int:
+    def evidence_columns(self) -> int:
         """Number of columns of evidence, larger where a changing speed drives modes."""
         driven = isinstance(self.scheme.arrays.rotor, DrivenBody)
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
@@ -456,123 +447,8 @@ class March:
                 between_slices()
 
     def history(self) -> History:
-        """Return the samples so far, and the ledger at the current step.
-
-        The samples end with the last complete output interval.
-        """
-        count, folds = int(self.counter[contact.SAMPLE]), self.lean.model.folds
-        kept = Tracks._make(track[:count] for track in self.tracks)
-        waves = self.scheme.casing_waves(kept.casing, self.stride)
-        tips, pushed = kept.tips, kept.blade_impulse
-        if folds > 1:
-            tips, pushed = np.tile(tips, (1, folds, 1)), np.tile(pushed, (1, folds))
-            waves = unfolded(waves, folds, self.scene)
-        by_point = self._by_point(tips, pushed)
-        points = self.model.rotor.points
-        if points is not None:
-            tips = by_point["point_tips"][:, :, points.reference]
-            pushed = by_point["point_impulse"].sum(axis=2)
-        step = self.scene.solver.time_step
-        last = int(self.counter[contact.LAST])
-        certified = int(self.counter[contact.CERTIFIED])
-        judged = self._judged()
-        radius = np.hypot(*judged.centre.T)
-        return History(
-            time=np.arange(1.0, count + 1) * (self.stride * step),
-            centre=kept.centre,
-            energy=folds * kept.energy,
-            impulse=folds * kept.impulse,
-            fed=folds * kept.fed,
-            friction=folds * kept.rubbed,
-            lost=folds * kept.lost,
-            tips=tips,
-            blade_impulse=pushed,
-            casing=waves,
-            ledger=self._closing(),
-            gap_error=float(self.state.ledger[contact.MISS]),
-            slip=float(self.state.ledger[contact.SLIP]),
-            step_share=step / min(shortest_limits(self.model, self.scene).values()),
-            stop=STOPS[int(self.counter[contact.STOP])],
-            steps=self.steps,
-            contacts=folds * int(self.counter[contact.TOUCHDOWNS]),
-            last_contact=last * step if last >= 0 else -1.0,
-            certificate=certified * step if certified >= 0 else -1.0,
-            certificate_reach=float(self.state.ledger[contact.CERTIFICATE]),
-            centre_peak=float(radius.max(initial=0.0)),
-            judged=judged,
-            contact_impulse=folds * float(self.state.ledger[contact.IMPULSE]),
-            end=self.steps * step,
-            seconds=self.seconds,
-            interval=self.interval,
-            folds=folds,
-            circle=self._circle(judged.time),
-            stress=self.stresses[:count],
-            worn=kept.worn,
-            layer=getattr(self.state, "worn", NO_LAYER),
-            **by_point,
-        )
-
-    def _by_point(self, tips: Floats, pushed: Floats) -> dict[str, Floats]:
-        """Return traces of contact points by blade; none where a tip has one.
-
-        tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
-        """
-        if self.model.rotor.points is None:
-            return {}
-        shape = len(tips), self.model.blades, self.model.each
-        own = tips.reshape(*shape, 2), pushed.reshape(shape)
-        return dict(zip(("point_tips", "point_impulse"), own, strict=True))
-
-    def _circle(self, time: Floats) -> Floats:
-        """Return the centre's motion without contact, 0 for a balanced rotor.
-
-        time : (b,), s
-
-        Returns
-        -------
-        (b, 2), m, rotating frame
-        """
-        if self._columns > contact.COLUMNS:
-            beside = slice(contact.BESIDE_X, contact.OF_WHOLE)
-            return self.tracks.evidence[: len(time), beside].copy()
-        if law_of(self.scene) is not None:
-            return np.zeros((len(time), 2))
-        places, swung = circle(self.model, self.scene), swing(self.model, self.scene)
-        z = np.full(len(time), 0j if places is None else centre_of(self.model, places))
-        if swung is not None:
-            back = centre_of(self.model, swung.conj()) / 2
-            z += back * np.exp(-2j * self.scene.speed * time)
-        return np.column_stack([z.real, z.imag])
-
-    def _judged(self) -> Evidence:
-        """Return the evidence sampled so far; energies are sums over all sectors."""
-        rows = self.tracks.evidence[: int(self.counter[contact.JUDGED])]
-        steps = np.arange(1.0, len(rows) + 1) * self.beat
-        numbers = self.lean.model.folds * rows[:, contact.OF_ROTOR : contact.COLUMNS].T
-        centre, time = rows[:, : contact.OF_ROTOR], steps * self.scene.solver.time_step
-        if self._columns == contact.COLUMNS:
-            return Evidence(time, centre, *numbers)
-        whole = self.lean.model.folds * rows[:, contact.OF_WHOLE]
-        return Evidence(time, centre, *[*numbers, whole])
-
-    def _closing(self) -> dict[str, float]:
-        """Return the ledger of all sectors at the current step.
-
-        If it is not finite, the ledger at the last row of evidence, which is always
-        finite.
-        """
-        with np.errstate(all="ignore"):
-            now, entries = self.scheme.balance(self.state), self.state.ledger
-            impact = entries[contact.IMPACT] + now.impact
-            friction = entries[contact.FRICTION] + now.friction
-            rotation = entries[contact.ROTATION] + now.rotation
-            pulse, wear = entries[contact.PULSE], entries[contact.WEAR]
-            ledger = _ledger(
-                [now.energy, now.damping, pulse, impact, friction, rotation, wear]
-            )
-        if not np.isfinite(ledger["residual"]):
-            ledger = _ledger(self.tracks.closed)
-        return {term: self.lean.model.folds * value for term, value in ledger.items()}
+        """Return the samples so far, and the ledger at the current step."""
+        return history_of(self)
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:
@@ -587,15 +463,3 @@ def next_slice(size: int, made: int, seconds: float) -> int:
         return size
     wanted = made * SLICE_SECONDS / max(seconds, LEAST_SECONDS)
     return int(min(max(wanted, LEAST_SLICE), 2 * size))
-
-
-def _ledger(terms: Iterable[float]) -> dict[str, float]:
-    """Return {term: J} in the order of `LEDGER_TERMS`, including the residual.
-
-    terms : energy, damping, pulse, impact and wear, friction, rotation, wear
-    """
-    energy, damping, pulse, spent, friction, rotation, wear = map(float, terms)
-    residual = energy + damping + spent - pulse - friction - rotation
-    impact = spent - wear
-    values = (energy, damping, pulse, impact, wear, friction, rotation, residual)
-    return dict(zip(LEDGER_TERMS, values, strict=True))

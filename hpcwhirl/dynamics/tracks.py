@@ -1,11 +1,35 @@
-"""Arrays for the samples and the rows of evidence that a march writes."""
+"""What a march writes, samples and rows of evidence, and the history read from it."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from hpcwhirl.case.limits import shortest_limits
+from hpcwhirl.case.speed import law_of
+from hpcwhirl.case.unbalance import centre_of, circle, swing
+from hpcwhirl.dynamics.casing_trace import unfolded
+from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
+from hpcwhirl.reduction.model import Model
+
+if TYPE_CHECKING:
+    from hpcwhirl.dynamics.march import March
+
+Floats = NDArray[np.float64]
+CERTAIN = 4  # reason for the end that no kernel returns: a certificate
+STOPS = {
+    0: "end",
+    1: "amplitude",
+    2: "nonfinite",
+    3: "complementarity",
+    CERTAIN: "certain",
+}
+NO_LAYER = np.zeros((3, 0))  # states of most kernels have none
 
 
 def empty_tracks(
@@ -33,3 +57,139 @@ def empty_tracks(
         np.zeros((casing, width)), np.zeros(evidence),
         np.zeros(contact.CLOSED), np.zeros((casing, rods)),
     )  # fmt: skip
+
+
+def history_of(march: March) -> History:
+    """Return the samples so far, and the ledger at the current step.
+
+    The samples end with the last complete output interval.
+    """
+    count, folds = int(march.counter[contact.SAMPLE]), march.lean.model.folds
+    kept = Tracks._make(track[:count] for track in march.tracks)
+    waves = march.scheme.casing_waves(kept.casing, march.stride)
+    tips, pushed = kept.tips, kept.blade_impulse
+    if folds > 1:
+        tips, pushed = np.tile(tips, (1, folds, 1)), np.tile(pushed, (1, folds))
+        waves = unfolded(waves, folds, march.scene)
+    by_point = _by_point(march.model, tips, pushed)
+    points = march.model.rotor.points
+    if points is not None:
+        tips = by_point["point_tips"][:, :, points.reference]
+        pushed = by_point["point_impulse"].sum(axis=2)
+    step = march.scene.solver.time_step
+    last = int(march.counter[contact.LAST])
+    certified = int(march.counter[contact.CERTIFIED])
+    judged = _judged(march)
+    radius = np.hypot(*judged.centre.T)
+    return History(
+        time=np.arange(1.0, count + 1) * (march.stride * step),
+        centre=kept.centre,
+        energy=folds * kept.energy,
+        impulse=folds * kept.impulse,
+        fed=folds * kept.fed,
+        friction=folds * kept.rubbed,
+        lost=folds * kept.lost,
+        tips=tips,
+        blade_impulse=pushed,
+        casing=waves,
+        ledger=_closing(march),
+        gap_error=float(march.state.ledger[contact.MISS]),
+        slip=float(march.state.ledger[contact.SLIP]),
+        step_share=step / min(shortest_limits(march.model, march.scene).values()),
+        stop=STOPS[int(march.counter[contact.STOP])],
+        steps=march.steps,
+        contacts=folds * int(march.counter[contact.TOUCHDOWNS]),
+        last_contact=last * step if last >= 0 else -1.0,
+        certificate=certified * step if certified >= 0 else -1.0,
+        certificate_reach=float(march.state.ledger[contact.CERTIFICATE]),
+        centre_peak=float(radius.max(initial=0.0)),
+        judged=judged,
+        contact_impulse=folds * float(march.state.ledger[contact.IMPULSE]),
+        end=march.steps * step,
+        seconds=march.seconds,
+        interval=march.interval,
+        folds=folds,
+        circle=_circle(march, judged.time),
+        stress=march.stresses[:count],
+        worn=kept.worn,
+        layer=getattr(march.state, "worn", NO_LAYER),
+        **by_point,
+    )
+
+
+def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
+    """Return traces of contact points by blade; none where a tip has one.
+
+    tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
+    """
+    if model.rotor.points is None:
+        return {}
+    shape = len(tips), model.blades, model.each
+    own = tips.reshape(*shape, 2), pushed.reshape(shape)
+    return dict(zip(("point_tips", "point_impulse"), own, strict=True))
+
+
+def _circle(march: March, time: Floats) -> Floats:
+    """Return the centre's motion without contact, 0 for a balanced rotor.
+
+    time : (b,), s
+
+    Returns
+    -------
+    (b, 2), m, rotating frame
+    """
+    if march.evidence_columns > contact.COLUMNS:
+        beside = slice(contact.BESIDE_X, contact.OF_WHOLE)
+        return march.tracks.evidence[: len(time), beside].copy()
+    if law_of(march.scene) is not None:
+        return np.zeros((len(time), 2))
+    places, swung = circle(march.model, march.scene), swing(march.model, march.scene)
+    z = np.full(len(time), 0j if places is None else centre_of(march.model, places))
+    if swung is not None:
+        back = centre_of(march.model, swung.conj()) / 2
+        z += back * np.exp(-2j * march.scene.speed * time)
+    return np.column_stack([z.real, z.imag])
+
+
+def _judged(march: March) -> Evidence:
+    """Return the evidence sampled so far; energies are sums over all sectors."""
+    rows = march.tracks.evidence[: int(march.counter[contact.JUDGED])]
+    steps = np.arange(1.0, len(rows) + 1) * march.beat
+    numbers = march.lean.model.folds * rows[:, contact.OF_ROTOR : contact.COLUMNS].T
+    centre, time = rows[:, : contact.OF_ROTOR], steps * march.scene.solver.time_step
+    if march.evidence_columns == contact.COLUMNS:
+        return Evidence(time, centre, *numbers)
+    whole = march.lean.model.folds * rows[:, contact.OF_WHOLE]
+    return Evidence(time, centre, *[*numbers, whole])
+
+
+def _closing(march: March) -> dict[str, float]:
+    """Return the ledger of all sectors at the current step.
+
+    If it is not finite, the ledger at the last row of evidence, which is always
+    finite.
+    """
+    with np.errstate(all="ignore"):
+        now, entries = march.scheme.balance(march.state), march.state.ledger
+        impact = entries[contact.IMPACT] + now.impact
+        friction = entries[contact.FRICTION] + now.friction
+        rotation = entries[contact.ROTATION] + now.rotation
+        pulse, wear = entries[contact.PULSE], entries[contact.WEAR]
+        ledger = _ledger(
+            [now.energy, now.damping, pulse, impact, friction, rotation, wear]
+        )
+    if not np.isfinite(ledger["residual"]):
+        ledger = _ledger(march.tracks.closed)
+    return {term: march.lean.model.folds * value for term, value in ledger.items()}
+
+
+def _ledger(terms: Iterable[float]) -> dict[str, float]:
+    """Return {term: J} in the order of `LEDGER_TERMS`, including the residual.
+
+    terms : energy, damping, pulse, impact and wear, friction, rotation, wear
+    """
+    energy, damping, pulse, spent, friction, rotation, wear = map(float, terms)
+    residual = energy + damping + spent - pulse - friction - rotation
+    impact = spent - wear
+    values = (energy, damping, pulse, impact, wear, friction, rotation, residual)
+    return dict(zip(LEDGER_TERMS, values, strict=True))
