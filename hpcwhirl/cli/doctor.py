@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl.cli.options import add_json, print_json
-from hpcwhirl.launch import launched_first
+from hpcwhirl.launch import from_root, launched_first
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         if comm.size == facts["launched"] or launched_first():
             _show(args, results, everyone)
             code = int(any(finding.level == BREAKS for finding in results))
-    return int(comm.bcast(code, root=0))
+    return int(from_root(comm, code))
 
 
 def _show(

@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.campaign.log import say
     from hpcwhirl.cli.command import code_of, tell_failure
     from hpcwhirl.errors import WhirlError
-    from hpcwhirl.launch import communicator
+    from hpcwhirl.launch import communicator, from_root
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.results.gather import gather
 
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         print(path)
         _refresh(args.folder)
         code = _code(path)
-    return int(comm.bcast(code, root=0))
+    return int(from_root(comm, code))
 
 
 def _code(path: Path) -> int:
