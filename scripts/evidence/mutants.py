@@ -9,10 +9,13 @@ dropped statement. First a kind is drawn, then a place. `--kernels` also draws t
 of planted.toml inside the kernels, each of which compiles them anew.
 
 Test files run until one test fails: first those named after the changed module, then in
-the order of how near they are to it by imports; twelve, or `--files` of them.
-`--write` puts the table of survivors into mutants.md, with the verdicts that are there
-already. Exits 1 where a survivor has no verdict. Calls that send signals are not
-changed.
+the order of how near they are to it by imports; twelve, or `--files` of them. A time
+limit that ends a test is no failure: all run again with a longer one, and a mutant with
+a test that takes longer yet has timed out, which is neither caught nor survived.
+
+`--write` puts the survivors and what timed out into mutants.md, with the verdicts that
+are there already. Exits 1 where one of them has no verdict. Calls that send signals are
+not changed.
 
 No library does it: mutmut changes only what lies in functions, behind trampolines that
 change what the compiler's fingerprint reads; cosmic-ray drops no statement and draws no
@@ -49,7 +52,8 @@ ROOT = Path(__file__).parents[2]
 PAGE = Path(__file__).with_suffix(".md")
 KERNELS = "hpcwhirl/dynamics/kernels"
 QUICK = "not slow and not evidence and not browser and not cluster"
-LIMIT = 300  # s a test: a mutant may loop for ever
+LIMITS = 300.0, 1200.0  # s a test, at first and again: a mutant may loop for ever
+ENDED = re.compile(r"^E +(?:Failed: Timeout|subprocess\.TimeoutExpired)", re.MULTILINE)
 LIKE = 5  # letters in which the names of a module and of a test agree
 LIBRARIES = ("h5netcdf", "h5py", "matplotlib.figure", "numba", "numpy",
              "pydantic", "rich.console", "scipy.sparse.linalg", "scipy.stats",
@@ -281,44 +285,77 @@ def loaded() -> None:
     gc.freeze()
 
 
-def run_pytest(tree: Path, log: Path, tests: list[Path]) -> NoReturn:
-    """Run the quick ones of these tests in this fork, which ends with pytest's code."""
+def run_pytest(tree: Path, log: Path, tests: list[Path], limit: float) -> NoReturn:
+    """Run the quick ones of these tests in this fork, which ends with pytest's code.
+
+    limit : s a test
+    """
     code = 3  # as of an error inside pytest
     try:
         for number in (1, 2):
             os.dup2(os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND), number)
         os.chdir(tree)
         sys.path.insert(0, str(tree))
-        words = ["-qx", "-m", QUICK, "--timeout", str(LIMIT), "-p", "no:cacheprovider"]
+        words = ["-qx", "-m", QUICK, "--timeout", str(limit), "-p", "no:cacheprovider"]
         code = pytest.main([*words, *map(str, tests)])
     finally:
         sys.stdout.flush()
         os._exit(code)
 
 
-def by_quick_tests(tree: Path, tests: list[Path]) -> str:
-    """Return the first quick test that fails, or an empty text where none does."""
+@dataclass(frozen=True)
+class Outcome:
+    """The quick test that failed, or an empty text; whether a time limit ended it."""
+
+    test: str
+    timed_out: bool = False
+
+    @property
+    def caught(self) -> bool:
+        """Whether a test failed."""
+        return bool(self.test) and not self.timed_out
+
+    def __str__(self) -> str:
+        """Tell it in a line."""
+        if self.timed_out:
+            return f"TIMED OUT in {self.test}"
+        return self.test or "SURVIVES"
+
+
+def by_quick_tests(tree: Path, tests: list[Path], limit: float) -> Outcome:
+    """Return how the tests went, up to the first that failed; limit in s a test."""
     if not tests:
-        return ""
+        return Outcome("")
     log = tree / "pytest.log"
     log.unlink(missing_ok=True)
     pid = os.fork()
     if pid == 0:
-        run_pytest(tree, log, tests)
+        run_pytest(tree, log, tests, limit)
     code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
     if code in (0, 5):  # 5: none of them is quick
-        return ""
+        return Outcome("")
     text = log.read_text(encoding="utf-8")
     told = re.search(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)
-    return told[1] if told else f"pytest ended with {code}: {text[-300:]}"
+    if not told:
+        return Outcome(f"pytest ended with {code}: {text[-300:]}")
+    return Outcome(told[1], timed_out=bool(ENDED.search(text)))
+
+
+def with_longer_limits(tree: Path, tests: list[Path]) -> Outcome:
+    """Return how the tests went, with a longer limit where the first ended one."""
+    for limit in LIMITS:
+        outcome = by_quick_tests(tree, tests, limit)
+        if not outcome.timed_out:
+            break
+    return outcome
 
 
 @dataclass(frozen=True)
 class Tried:
-    """A mutant, the test that caught it (or none), and what it cost."""
+    """A mutant, how its tests went, and what it cost."""
 
     mutant: Mutant
-    caught: str
+    outcome: Outcome
     seconds: float
 
 
@@ -328,12 +365,12 @@ def tried(tree: Path, mutant: Mutant, tests: list[Path]) -> Tried:
     source = path.read_bytes()
     path.write_bytes(mutant.plant(source))
     try:
-        caught = by_quick_tests(tree, tests)
+        outcome = with_longer_limits(tree, tests)
     finally:
         path.write_bytes(source)
     seconds = time.monotonic() - began
-    print(f"{mutant}  {caught or 'SURVIVES'}  {seconds:.0f} s", flush=True)
-    return Tried(mutant, caught, seconds)
+    print(f"{mutant}  {outcome}  {seconds:.0f} s", flush=True)
+    return Tried(mutant, outcome, seconds)
 
 
 # The page
@@ -358,19 +395,35 @@ def verdicts(text: str) -> dict[str, str]:
     return {key(f"{row} |"): verdict for row, verdict in rows}
 
 
+def table(found: Iterable[Tried], known: dict[str, str]) -> list[str]:
+    """Return the lines of a table of mutants, with their verdicts."""
+    rows = [row_of(one.mutant) for one in found]
+    return [
+        "| place | before | after | verdict |", "|---|---|---|---|",
+        *(f"{row} {known.get(key(row), '')} |" for row in rows),
+    ]  # fmt: skip
+
+
+def told_of(found: list[Tried]) -> str:
+    """Return how many were caught, and how many timed out."""
+    caught, late = (
+        sum(getattr(one.outcome, word) for one in found)
+        for word in ("caught", "timed_out")
+    )
+    return f"{caught} of {len(found)} mutants caught, {late} timed out"
+
+
 def page(found: list[Tried], told: str, known: dict[str, str]) -> str:
     """Return the page: how many were caught, and who was not."""
-    survivors = [one.mutant for one in found if not one.caught]
-    caught = len(found) - len(survivors)
+    survived = [one for one in found if not one.outcome.test]
+    late = [one for one in found if one.outcome.timed_out]
     command = f"`python scripts/evidence/mutants.py {told}`"
-    lines = [
-        "# What the quick tests do not see", "",
-        f"{command}: {caught} of {len(found)} mutants caught. The others:", "",
-        "| place | before | after | verdict |", "|---|---|---|---|",
-    ]  # fmt: skip
-    for mutant in survivors:
-        row = row_of(mutant)
-        lines.append(f"{row} {known.get(key(row), '')} |")
+    lines = ["# What the quick tests do not see", "",
+             f"{command}: {told_of(found)}. Those that survived:", "",
+             *table(survived, known)]  # fmt: skip
+    if late:
+        lines += ["", f"Those with a test that took more than {LIMITS[-1]:g} s:", "",
+                  *table(late, known)]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 
@@ -417,15 +470,14 @@ def main() -> int:
             elif time.monotonic() < until:
                 tests = near(graph, tree / mutant.file, asked.files)
                 found.append(tried(tree, mutant, tests))
-    survivors = [one.mutant for one in found if not one.caught]
-    print(f"{len(found) - len(survivors)} of {len(found)} caught")
+    print(told_of(found))
     text = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
     known = verdicts(text)
     if asked.write:
         words = [w for w in sys.argv[1:] if w != "--write"]
         PAGE.write_text(page(found, " ".join(words), known), encoding="utf-8")
-    judged = all(known.get(key(row_of(m))) for m in survivors)
-    return 0 if judged else 1
+    left = [one.mutant for one in found if not one.outcome.caught]
+    return 0 if all(known.get(key(row_of(mutant))) for mutant in left) else 1
 
 
 if __name__ == "__main__":

@@ -73,6 +73,50 @@ def test_a_verdict_stays_with_its_survivor_when_lines_move():
     every = list(mutants.mutants_of("hpcwhirl/far.py", SOURCE))
     moved = list(mutants.mutants_of("hpcwhirl/far.py", b"\n\n" + SOURCE))
     rows = {mutants.key(mutants.row_of(m)): "equivalent" for m in every}
-    text = mutants.page([mutants.Tried(m, "", 1.0) for m in moved], "--seed 1", rows)
+    survived = mutants.Outcome("")
+    text = mutants.page(
+        [mutants.Tried(m, survived, 1.0) for m in moved], "--seed 1", rows
+    )
     assert text.count("equivalent") == len(moved)
     assert mutants.verdicts(text) == rows
+
+
+SLOW = """
+import time
+def test_slow():
+    time.sleep({seconds})
+    assert {right}
+"""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "right", "told"),
+    [
+        (0, True, "SURVIVES"), (0, False, "test_slow.py::test_slow"),
+        (1, True, "SURVIVES"), (1, False, "test_slow.py::test_slow"),
+        (90, False, "TIMED OUT in test_slow.py::test_slow"),
+    ],
+)  # fmt: skip
+def test_a_time_limit_is_no_failure(tmp_path, monkeypatch, capfd, seconds, right, told):
+    monkeypatch.setattr(mutants, "LIMITS", (0.5, 6.0))
+    test = tmp_path / "test_slow.py"
+    test.write_text(SLOW.format(seconds=seconds, right=right))
+    with capfd.disabled():  # the fork writes to its log
+        outcome = mutants.with_longer_limits(tmp_path, [test])
+    assert str(outcome) == told
+    assert outcome.caught == (told == "test_slow.py::test_slow")
+
+
+def test_what_timed_out_is_neither_caught_nor_survived():
+    every = list(mutants.mutants_of("hpcwhirl/far.py", SOURCE))[:3]
+    ends = ("test_a", False), ("test_b", True), ("", False)
+    found = [
+        mutants.Tried(mutant, mutants.Outcome(*end), 1.0)
+        for mutant, end in zip(every, ends, strict=True)
+    ]
+    text = mutants.page(found, "--seed 1", {})
+    assert "1 of 3 mutants caught, 1 timed out" in text
+    survived, late = text.split("Those with a test that took more than")
+    _, slow, alive = (mutants.row_of(mutant) for mutant in every)
+    assert [row in survived for row in (alive, slow)] == [True, False]
+    assert [row in late for row in (alive, slow)] == [False, True]
