@@ -14,10 +14,20 @@ from synthetic import synthetic
 import hpcwhirl
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.map import limits
 from hpcwhirl.scene.words import ENUMS
 
 LETTERS = {"d": "damped", "S": "sustained", "X": "divergent", "?": "undecided"}
 NAN = float("nan")
+
+
+def worded(folder, cases, letters):
+    """Write results of cases, with a letter for the word of each; return folder."""
+    synthetic(folder, cases)
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["outcome"][:] = ENUMS["outcome"].index("completed")
+        file["regime"][:] = [ENUMS["regime"].index(LETTERS[one]) for one in letters]
+    return folder
 
 
 def campaign(folder, lines):
@@ -27,13 +37,8 @@ def campaign(folder, lines):
     """
     points = [(gap, 100.0 + 10 * i) for gap, line in lines.items()
               for i in range(len(line))]  # fmt: skip
-    synthetic(folder, [{"gap": gap, "speed": speed} for gap, speed in points])
-    told = [LETTERS[letter] for line in lines.values() for letter in line]
-    with h5py.File(folder / "results.h5", "r+") as file:
-        file["outcome"][:] = ENUMS["outcome"].index("completed")
-        file["regime"][:] = [ENUMS["regime"].index(word) for word in told]
-        assert file["gap"].shape == (len(points),)
-    return folder
+    cases = [{"gap": gap, "speed": speed} for gap, speed in points]
+    return worded(folder, cases, "".join(lines.values()))
 
 
 def ranges(folder, **options):
@@ -178,12 +183,7 @@ def pulses(folder, lines):
     """Write results of pulses 50, 100, 150 kN ..., a line of words for each speed."""
     cases = [{"speed": speed, "force": 5e4 * (i + 1)} for speed, line in lines.items()
              for i in range(len(line))]  # fmt: skip
-    synthetic(folder, cases)
-    told = [LETTERS[letter] for line in lines.values() for letter in line]
-    with h5py.File(folder / "results.h5", "r+") as file:
-        file["outcome"][:] = ENUMS["outcome"].index("completed")
-        file["regime"][:] = [ENUMS["regime"].index(word) for word in told]
-    return folder
+    return worded(folder, cases, "".join(lines.values()))
 
 
 @given(line=st.text("dSX?", min_size=2, max_size=12))
@@ -233,19 +233,37 @@ def test_limits_are_drawn_over_one_and_two_inputs(tmp_path, capsys):
         assert picture.stat().st_size > 5000
     text = (tmp_path / "limit.svg").read_text()
     assert all(f'id="{mark}"' in text for mark in ("bracket", "open", "none", "again"))
-    grid = product((1.0, 2.0), (1e-4, 2e-4), (1e4, 2e4))
-    cases = [{"speed": s, "gap": g, "force": f} for s, g, f in grid]
-    synthetic(tmp_path / "two", cases)
-    picture = tmp_path / "two.png"
-    assert main(["margin", str(tmp_path / "two"), "--over", "force", "--first",
-                 "--plot", str(picture)]) == 0  # fmt: skip
-    assert picture.stat().st_size > 5000
     capsys.readouterr()
     assert main(["margin", str(place), "--first", "--plot", str(picture),
                  "--at", "force=200 kN"]) == 2  # fmt: skip
     assert (
         "one or two other swept inputs of numbers, got none" in capsys.readouterr().err
     )
+
+
+def test_a_map_of_limits_has_that_of_each_point(tmp_path, monkeypatch):
+    """Two speeds, three gaps; the pulses 10, 20 and 30 kN."""
+    points = product((300.0, 410.0), (1e-4, 2e-4, 3e-4), (1e4, 2e4, 3e4))
+    cases = [{"speed": s, "gap": g, "force": f} for s, g, f in points]
+    worded(tmp_path, cases, "dSS ddS ddd SSS dSd ddX".replace(" ", ""))
+    figures, save = [], limits.save
+    monkeypatch.setattr(
+        limits, "save", lambda *own: figures.append(own[0]) or save(*own)
+    )
+    picture = tmp_path / "map.png"
+    words = ["--over", "force", "--first", "--plot", str(picture)]
+    assert main(["margin", str(tmp_path), *words]) == 0
+    assert picture.stat().st_size > 5000
+    axes = figures[0].axes[0]
+    assert axes.get_xlabel().startswith("speed")
+    (image,) = axes.images
+    want = [[10.0, 0.0], [20.0, 10.0], [30.0, 20.0]]  # kN
+    np.testing.assert_allclose(image.get_array().data, want, rtol=1e-12)
+    at = {line.get_gid(): [*zip(*line.get_data(), strict=True)] for line in axes.lines}
+    assert at == {
+        "no change met: at least": [(0, 2)],
+        "first case not damped": [(1, 0)],
+    }
 
 
 def test_a_point_has_a_margin_in_every_input(tmp_path, facts, capsys):

@@ -100,6 +100,12 @@ WRONG = [
     ("campaign --out file", "file directory"),
     ("export-model file/x.h5", "file/x.h5"),
     ("export-model whole", "whole"),
+    # of two faults that of the output is told, which is looked for before any work
+    ("report missing --out file/x.html", "file/x.html writable"),
+    ("report missing --out whole", "whole file"),
+    ("import-model missing --out file/x.h5", "file/x.h5 writable"),
+    ("edge missing --plot file/x.png", "file/x.png writable"),
+    ("margin whole --first --plot file/x.png", "file/x.png writable"),
 ]
 
 

@@ -14,6 +14,7 @@ from paper import text as paper_text
 from paper import veering
 from paper.reasons import REASONS, with_reason
 
+from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.analysis.rotation import critical_of, waves_over
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
@@ -248,6 +249,15 @@ def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
     own = {row["family"]: row["speed"] for row in speeds_of(soft) if row["order"] == 1}
     assert f"Eq. 13, suspension: {own['suspension']:.0f} rad/s" in told
     assert sum(t.startswith("Eq. 13") for t in told) == 2
+    table = modal_table(resolve(soft).model)
+    waves, casing = frequencies.own_waves(table, 1), first_family(table, "casing")
+    at = {  # in view, of the first two multiples of the casing's frequency
+        (family, row["order"]): row["speed"] for family in ("1F", "suspension")
+        for row in coincidences({1: waves[family]}, casing, 2) if row["side"] == -1
+    }  # fmt: skip
+    marks = [li.get_xdata()[0] for li in axes.lines if li.get_marker() == "o"]
+    marked = {key for key, speed in at.items() if np.isclose(speed, marks).any()}
+    assert marked == {("1F", 1), ("1F", 2), ("suspension", 1)}
 
 
 def test_measured_growth_stands_beside_the_linear_check(cases):
@@ -285,6 +295,7 @@ def test_the_casing_stands_around_the_shapes_of_every_diameter():
     figure = shapes.draw_shapes_of(scene)
     titles = [a.get_title().split(",")[0] for a in figure.axes]
     assert titles == ["k = 0", "k = 1", "k = 2", "k = 3", "k = 4"]
+    ring_of = first_family(modal_table(resolve(scene).model), "casing")  # rad/s
     for k, axes in enumerate(figure.axes):
         (ring,) = (a for a in axes.lines if "casing" in str(a.get_label()))
         z = np.array(ring.get_data()).T[:-1] @ [1.0, 1j]
@@ -292,6 +303,8 @@ def test_the_casing_stands_around_the_shapes_of_every_diameter():
         if k > 1:
             assert 1 + np.argmax(lobes) == k
         assert (abs(z.mean()) > 1e-3) == (k == 1)
+        hertz = ring_of[k] / (2 * np.pi)
+        assert axes.get_title().endswith(f"\ncasing {hertz:.2f} Hz")
         spokes = [a for a in axes.lines if len(a.get_xdata()) == 2]
         assert len(spokes) == 2 * 8  # at rest and moved
 
