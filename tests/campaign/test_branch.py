@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from launch import launch, records, root_variables
 
 import hpcwhirl
 from hpcwhirl.analysis.branches import Branch, branches_of, folds_of, words_apart
+from hpcwhirl.campaign.continuation import begun
 from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.jobs import Job
@@ -144,6 +147,32 @@ def test_what_is_lost_on_the_way_is_computed_again_with_the_same_bits(swept, tmp
     true = {record["digest"]: told(record["row"]) for record in rows}
     assert len(found) == 3
     assert all(true[name] == row for name, row in found.items())
+
+
+class Kept(dict):
+    """Last motions by digest."""
+
+    def read(self, name):
+        return name in self, self.get(name)
+
+    def keep(self, name, motion):
+        self[name] = motion
+
+
+def test_what_is_computed_again_is_kept_for_the_cases_after_it():
+    scenes, ends, made = Design.of(TABLES).scenes, Kept(), []
+
+    def march(case, _):
+        made.append(digest(case.given))
+        end = SimpleNamespace(motion=lambda name=made[-1]: f"end of {name}")
+        return {"outcome": "completed", "regime": "damped"}, end
+
+    before = [digest(scene) for scene in scenes[:2]]
+    for _ in range(2):
+        _, motion = begun(resolve(scenes[2]), march, ends)
+        assert motion == f"end of {before[1]}"
+        assert made == before  # once
+    assert [*ends] == before
 
 
 def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():

@@ -46,6 +46,20 @@ def test_a_seed_tells_the_draws_and_draws_none_twice():
     assert other != once
 
 
+def test_a_draw_is_of_all_files_or_of_those_with_a_word(tmp_path):
+    for name in ("a/far.py", "b/near.py", "c/mid.py", "dynamics/kernels/b.py"):
+        path = tmp_path / "hpcwhirl" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    for words, stems in (
+        ([], "far near mid"),
+        (["/a/", "/b"], "far near"),
+        (["x"], ""),
+    ):
+        found = mutants.sources(tmp_path, words)
+        assert [path.stem for path in found] == stems.split()
+
+
 def test_the_tests_that_import_a_module_come_before_those_further_away(tmp_path):
     for name, text in {
         "hpcwhirl/__init__.py": "", "hpcwhirl/a.py": "",
