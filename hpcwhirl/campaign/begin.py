@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
 
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.owning import asking_of, claim_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.resume import prepare, put_aside
+from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.columns import told_by
-from hpcwhirl.store.directory.owner import CAMPAIGN, Claim, claim, claimed
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.owner import CAMPAIGN, Claim
 
 LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
 
@@ -32,7 +33,7 @@ class StartOptions(NamedTuple):
 
 def begin(
     design: Design,
-    folder: Path,
+    directory: Directory,
     policy: Policy,
     stopping: Stopping,
     start: StartOptions,
@@ -41,7 +42,7 @@ def begin(
 
     Parameters
     ----------
-    design, folder, policy : design, directory and options of the campaign
+    design, directory, policy : design, directory and options of the campaign
     stopping : ends the wait for other processes
     start : options for the start
 
@@ -51,30 +52,30 @@ def begin(
         if the directory belongs to another campaign, or another run computes there
     """
     asking = asking_of(stopping, take_over=policy.take_over)
-    if start.fresh and folder.exists():
-        with claimed(folder, CAMPAIGN, asking) as old:  # waits until no shard uses it
+    if start.fresh and directory.path.exists():
+        with directory.claims.make(CAMPAIGN, asking) as old:  # until no shard uses it
             old.check()
-            aside = put_aside(folder)
+            aside = directory.put_aside()
             if aside:
-                old.moved(aside)
-                say(f"the former {folder} is now {aside}")
-    own = claim(folder, claim_of(policy.shard), asking)
+                old.moved(aside.claims)
+                say(f"the former {directory} is now {aside}")
+    own = directory.claims.make(claim_of(policy.shard), asking)
     try:
         mends = "failed" in policy.retry
-        prepare(design, folder, start.extend, mends=mends, check=own.check)
+        prepare(design, directory, start.extend, mends=mends, check=own.check)
         if start.extend is not None:
-            _tell_stopped(folder, design)
+            _tell_stopped(directory.journals, design)
     except BaseException:
         own.release()
         raise
     return own
 
 
-def _tell_stopped(folder: Path, design: Design) -> None:
+def _tell_stopped(journals: Journals, design: Design) -> None:
     """Print how many cases ended at the amplitude limit, which no extension changes."""
     cases = {
         int(case)
-        for _, told in told_by(folder, design.digests)
+        for _, told in told_by(journals, design.digests)
         for case, outcome in zip(told.case, told.outcome, strict=True)
         if case >= 0 and outcome in LIMITED
     }

@@ -17,7 +17,7 @@ from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.resume import as_begun, check_folder
+from hpcwhirl.campaign.resume import as_begun
 from hpcwhirl.campaign.session import Prepared, Session
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import (
@@ -29,6 +29,7 @@ from hpcwhirl.errors import (
 )
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.scene.campaign_tables import Campaign
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.results.measured import WHY_NOT
 
 if TYPE_CHECKING:
@@ -97,12 +98,13 @@ class Call:
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
-        folder = Path(given).absolute()  # a measure may change the working directory
+        # absolute: a measure may change the working directory
+        directory = Directory(Path(given).absolute())
         policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
-        check_folder(folder)
+        directory.check_usable()
         start = StartOptions(fresh=bool(self.options.get("fresh")))
-        design = design if start.fresh else as_begun(design, folder)
-        return Prepared(design, folder, policy, start)
+        design = design if start.fresh else as_begun(design, directory.plan)
+        return Prepared(design, directory, policy, start)
 
     def _options(self) -> Campaign:
         """Return the keyword options as a table [campaign], checked."""
@@ -149,11 +151,10 @@ def _tell_broken(_session: Session, failed: BaseException) -> int:
 
 def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
     """Return the directory of a campaign, or why it has no results yet."""
-    folder = prepared.folder
-    safe = f"finished cases are safe in {folder}"
+    safe = f"finished cases are safe in {prepared.directory}"
     if ending.lasting:
         return InputError(f"{ending.reason}; {safe}")
     if ending.complete:
-        return folder
+        return prepared.directory.path
     why = f": {ending.reason}" if ending.reason else ""
     return StoppedError(f"stopped early{why}; {safe}; the same call continues")

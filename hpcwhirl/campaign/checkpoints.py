@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 
@@ -37,18 +36,19 @@ class Checkpoints:
 
     Parameters
     ----------
-    folder : the campaign's directory
+    states : those of the campaign
     every : computing time of a case between two checkpoints, s
     say : function that prints one line about a state that is unusable or not written
     """
 
-    def __init__(self, folder: Path, every: float, say: Callable[[str], None]) -> None:
-        self.states, self.every, self.say = States(folder), every, say
+    def __init__(
+        self, states: States, every: float, say: Callable[[str], None]
+    ) -> None:
+        self.states, self.every, self.say = states, every, say
         self.kept = self.states.names()  # the directory is listed only once
         self.mute = False
-        self.saved: dict[
-            str, float
-        ] = {}  # {digest: seconds of the case when it was saved}
+        # {digest: seconds of the case when it was saved}
+        self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
         """Continue a case from its saved state, if there is one that fits.

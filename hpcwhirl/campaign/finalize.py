@@ -24,14 +24,13 @@ from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import ALONE, Communicator, from_root, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import ended_in
-from hpcwhirl.store.directory.heartbeats import Notes
-from hpcwhirl.store.directory.journal import scan
 from hpcwhirl.store.directory.owner import Asking, BrokenOffError
 from hpcwhirl.store.directory.refined import dropped_of, full_plan
 from hpcwhirl.store.reading.results_file import count_statuses
 from hpcwhirl.store.results.freshness import is_current
-from hpcwhirl.store.results.gather import RESULTS, gather
+from hpcwhirl.store.results.gather import gather
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
@@ -70,7 +69,7 @@ class Ending:
 
 
 def conclude(
-    design: Design, folder: Path, comm: Communicator, work: Work, asking: Asking
+    design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
     """Gather the results of a complete campaign; a full disk is an early stop.
 
@@ -82,13 +81,13 @@ def conclude(
     more = bool(work.extended or design.twins)  # such cases may still have a row
     if comm.rank == 0 and (more or shard):
         plan = replace(design.manifest(), extended=list(work.extended))
-        planner = ended_in(folder, plan).planner()
+        planner = ended_in(directory.journals, plan).planner()
         found = _ending_of(work.mine, planner) if shard else None
     of_shard: Ending | None = from_root(comm, found)
     if of_shard is not None and of_shard.left:
         return of_shard
     try:
-        results, fresh = _gathered(design, folder, comm, work, asking)
+        fresh = _gathered(design, directory, comm, work, asking)
     except (BrokenOffError, NoRoomError) as error:  # raised on every rank
         return _stopped(cases, error)
     except (MissingFileError, StoreError) as error:
@@ -96,46 +95,45 @@ def conclude(
     # counted in the published file
     count: dict[str, int] = {}
     if comm.rank == 0:
-        count = count_statuses(results)
+        count = count_statuses(directory.results)
         cases = sum(count.values())
-        _tell_budget(design, folder)
-        _forget_the_dead(folder)
+        _tell_budget(design, directory)
+        _forget_the_dead(directory)
     failed, missing = cases - count.get("ok", 0), count.get("missing", 0)
     if planner is not None:
         failed = max(failed, int((planner.open | planner.failed).sum()))
     return Ending(
-        complete=True, cases=cases, failed=failed, results=results, missing=missing,
-        gathered=fresh,
+        complete=True, cases=cases, failed=failed, results=directory.results,
+        missing=missing, gathered=fresh,
     )  # fmt: skip
 
 
 def _gathered(
-    design: Design, folder: Path, comm: Communicator, work: Work, asking: Asking
-) -> tuple[Path, bool]:
-    """Return the results file, gathered again if it is out of date."""
-    results, fresh = folder / RESULTS, work.jobs > 0
+    design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
+) -> bool:
+    """Gather the results again if they are out of date; return whether they were."""
+    fresh = work.jobs > 0
     if comm.rank == 0:
-        fresh = fresh or not is_current(results, threshold_facts())
+        fresh = fresh or not is_current(directory, threshold_facts())
     fresh = bool(from_root(comm, fresh))
     if fresh:
-        gather(folder, facts_of(design, comm), comm, asking=asking)
-    return results, fresh
+        gather(directory, facts_of(design, comm), comm, asking=asking)
+    return fresh
 
 
-def _tell_budget(design: Design, folder: Path) -> None:
+def _tell_budget(design: Design, directory: Directory) -> None:
     """Print how many cases the budget left out, if it has ended the refinement."""
-    dropped = dropped_of(full_plan(folder)) if design.grows else 0
+    dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
         say(f"the budget ended the refinement: it left out {dropped} cases, and those "
             "that their words might have asked for")  # fmt: skip
 
 
-def _forget_the_dead(folder: Path) -> None:
+def _forget_the_dead(directory: Directory) -> None:
     """Remove notes of dead processes whose cases have a result by now."""
-    notes = Notes(folder)
-    if notes.all():
-        ended = scan(folder, lambda record: record["status"])
-        notes.forget({name for name in ended if ended[name] == "ok"})
+    if directory.notes.all():
+        ended = {r["digest"]: r["status"] for r in directory.journals.records()}
+        directory.notes.forget({name for name in ended if ended[name] == "ok"})
 
 
 def _stopped(cases: int, error: Exception) -> Ending:

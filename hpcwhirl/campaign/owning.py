@@ -5,21 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.store.atomic import sweep
-from hpcwhirl.store.directory.heartbeats import Notes
-from hpcwhirl.store.directory.manifest import NAME
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import (
     CAMPAIGN,
     Asking,
     BrokenOffError,
     Claim,
-    claim,
     shard_claim,
 )
 
@@ -48,7 +45,7 @@ def claim_of(shard: Shard | None) -> str:
 
 @contextmanager
 def owned(
-    folder: Path,
+    directory: Directory,
     shard: Shard | None,
     comm: Communicator,
     stopping: Stopping,
@@ -58,7 +55,7 @@ def owned(
 
     Parameters
     ----------
-    folder : the campaign's directory
+    directory : that of the campaign
     shard : shard that this run computes; None: all cases
     comm : communicator of all ranks, each of which must call
     stopping : handler of stop requests of this process
@@ -72,7 +69,7 @@ def owned(
     new, error = None, None
     if own is None and comm.rank == 0:
         try:
-            own = new = claim(folder, claim_of(shard), asking_of(stopping))
+            own = new = directory.claims.make(claim_of(shard), asking_of(stopping))
         except WhirlError as failed:
             error = failed
     error = from_root(comm, error)
@@ -81,22 +78,19 @@ def owned(
     try:
         if own is not None:
             own.when_lost = stopping.ask
-            _tidy(own, shared=shard is not None)
+            _tidy(directory, own, shared=shard is not None)
         yield
     finally:
         if new is not None:
             new.release()
 
 
-def _tidy(own: Claim, *, shared: bool) -> None:
+def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
     """Remove incomplete files that earlier runs left when they died."""
     # Other shards may be writing now, but a small file never takes that long.
     own.check()
     begun = own.path.stat().st_mtime
     older = begun - LONG_AGO if shared else math.inf
-    for place in (own.folder / "states", own.folder / "runs"):
-        sweep(place, older=older)
-    sweep(own.folder, NAME, older)
-    Notes(own.folder).sweep(older)
+    directory.sweep(older)
     for stem in PICTURES:  # commands `map` and `report` may be writing these now
-        sweep(own.folder, stem, min(older, begun))
+        sweep(directory.path, stem, min(older, begun))

@@ -8,26 +8,23 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.stop import FILE
 from hpcwhirl.planner.jobs import Completion
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import NO_REGIME, REGIMES
+from hpcwhirl.store.directory.campaign_directory import STOP, Directory
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import Told, told_by
 from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
-from hpcwhirl.store.directory.heartbeats import Note, Notes
-from hpcwhirl.store.directory.journal import next_run, read_journals
-from hpcwhirl.store.directory.manifest import Manifest, read_manifest
+from hpcwhirl.store.directory.heartbeats import Note
+from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
-from hpcwhirl.store.directory.runs import why_stopped
 
 Floats = NDArray[np.float64]
 PATIENCE = 3.0  # a rank that finished no case for this many longest cases is gone
@@ -214,7 +211,7 @@ class Seen:
 
     Parameters
     ----------
-    folder, manifest : the campaign's directory and its manifest
+    directory, manifest : the campaign's directory and its manifest
 
     Attributes
     ----------
@@ -228,8 +225,8 @@ class Seen:
     spent, longest : time of all computations, and of the longest one, s
     """
 
-    def __init__(self, folder: Path, manifest: Manifest) -> None:
-        self.folder, self.notes = folder, Notes(folder).all()
+    def __init__(self, directory: Directory, manifest: Manifest) -> None:
+        self.journals, self.notes = directory.journals, directory.notes.all()
         self.manifest, self.work = manifest, predicted_work(manifest)
         self.workers: list[Worker] = []
         self.spent = self.longest = 0.0
@@ -263,7 +260,7 @@ class Seen:
 
     def _journals(self) -> Iterator[Told]:
         """Yield the columns of each journal, and count the work of its rank."""
-        each = told_by(self.folder, self.manifest.digests)
+        each = told_by(self.journals, self.manifest.digests)
         for _, parts in itertools.groupby(each, key=lambda pair: pair[0]):
             told = Told(*map(np.concatenate, zip(*(p for _, p in parts), strict=True)))
             self._take(told.case, told.ended, np.nan_to_num(told.seconds))
@@ -285,7 +282,7 @@ class Seen:
 
     def _from_records(self) -> None:
         """Read a plan with extensions, twins or refined cases, record by record."""
-        journals = read_journals(self.folder)
+        journals = self.journals.by_file()
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}
         planner = ended_of(self.manifest, records.values()).planner()
@@ -308,21 +305,18 @@ class Seen:
         self.regimes = {word: found[word] for word in REGIMES if word in found}
 
 
-def progress_of(folder: Path, now: float | None = None) -> Progress:
-    """Return the progress of a campaign directory.
+def progress_of(directory: Directory, now: float | None = None) -> Progress:
+    """Return the progress of a campaign.
 
-    Parameters
-    ----------
-    folder : the campaign's directory
     now : s since 1970; None: this moment
 
     Raises
     ------
     MissingFileError, StoreError
-        if `folder` is no campaign directory, or its manifest is damaged
+        if it is no campaign's directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
-    seen = Seen(folder, read_manifest(folder))
+    seen = Seen(directory, directory.plan.read())
     manifest, work = seen.manifest, seen.work
     workers = active(seen.workers, seen.longest)
     left_work = float(work[seen.open].sum())
@@ -340,7 +334,7 @@ def progress_of(folder: Path, now: float | None = None) -> Progress:
         rate=3600 * sum(w.cases / w.span for w in workers) if workers else None,
         eta=left_work / pace if pace else (0.0 if not left else None),
         kernel_share=_kernel_share(workers),
-        stopped=stopped(folder, left, at_it),
+        stopped=stopped(directory, left, at_it),
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
         idle_for=now - last if last else None,
@@ -358,17 +352,17 @@ def _kernel_share(workers: Sequence[Worker]) -> float | None:
     return sum(w.seconds for w in workers) / span if workers else None
 
 
-def stopped(folder: Path, left: int, running: Sequence[Computing]) -> str:
+def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> str:
     """Return `STOP` if that file exists, else why the last run stopped early.
 
     It is "" after a kill and while a run is active.
     """
-    if (folder / FILE).exists():
-        return FILE
+    if directory.stop_file.exists():
+        return STOP
     if not left or any(not one.died for one in running):
         return ""
-    told = why_stopped(folder, next_run(folder) - 1)
-    return f"{FILE}, removed since" if told.endswith(f"{FILE} is there") else told
+    told = directory.runs.why_stopped(directory.journals.next_run() - 1)
+    return f"{STOP}, removed since" if told.endswith(f"{STOP} is there") else told
 
 
 def duration_text(seconds: float) -> str:

@@ -18,7 +18,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Protocol
 
 from hpcwhirl.campaign.log import say
@@ -26,7 +25,7 @@ from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.launch import ALONE, Communicator
-from hpcwhirl.store.directory.runs import Share, write_run
+from hpcwhirl.store.directory.runs import Runs, Share
 
 ASK, HUNGRY, BYE = "ask", "hungry", "bye"  # words in messages from worker to rank 0
 WORK, HALT = 11, 12  # tags of messages from rank 0 to worker
@@ -283,14 +282,13 @@ class _Worker:
 
 
 def keep_shares(
-    folder: Path, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
+    runs: Runs, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
 ) -> None:
     """Write the use of time of all ranks; rank 0 prints it. Every rank must call.
 
     Parameters
     ----------
-    folder : the campaign's directory
-    run : number of the run
+    runs, run : files of the campaign's runs, and number of this run
     tally : use of this rank's time
     comm : communicator of all ranks
     stopped : reason for an early stop of this rank; "": none
@@ -305,7 +303,7 @@ def keep_shares(
         say(told(shares))
         try:
             why = next((why for _, why in gathered if why), "")
-            write_run(folder, run, shares, why)
+            runs.write(run, shares, why)
         except MissingFileError as full:  # results do not need it
             say(f"the ranks' times were not kept: {full}")
 

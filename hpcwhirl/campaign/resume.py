@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -13,23 +11,20 @@ from hpcwhirl.campaign.plan.branching import FIXED as OF_BRANCH
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.plan.sampling import check_scenes
 from hpcwhirl.campaign.plan.twins import twins_of_plan
-from hpcwhirl.campaign.stop import refuse_stop_file
 from hpcwhirl.case.limits import check_step
-from hpcwhirl.errors import InputError, MissingFileError, WhirlError
+from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.table import is_begun_by
-from hpcwhirl.store.atomic import Check, anyone, keep_names
+from hpcwhirl.store.atomic import Check, anyone
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
     FINGERPRINT,
     MEASURE,
-    NAME,
     SAMPLE,
     Manifest,
-    check_same,
-    read_manifest,
-    write_manifest,
+    PlanFile,
 )
 from hpcwhirl.store.results.sampled import drawn_axis
 
@@ -42,7 +37,7 @@ FIXED = (
 
 def prepare(
     design: Design,
-    folder: Path,
+    directory: Directory,
     extend: float | None = None,
     *,
     mends: bool = False,
@@ -52,8 +47,7 @@ def prepare(
 
     Parameters
     ----------
-    design : the campaign
-    folder : its directory
+    design, directory : the campaign
     extend : end time to which undecided cases are extended, s; None: as before
     mends : whether the measure may differ, to compute cases that have no numbers of it
     check : raises if another process has taken over the directory; see
@@ -66,76 +60,63 @@ def prepare(
         step of every case is above its limit, or if a file STOP keeps the campaign
         stopped
     """
-    refuse_stop_file(folder)
-    old, manifest = None, design.manifest()
-    if (folder / NAME).exists():
-        old = read_manifest(folder)
-        check_same(old, manifest, folder)
+    if directory.stop_file.exists():
+        msg = f"{directory.stop_file} keeps this campaign stopped: remove it to go on"
+        raise InputError(msg)
+    old, manifest, plan = None, design.manifest(), directory.plan
+    if plan.path.exists():
+        old = plan.read()
+        plan.check_same(old, manifest)
         if not mends:
-            _check_measure(old, manifest, folder)
-    manifest = replace(manifest, extended=extended_by(design, folder, extend))
+            _check_measure(old, manifest, plan)
+    manifest = replace(manifest, extended=extended_by(design, plan, extend))
     if old == manifest:
         return
     check_steps(design)
-    write_manifest(folder, manifest, check)
+    plan.write(manifest, check)
 
 
-def _check_measure(old: Manifest, new: Manifest, folder: Path) -> None:
+def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
     """Refuse a measure other than the one whose numbers the directory holds."""
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
     changed = difference(was, now)
     if changed:
         msg = (
-            f"{folder} has numbers of another measure: {changed} differs: use another "
-            'out, or fresh=True to compute all anew; retry="failed" keeps the numbers '
-            "that are there and computes only what has none"
+            f"{file.folder} has numbers of another measure: {changed} differs: use "
+            'another out, or fresh=True to compute all anew; retry="failed" keeps the '
+            "numbers that are there and computes only what has none"
         )
         raise InputError(msg)
 
 
-def extended(
-    design: Design, times: list[float], time: float, folder: Path
-) -> list[float]:
-    """Return the end times of a campaign's extensions with a further one, s.
+def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[float]:
+    """Return the end times, s, to which undecided cases of a campaign are extended.
 
-    Parameters
-    ----------
-    design : the campaign
-    times : end times so far, ascending
-    time : the further end time, which may be equal to the last one
-    folder : the campaign's directory, for messages
+    extend : a further end time, s, which may be equal to the last one; None for none
 
     Raises
     ------
     InputError
         if it is shorter than the last one, or no case would last longer
     """
-    last = times[-1] if times else 0.0
-    if time < last:
-        msg = (
-            f"--to must be >= {last:g} s, to which {folder} was extended, got {time:g}"
-        )
-        raise InputError(msg)
-    least = float(min(last.min() for last in design.columns.last_ends()))
-    if time <= least:
-        msg = f"--to must be > {least:g} s, which all cases last anyway, got {time:g}"
-        raise InputError(msg)
-    return times if time == last else [*times, time]
-
-
-def extended_by(design: Design, folder: Path, extend: float | None) -> list[float]:
-    """Return the end times, s, to which undecided cases of a directory are extended.
-
-    extend : a further end time, s; None for none
-    """
     if extend is not None and (design.grows or design.is_branched):
         raise InputError(FIXED if design.grows else OF_BRANCH)
-    times = read_manifest(folder).extended if (folder / NAME).exists() else []
-    return times if extend is None else extended(design, times, extend, folder)
+    times = plan.read().extended if plan.path.exists() else []
+    if extend is None:
+        return times
+    last = times[-1] if times else 0.0
+    if extend < last:
+        msg = f"--to must be >= {last:g} s, to which {plan.folder} was extended, got "
+        raise InputError(f"{msg}{extend:g}")
+    least = float(min(last.min() for last in design.columns.last_ends()))
+    if extend <= least:
+        msg = f"--to must be > {least:g} s, which all cases last anyway, got {extend:g}"
+        raise InputError(msg)
+    return times if extend == last else [*times, extend]
 
 
-def as_begun(design: Design, folder: Path) -> Design:
-    """Return the design with the draws stored in its directory, if there are any.
+def as_begun(design: Design, plan: PlanFile) -> Design:
+    """Return the design with the draws stored in its plan, if there are any.
 
     Raises
     ------
@@ -143,37 +124,38 @@ def as_begun(design: Design, folder: Path) -> Design:
         if more draws are asked for, but this version of SciPy draws other numbers
     """
     sample = design.sample
-    if sample is None or not (folder / NAME).exists():
+    if sample is None or not plan.path.exists():
         return design
-    old = read_manifest(folder)
+    old = plan.read()
     if old.base.get(SAMPLE) != sample.plan():
         return design  # refused later, when the directory is prepared
     kept, own = drawn_axis(old), drawn_axis(design.manifest())
     if is_begun_by(kept, own) or is_begun_by(own, kept):
         return design
     if len(kept) < len(own):
-        msg = (
-            f"{folder} has other draws than this version of SciPy makes: it cannot be "
-        )
+        msg = f"{plan.folder} has other draws than this version of SciPy makes: it "
+        msg += "cannot be "
         raise InputError(msg + f"continued beyond {len(kept)} draws a point")
     rows = design.settings.along_last(kept.until(len(own)))
     check_scenes(design.base, rows, sample)
     return replace(design, settings=rows)
 
 
-def planned(folder: Path) -> Design:
-    """Return the design of a campaign from the plan in its directory.
+def planned(file: PlanFile) -> Design:
+    """Return the design of a campaign from its plan.
 
     Raises
     ------
     InputError
         for a refined campaign, and for one with a user's function, which no file has
     """
-    plan = read_manifest(folder)
+    plan = file.read()
     if plan.refine:
-        raise InputError(f"{folder}: {FIXED}")
+        raise InputError(f"{file.folder}: {FIXED}")
     if MEASURE in plan.base:
-        msg = f"{folder}: its cases have numbers of a user's function, which is in "
+        msg = (
+            f"{file.folder}: its cases have numbers of a user's function, which is in "
+        )
         raise InputError(msg + "no file: only campaigns without one can be extended")
     known = input_names()
     base = {name: value for name, value in plan.base.items() if name in known}
@@ -223,42 +205,3 @@ def _models(design: Design) -> list[int]:
     order = np.argsort(many.values("solver.time_step"), kind="stable")
     first = np.sort(np.unique(many.labels(own)[order], return_index=True)[1])
     return [int(case) for case in order[first]]
-
-
-def check_folder(folder: Path) -> None:
-    """Raise InputError if a campaign directory cannot be made or written."""
-    place = Path(os.path.realpath(folder))  # Path.resolve raises for circular links
-    if place.exists() and not place.is_dir():
-        msg = f"--out must be a directory, got the file {folder}"
-        raise InputError(msg)
-    while not os.path.lexists(place):
-        place = place.parent
-    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-        msg = f"--out {folder}: {place} cannot be written"
-        raise InputError(msg)
-
-
-def put_aside(folder: Path) -> Path | None:
-    """Rename a campaign directory, with a number added; return the new path or None.
-
-    Raises
-    ------
-    InputError, MissingFileError
-        if it is the working directory, or cannot be renamed
-    """
-    if not (folder / NAME).exists():
-        return None
-    place = folder.resolve()
-    if Path.cwd().is_relative_to(place):
-        msg = f"--fresh: --out must not be the working directory, got {folder}"
-        raise InputError(msg)
-    number = 1
-    while os.path.lexists(aside := place.with_name(f"{place.name}.{number}")):
-        number += 1
-    try:
-        place.rename(aside)
-        keep_names(place.parent)
-    except OSError as failed:
-        msg = f"--fresh: cannot rename {folder} to {aside}: {failed.strerror}"
-        raise MissingFileError(msg) from None
-    return aside

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack, closing, suppress
-from pathlib import Path
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.evaluate import Evaluator, RankContext
@@ -21,6 +20,7 @@ from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
 from hpcwhirl.launch import ALONE, Communicator, Shard, node_of, rest_until_root
 from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Claim
@@ -32,7 +32,7 @@ PROGRESS_RAREST = 300.0  # s, longest time between progress lines
 
 def run_campaign(
     design: Design,
-    folder: Path,
+    directory: Directory,
     comm: Communicator = ALONE,
     policy: Policy | None = None,
     stopping: Stopping | None = None,
@@ -44,8 +44,7 @@ def run_campaign(
 
     Parameters
     ----------
-    design : the campaign
-    folder : its directory
+    design, directory : the campaign
     comm : communicator of all ranks
     policy : limits, retries, isolation; the same on every rank
     stopping : handler of stop requests; None: one is made for this call
@@ -60,15 +59,15 @@ def run_campaign(
     node = node_of(comm)
     with ExitStack() as stack:
         stopping = stopping or stack.enter_context(Stopping())
-        stack.enter_context(owned(folder, policy.shard, comm, stopping, own))
-        stopping.watch(None if node.rank else folder, policy.seconds)
+        stack.enter_context(owned(directory, policy.shard, comm, stopping, own))
+        stopping.watch(None if node.rank else directory.stop_file, policy.seconds)
         work, complete, gave_up = _computed(
-            design, folder, comm, node, policy, stopping
+            design, directory, comm, node, policy, stopping
         )
         stopping.settled = complete
         if complete:  # from now on signals are ignored
             asking = asking_of(stopping, take_over=policy.take_over)
-            return conclude(design, folder, comm, work, asking)
+            return conclude(design, directory, comm, work, asking)
         reasons = comm.allgather(stopping.reason)
     reason = next(filter(None, reasons), "")
     return Ending(
@@ -82,20 +81,20 @@ def run_campaign(
 
 def _computed(
     design: Design,
-    folder: Path,
+    directory: Directory,
     comm: Communicator,
     node: Communicator,
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
     """Compute the jobs left; return (work, whether complete, whether it gave up)."""
-    work, queue = work_of(design, folder, policy, comm)
+    work, queue = work_of(design, directory, policy, comm)
     names = design.measure.variables if design.measure else ()
-    checkpoints = Checkpoints(folder, policy.save_every, say)
+    checkpoints = Checkpoints(directory.states, policy.save_every, say)
     with (
-        Journal(folder, work.run, comm.rank, work.plan, names) as journal,
-        Running(folder, work.run, comm.rank) as running,
-        closing(Child(folder, policy.save_every)) as child,
+        Journal(directory.journals, work.run, comm.rank, work.plan, names) as journal,
+        Running(directory.notes, work.run, comm.rank) as running,
+        closing(Child(directory.states, policy.save_every)) as child,
     ):
         context = RankContext(
             comm.rank, journal, running, checkpoints, child, policy, stopping,
@@ -115,7 +114,7 @@ def _computed(
         tally.beside, tally.first = evaluate.costs_beside()
         if work.jobs:
             why = "" if complete else stopping.reason
-            keep_shares(folder, work.run, tally, comm, why)
+            keep_shares(directory.runs, work.run, tally, comm, why)
     return work, complete, report.gave_up
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import NamedTuple, Self, TypeVar
 
 from hpcwhirl.campaign.begin import StartOptions, begin
@@ -23,6 +22,7 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.campaign.watchdog import Watchdog
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Communicator, end_all, from_root
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import Claim
 
 T = TypeVar("T")
@@ -37,12 +37,12 @@ class Prepared(NamedTuple):
 
     Attributes
     ----------
-    design, folder, policy : design, directory and options of the campaign
+    design, directory, policy : design, directory and options of the campaign
     start : options for the start
     """
 
     design: Design
-    folder: Path
+    directory: Directory
     policy: Policy
     start: StartOptions
 
@@ -59,7 +59,7 @@ class Session:
         code. None: exceptions pass, since no other rank waits
     code : exit code after an exception; None: there was none
     watchdog : ends ranks that hang after a stop request; None: no watchdog
-    folder : the campaign's directory; None before this rank knows it
+    directory : that of the campaign; None before this rank knows it
     claim : claim on the directory, which rank 0 holds while the campaign runs
     """
 
@@ -68,7 +68,7 @@ class Session:
     tell: Callable[[Session, BaseException], int] | None = None
     code: int | None = None
     watchdog: Watchdog | None = None
-    folder: Path | None = None
+    directory: Directory | None = None
     claim: Claim | None = None
     _after: ExitStack = field(default_factory=ExitStack)
 
@@ -107,9 +107,9 @@ class Session:
         with ExitStack() as stack:
 
             def opened() -> Prepared:
-                design, folder, policy, start = prepared = prepare()
+                design, directory, policy, start = prepared = prepare()
                 own = replace(design, measure=measure)
-                self.claim = begin(own, folder, policy, self.stopping, start)
+                self.claim = begin(own, directory, policy, self.stopping, start)
                 stack.callback(self.claim.release)
                 begun(design)
                 return prepared
@@ -117,14 +117,14 @@ class Session:
             prepared = self.on_root(opened)
             if isinstance(prepared, WhirlError):
                 return prepared
-            design, self.folder, policy, _ = prepared
+            design, self.directory, policy, _ = prepared
             if self.watchdog is not None:
                 self.watchdog.seconds = policy.patience
                 if self.claim is not None:
                     self.watchdog.last = self.claim.release
             ending = run_campaign(
                 replace(design, measure=measure),
-                self.folder, self.comm, policy, self.stopping, self.claim,
+                self.directory, self.comm, policy, self.stopping, self.claim,
             )  # fmt: skip
             return self.on_root(lambda: conclude(ending, prepared))
 

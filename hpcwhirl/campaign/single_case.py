@@ -11,8 +11,8 @@ from hpcwhirl.campaign.finalize import facts_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.store.atomic import make_folders, publish, telling
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.journal import Journal
-from hpcwhirl.store.directory.manifest import write_manifest
 from hpcwhirl.store.results.gather import gather
 
 
@@ -40,8 +40,8 @@ def write_case(path: Path, design: Design, result: Result) -> None:
     with telling(path):
         make_folders(path.parent)
         with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
-            folder = Path(place)
-            write_manifest(folder, design.manifest())
-            with Journal(folder, 1, 0) as journal:
+            directory = Directory(Path(place))
+            directory.plan.write(design.manifest())
+            with Journal(directory.journals, 1, 0) as journal:
                 journal.append(record, result.traces)
-            publish(gather(folder, facts_of(design)), path)
+            publish(gather(directory, facts_of(design)), path)

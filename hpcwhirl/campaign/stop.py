@@ -15,10 +15,8 @@ from types import FrameType
 from typing import Any, Self
 
 from hpcwhirl import early_signals
-from hpcwhirl.errors import InputError
 
 SIGNALS = early_signals.SIGNALS
-FILE = "STOP"  # in the campaign's directory
 MARGIN = 60.0  # s reserved before a wall-time ends, but at most a tenth of it
 LOOK_EVERY = 1.0  # s between checks for the file
 BREAK_EVERY = 0.2  # s between checks during work without slices
@@ -53,16 +51,16 @@ class Stopping:
         self._looked = 0.0
         self._before: dict[int, Any] = {}
 
-    def watch(self, folder: Path | None, seconds: float | None) -> None:
-        """Also stop if the file STOP exists, and after some time.
+    def watch(self, file: Path | None, seconds: float | None) -> None:
+        """Also stop if a file exists, and after some time.
 
         Parameters
         ----------
-        folder : directory of `STOP`; None: another rank of this node checks for it
+        file : `STOP`; None: another rank of this node checks for it
         seconds : time from `began` until the stop, s; None: no limit
         """
         self._looked = time.monotonic()
-        self._file = folder / FILE if folder else None
+        self._file = file
         self._deadline = self.began + seconds if seconds is not None else None
 
     def pilot(self, seconds: float) -> None:
@@ -181,13 +179,6 @@ def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
     """
     if not isinstance(lost.exc_value, Stop):
         hook(lost)
-
-
-def refuse_stop_file(folder: Path) -> None:
-    """Raise InputError if the file STOP keeps the campaign stopped."""
-    if (folder / FILE).exists():
-        msg = f"{folder / FILE} keeps this campaign stopped: remove it to go on"
-        raise InputError(msg)
 
 
 def time_left(

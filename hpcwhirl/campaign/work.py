@@ -7,7 +7,6 @@ from array import array
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +21,9 @@ from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.planner import Jobs, Planner
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
-from hpcwhirl.store.directory.heartbeats import Notes
-from hpcwhirl.store.directory.journal import claim_run, is_whole
-from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.results.measured import WHY_NOT
@@ -59,26 +57,26 @@ class Work:
 
 
 def work_of(
-    design: Design, folder: Path, policy: Policy, comm: Communicator
+    design: Design, directory: Directory, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
     """Return the work of all ranks, and the queue, which is empty except on rank 0."""
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
-        work, queue = _planned(design, folder, policy, comm.size)
+        work, queue = _planned(design, directory, policy, comm.size)
     return from_root(comm, work), queue
 
 
 def _planned(
-    design: Design, folder: Path, policy: Policy, ranks: int
+    design: Design, directory: Directory, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
     """Return the work that is left in a directory, and its queue."""
-    extended, costs = read_manifest(folder).extended, costs_of(design)
+    extended, costs = directory.plan.read().extended, costs_of(design)
     plan = replace(design.manifest(), extended=extended)
     mine = share(costs.steps, policy.shard)
-    states, notes = States(folder), Notes(folder)
+    states, notes, journals = directory.states, directory.notes, directory.journals
     asked = states.names() | notes.crashes().keys()
-    again = partial(is_again, folder, policy.retry) if policy.retry else None
-    ended = ended_in(folder, plan, asked, again)
+    again = partial(is_again, journals, policy.retry) if policy.retry else None
+    ended = ended_in(journals, plan, asked, again)
     planner = ended.planner()
     costs = _learned(design, costs, ended, planner)
     _tidy(states, ended.told)
@@ -93,7 +91,7 @@ def _planned(
     if design.grows:
         mine = range(len(planner))
     identity = "" if design.grows else design.digests.identity
-    times, run = tuple(extended), claim_run(folder)
+    times, run = tuple(extended), journals.claim_run()
     still = planner.open[np.asarray(mine)] if policy.shard else planner.open
     cases = int(still.sum())
     return Work(len(queue), cases, kinds, alone, mine, run, times, identity), queue
@@ -113,14 +111,14 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
     return costs
 
 
-def is_again(folder: Path, retry: Collection[str], record: Record) -> bool:
+def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
     """Return whether the case of a record is to be computed again.
 
     retry : statuses to compute again; so are cases with damaged traces, and those for
         which the measure returned no numbers
     """
     status = str(record["status"])
-    damaged = status == "ok" and not is_whole(folder, record)
+    damaged = status == "ok" and not journals.is_whole(record)
     return status in retry or damaged or WHY_NOT in record
 
 

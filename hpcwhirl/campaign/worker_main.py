@@ -29,6 +29,7 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.packing import packed
 from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.directory.states import States
 
 
 class Server:
@@ -37,7 +38,8 @@ class Server:
     def __init__(self, source: int, sink: BinaryIO) -> None:
         self._source, self._sink, self._come = source, sink, b""
         first = self._next() or {}
-        self.checkpoints = Checkpoints(Path(first["folder"]), first["every"], say)
+        states = States(Path(first["folder"]))
+        self.checkpoints = Checkpoints(states, first["every"], say)
 
     def serve(self) -> None:
         """Answer one request after the other."""

@@ -14,7 +14,6 @@ import select
 import subprocess
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
 from hpcwhirl.campaign.simulate import Result
@@ -24,6 +23,7 @@ from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.packing import unpacked
 from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.directory.states import States
 
 LOOK_EVERY = 0.01  # s between checks, as between slices
 PATIENCE = 3.0  # s that a child has to save its state at a stop
@@ -37,12 +37,12 @@ class Child:
 
     Parameters
     ----------
-    folder : the campaign's directory
+    states : those of the campaign
     save_every : computing time of a case between two checkpoints, s
     """
 
-    def __init__(self, folder: Path, save_every: float) -> None:
-        self._first = {"folder": str(folder.resolve()), "every": save_every}
+    def __init__(self, states: States, save_every: float) -> None:
+        self._first = {"folder": str(states.folder.resolve()), "every": save_every}
         self._process: subprocess.Popen[bytes] | None = None
         self._come = bytearray()
         self._head: Record | None = None

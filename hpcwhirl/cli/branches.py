@@ -32,8 +32,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.scene.quantities import INPUTS, variable_name
     from hpcwhirl.store.reading.results_file import Results
 
-    only = cases_at(args.folder, args.at) if args.at else None
     with Results(args.folder) as results:
+        only = cases_at(results, args.at) if args.at else None
         over, branches = branches_of(results, only)
         folds = [fold for branch in branches for fold in folds_of(branch)]
         apart, several = words_apart(branches)

@@ -46,6 +46,7 @@ from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.session import Prepared, Session
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
 __all__ = ["arguments", "run"]
 
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -> int:
     """Print the error of this rank; return the exit code for all ranks."""
     if isinstance(failed, NoRoomError):
-        _tell_stopped(session.folder or args.out, str(failed))
+        _tell_stopped(session.directory or args.out, str(failed))
         return STOPPED
     if isinstance(failed, WhirlError):
         tell_error(failed)
@@ -99,10 +100,10 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
 
-    design, out, policy, start = prepared
-    times = extended_by(design, out, start.extend)
+    design, directory, policy, start = prepared
+    times = extended_by(design, directory.plan, start.extend)
     loaded = age() - (time.monotonic() - session.stopping.began)
-    cost = forecast(design, out, policy.shard, times, args.started, loaded)
+    cost = forecast(design, directory, policy.shard, times, args.started, loaded)
     tell(cost, design, args.ranks, as_json=args.json)
     return COMPLETE
 
@@ -128,8 +129,9 @@ def _tell_inputs(design: Design) -> None:
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
     """Return the campaign that all ranks will run; `ranks` is their number."""
     from hpcwhirl.campaign.begin import StartOptions
-    from hpcwhirl.campaign.resume import as_begun, check_folder, check_steps
+    from hpcwhirl.campaign.resume import as_begun, check_steps
     from hpcwhirl.campaign.session import Prepared
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
     settings = parsed(args.settings)
     if args.regimes_only:
@@ -139,9 +141,10 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
     design = design_of_call(args, settings)
     rules = rules_of(args, design.rules)
     args.out, args.report = Path(args.out or rules.out), rules.report
-    design = design if args.fresh else as_begun(design, args.out)
+    directory = Directory(args.out)
+    design = design if args.fresh else as_begun(design, directory.plan)
     policy = policy_of(args, design, rules)
-    check_folder(args.out)
+    directory.check_usable()
     tell_preset(design.base)
     if args.explain:
         _explain(design)
@@ -152,7 +155,7 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
         from hpcwhirl.campaign.foresight.forecast import age
 
         args.started = age()
-    return Prepared(design, args.out, policy, StartOptions(args.fresh, args.to))
+    return Prepared(design, directory, policy, StartOptions(args.fresh, args.to))
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
@@ -199,7 +202,7 @@ def _conclude(
         return _conclude_early(args, ending)
     if ending.left:
         return _conclude_shard(args, ending)
-    return _conclude_whole(args, ending)
+    return _conclude_whole(args, ending, prepared.directory)
 
 
 def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
@@ -211,7 +214,7 @@ def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
     return FAILED if ending.gave_up else STOPPED
 
 
-def _conclude_whole(args: argparse.Namespace, ending: Any) -> int:
+def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory) -> int:
     """Print what failed, draw map and page, and return the exit code."""
     from hpcwhirl.store.reading.results_file import has_contact
 
@@ -223,7 +226,7 @@ def _conclude_whole(args: argparse.Namespace, ending: Any) -> int:
     facts["failed"] = ending.failed
     maps = _maps(ending, args.out)
     facts["maps"] = [str(path) for path in maps]
-    pages = _pages(args, ending)
+    pages = _pages(args, ending, directory)
     facts["report"] = str(pages[0]) if pages else None
     if args.json:
         print_json(facts)
@@ -233,14 +236,14 @@ def _conclude_whole(args: argparse.Namespace, ending: Any) -> int:
     return FAILED if ending.failed else COMPLETE
 
 
-def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
+def _pages(args: argparse.Namespace, ending: Any, directory: Directory) -> list[Path]:
     """Write report.html if --report asks for it and it is missing or outdated.
 
     Returns
     -------
     a list of its path; empty: no page is wanted
     """
-    from hpcwhirl.report.page.build import NAME, is_stale, write_page
+    from hpcwhirl.report.page.build import is_stale, write_page
 
     wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
     if args.report == "auto" and not wanted["auto"]:
@@ -249,10 +252,9 @@ def _pages(args: argparse.Namespace, ending: Any) -> list[Path]:
         print(f"hpcwhirl: no report.html: {why}: {how}", file=sys.stderr)
     if not wanted[args.report]:
         return []
-    page = args.out / NAME
-    if not ending.gathered and page.exists() and not is_stale(args.out):
-        return [page]
-    return [write_page(args.out)]
+    if not ending.gathered and directory.page.exists() and not is_stale(directory):
+        return [directory.page]
+    return [write_page(directory)]
 
 
 def _maps(ending: Any, out: Path) -> list[Path]:
@@ -281,7 +283,7 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
         return False
 
 
-def _tell_stopped(out: Path, reason: str) -> None:
+def _tell_stopped(out: Directory | Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
     print(
         f"hpcwhirl: stopped early{why}; finished cases are safe in {out}; "

@@ -171,9 +171,10 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
         msg = f"{clash[0]} cannot go with the directory {args.file}: its inputs stay"
         raise InputError(msg)
     from hpcwhirl.campaign.resume import planned
+    from hpcwhirl.store.directory.manifest import PlanFile
 
     args.out = args.file
-    return planned(args.file)
+    return planned(PlanFile(args.file))
 
 
 def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:

@@ -60,11 +60,12 @@ def run(args: argparse.Namespace) -> int:
     """Classify every case again from its stored evidence and print the changes."""
     from hpcwhirl.campaign.log import say
     from hpcwhirl.report.map.maps import refresh
+    from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.results.relabel import relabel
 
     words = thresholds_of(args.settings)
-    path = args.folder / "results.h5"
+    directory = Directory(args.folder)
     asking = Asking(args.take_over, say)
 
     def named(numbers: dict[str, Any]) -> tuple[Any, ...]:
@@ -73,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
             return found
         return *found, motions_by_table(found[1], numbers, words)
 
-    changes = relabel(path, named, words, asking)
+    changes = relabel(directory, named, words, asking)
     regimes, whirls = Counter[str](), Counter[str]()
     moved, turned, motions = Counter[str](), Counter[str](), Counter[str]()
     for (old, new), count in changes.items():
@@ -92,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
         "changed": dict(moved + turned),
         "thresholds": words,
     }
-    drawn, stale = refresh(args.folder)
+    drawn, stale = refresh(directory)
     facts["drawn again"] = [str(path) for path in drawn]
     for line in stale:
         print(f"hpcwhirl: {line}", file=sys.stderr)

@@ -121,6 +121,7 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
 
 def _asked(args: argparse.Namespace) -> list[Asked]:
     """Return the edges to follow: one of a scene, or those of a campaign's lines."""
+    from hpcwhirl.store.reading.results_file import results_of
     from hpcwhirl.store.reading.select import number_of
 
     given = {side: number_of(text, "force", f"--{side}")
@@ -129,7 +130,7 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
         if args.settings or given:
             msg = "--set, --preset, --low and --high are of a scene, not of a campaign"
             raise InputError(f"{msg}: choose a line by --at")
-        return _of_campaign(Path(args.scene), args.at)
+        return _of_campaign(results_of(Path(args.scene)), args.at)
     if args.at:
         msg = "--at chooses among the cases of a campaign: use --set for a scene"
         raise InputError(msg)
@@ -143,19 +144,20 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
     return [Asked({}, scene, given["low"], given["high"])]
 
 
-def _of_campaign(folder: Path, at: list[str]) -> list[Asked]:
+def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
     """Return the edge to follow on each line of a campaign over force, if it has one.
 
     It lies between the pulses of the line's first change of word.
+
+    place : `results.h5`
     """
     import numpy as np
 
     from hpcwhirl.analysis.first_changes import first_changes
     from hpcwhirl.store.reading.reader import open_results
-    from hpcwhirl.store.reading.results_file import Results, results_of
+    from hpcwhirl.store.reading.results_file import Results
     from hpcwhirl.store.reading.select import swept_of, where
 
-    place = results_of(folder)
     with open_results(place) as data, Results(place) as results:
         swept = {n: data[n].to_numpy() for n in swept_of(data)}
         mask = where(at, swept)
@@ -168,8 +170,8 @@ def _of_campaign(folder: Path, at: list[str]) -> list[Asked]:
                 scene = results.scene(_case_of(swept, cases.tolist(), wanted))
                 out.append(Asked(one.fixed, scene, one.safe, one.unsafe))
     if not out:
-        msg = f"{folder}: no pulse changes the word from damped on {len(found)} lines"
-        raise InputError(f"{msg}: sweep force from weaker to stronger ones")
+        msg = f"{place.parent}: no pulse changes the word from damped on {len(found)} "
+        raise InputError(f"{msg}lines: sweep force from weaker to stronger ones")
     return out
 
 

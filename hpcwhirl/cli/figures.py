@@ -48,14 +48,15 @@ def run(args: argparse.Namespace) -> int:
     """
     from hpcwhirl.errors import InputError, WhirlError
     from hpcwhirl.report.figures.kinds import cases_at, draw_figures
+    from hpcwhirl.store.reading.results_file import Results
 
     out = args.out or args.folder / "figures"
-    only = args.cases
+    only, results = args.cases, Results(args.folder)
     if args.at:
-        only = sorted({*(only or []), *cases_at(args.folder, args.at)})
+        only = sorted({*(only or []), *cases_at(results, args.at)})
     drawn = 0
     figures = draw_figures(
-        args.folder, out, args.kind, only,
+        results, out, args.kind, only,
         transient=args.transient, units=asked_units(args.units),
     )  # fmt: skip
     try:

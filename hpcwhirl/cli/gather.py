@@ -33,14 +33,15 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.cli.command import code_of, tell_failure
     from hpcwhirl.errors import WhirlError
     from hpcwhirl.launch import communicator, from_root
+    from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.results.gather import gather
 
-    comm = communicator()
+    comm, directory = communicator(), Directory(args.folder)
     facts: dict[str, str | float] = {"version": __version__, **threshold_facts()}
     try:
         asking = Asking(args.take_over, say)
-        path = gather(args.folder, facts, comm, compress=args.compress, asking=asking)
+        path = gather(directory, facts, comm, compress=args.compress, asking=asking)
     except WhirlError as failed:  # raised on every rank, printed by rank 0
         if comm.rank == 0:
             raise
@@ -52,8 +53,10 @@ def run(args: argparse.Namespace) -> int:
         return code
     code = COMPLETE
     if comm.rank == 0:
+        from hpcwhirl.report.map.maps import refresh
+
         print(path)
-        _refresh(args.folder)
+        _tell(*refresh(directory))
         code = _code(path)
     return int(from_root(comm, code))
 
@@ -73,11 +76,8 @@ def _code(path: Path) -> int:
     return FAILED
 
 
-def _refresh(folder: Path) -> None:
-    """Redraw an existing map; print which other files show older results."""
-    from hpcwhirl.report.map.maps import refresh
-
-    drawn, stale = refresh(folder)
+def _tell(drawn: list[Path], stale: list[str]) -> None:
+    """Print the maps drawn again, and which other files show older results."""
     for made in drawn:
         print(made)
     for line in stale:

@@ -150,11 +150,12 @@ def _predict(design: Design, request: Request) -> None:
     from hpcwhirl.campaign.resume import as_begun, check_steps
     from hpcwhirl.cli.forecast import job_line
     from hpcwhirl.launch import parse_shard
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
-    out = Path(request.out)
+    directory = Directory(Path(request.out))
     check_steps(design)
     shard = parse_shard(request.shard) if request.shard else None
-    cost = forecast(as_begun(design, out), out, shard)
+    cost = forecast(as_begun(design, directory.plan), directory, shard)
     ranks = request.ntasks * (request.array or 1)
     print(f"hpcwhirl: {job_line(cost, ranks, request)}", file=sys.stderr)
 

@@ -22,8 +22,9 @@ def run(args: argparse.Namespace) -> int:
     """Write the page and print its path."""
     from hpcwhirl.report.page.build import write_page
     from hpcwhirl.scene.units import showing
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
     check_writable(args.out, folder=False)
     with showing(asked_units(args.units)):
-        print(write_page(args.folder, args.out))
+        print(write_page(Directory(args.folder), args.out))
     return 0

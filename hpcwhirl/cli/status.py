@@ -20,6 +20,7 @@ from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, finite, print_json
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.progress import Computing, Progress
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
 EVERY = 5.0  # s between updates of --watch
 FEWEST = 0.2  # s, shortest time between updates
@@ -44,56 +45,62 @@ def run(args: argparse.Namespace) -> int:
     """Print the progress once, or again and again with --watch."""
     from hpcwhirl.campaign.progress import progress_of
     from hpcwhirl.errors import InputError, legible
+    from hpcwhirl.store.directory.campaign_directory import Directory
 
     if args.watch is not None and not FEWEST <= args.watch <= 1e6:
         msg = f"--watch must be >= {FEWEST} s and <= 1e6 s, got {args.watch:g}"
         raise InputError(msg)
-    found = progress_of(args.folder)
+    directory = Directory(args.folder)
+    found = progress_of(directory)
     if args.watch is not None:
-        return _watch(args, found)
+        return _watch(args, directory, found)
     if args.json:
-        beside = {"stale": _stale(args.folder), "twins_told": _twins(args.folder)}
+        beside = {"stale": _stale(directory), "twins_told": _twins(directory.results)}
         print_json(asdict(found) | beside)
         return 0
-    beside = {"twins": _twins(args.folder), "stale": _stale(args.folder)}
+    beside = {"twins": _twins(directory.results), "stale": _stale(directory)}
     told = {name: text for name, text in beside.items() if text}
     for name, value in (_shown(found) | told).items():
         print(f"{name}: {legible(str(value))}")
     return 0
 
 
-def _twins(folder: Path) -> str:
+def _twins(results: Path) -> str:
     """Return a sentence on how many cases keep their word in all their twins.
 
     It is read from results.h5; "" without that file or without twins.
     """
-    if not (folder / "results.h5").exists():
+    if not results.exists():
         return ""
     from hpcwhirl.errors import WhirlError
     from hpcwhirl.store.reading.credibility import credibility_in
 
     try:
-        found = credibility_in(folder / "results.h5")
+        found = credibility_in(results)
     except WhirlError as failed:
         return f"not known: {failed}"
     return str(found) if found else ""
 
 
-def _stale(folder: Path) -> str:
+def _stale(directory: Directory) -> str:
     """Return the command that renews report.html if it is out of date; else ""."""
     from hpcwhirl.errors import WhirlError
 
-    if not (folder / "report.html").exists() or not (folder / "results.h5").exists():
+    page = directory.page
+    if not page.exists() or not directory.results.exists():
         return ""
-    from hpcwhirl.report.page.build import NAME, is_stale
+    from hpcwhirl.report.page.build import is_stale
 
     try:
-        return f"{NAME}: hpcwhirl report {folder}" if is_stale(folder) else ""
+        again = f"{page.name}: hpcwhirl report {directory}"
+        return again if is_stale(directory) else ""
     except WhirlError as failed:
-        return f"{NAME} cannot be checked: {failed}"
+        return f"{page.name} cannot be checked: {failed}"
 
 
-def _watch(args: argparse.Namespace, found: Progress) -> int:
+def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> int:
+    from hpcwhirl.campaign.progress import progress_of
+
     show = _Lines(as_json=args.json)
     if sys.stdout.isatty() and not args.json:
         show = _Screen()
@@ -102,17 +109,11 @@ def _watch(args: argparse.Namespace, found: Progress) -> int:
             show(found)
             while found.left:
                 time.sleep(args.watch)
-                found = _look(args.folder)
+                found = progress_of(directory)
                 show(found)
     except KeyboardInterrupt:
         return 0
     return 0
-
-
-def _look(folder: Path) -> Progress:
-    from hpcwhirl.campaign.progress import progress_of
-
-    return progress_of(folder)
 
 
 def _shown(found: Progress) -> dict[str, str]:

@@ -23,8 +23,9 @@ from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.campaign.plan.design import Design, design_of
 from hpcwhirl.campaign.simulate import Result, simulate
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.store.directory.journal import Journal
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journal, Journals
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.results.gather import has_mpi_io
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -37,6 +38,7 @@ GATHER = """
 import sys, time
 from pathlib import Path
 from hpcwhirl.launch import communicator
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.results.gather import gather
 def most():  # kB; ru_maxrss would count what started this process, too
     status = Path("/proc/self/status").read_text()
@@ -44,7 +46,7 @@ def most():  # kB; ru_maxrss would count what started this process, too
 comm = communicator()
 before = most()
 start, busy = time.perf_counter(), time.process_time()
-gather(Path(sys.argv[1]), {}, comm, compress=int(sys.argv[2]))
+gather(Directory(Path(sys.argv[1])), {}, comm, compress=int(sys.argv[2]))
 spent, busy = time.perf_counter() - start, time.process_time() - busy
 found = comm.gather((busy, before / 1024, most() / 1024))
 if found:
@@ -71,8 +73,8 @@ def design(cases: int, detail: str, samples: int) -> Design:
 def begin(folder: Path, many: Design, results: list[Result]) -> float:
     """Journal a record for every case; return the seconds an append took."""
     plan = many.manifest()
-    write_manifest(folder, plan)
-    journals = [Journal(folder, 1, rank) for rank in range(JOURNALS)]
+    PlanFile(folder).write(plan)
+    journals = [Journal(Journals(folder), 1, rank) for rank in range(JOURNALS)]
     start = time.perf_counter()
     for case, digest in enumerate(plan.digests):
         result = results[case % len(results)]
@@ -107,7 +109,7 @@ def measure(options: argparse.Namespace, place: Path, detail: str) -> None:
     folder = place / detail
     print(f"{len(many.scenes)} cases, {detail}: ", end="")
     each = begin(folder, many, results)
-    told = forecast(many, folder).disk.results
+    told = forecast(many, Directory(folder)).disk.results
     print(f"{1e3 * each:.2f} ms to keep one; predicted {told / 1e6:.1f} MB", flush=True)
     repeat = options.repeat
     print("  serial      ", gathered(folder, 0, repeat), flush=True)

@@ -32,9 +32,10 @@ from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import A_RANK, MOST, SHORTEST
 from hpcwhirl.scene import Scene, apply_settings, input_names
-from hpcwhirl.store.directory.journal import Journal, read_records, read_traces
-from hpcwhirl.store.directory.manifest import read_manifest
-from hpcwhirl.store.directory.runs import read_runs
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journal, Journals
+from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.directory.runs import Runs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import under_mpi
@@ -122,10 +123,10 @@ def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
         place, file = scratch / "mixed", scratch / "mixed.toml"
         file.write_text(MIXED)
         design = load_design(file, {})
-        prepare(design, place)
-        run_campaign(design, place)
+        prepare(design, Directory(place))
+        run_campaign(design, Directory(place))
         return place, design
-    plan = read_manifest(place)
+    plan = PlanFile(place).read()
     known = input_names()
     base = apply_settings(Scene(), {n: v for n, v in plan.base.items() if n in known})
     return place, Design(base, plan.table, tuple(plan.swept))
@@ -133,7 +134,7 @@ def finished(place: Path | None, scratch: Path) -> tuple[Path, Design]:
 
 def case_times(place: Path, design: Design) -> tuple[Floats, Floats]:
     """Return the seconds and the places of the finished cases of a campaign."""
-    records, plan = read_records(place), read_manifest(place)
+    records, plan = Journals(place).newest(), PlanFile(place).read()
     places = Places(design)[np.arange(len(design.settings))]
     found = [
         (records[d]["performance"]["seconds"], places[case])
@@ -186,7 +187,7 @@ def validate(field: Field, times: Times, scratch: Path, ranks: tuple[int, ...]) 
 
 def hold_against(place: Path, times: Times, design: Design) -> None:
     """Hold the simulation against the campaign's own run, if it was one of several."""
-    shares = read_runs(place)
+    shares = Runs(place).shares()
     seconds, places = case_times(place, design)
     cases = sum(share["cases"] for share in shares)
     if len({share["run"] for share in shares}) != 1 or cases != len(seconds):
@@ -222,12 +223,12 @@ def table(field: Field, times: Times, most: int) -> None:
 
 def keeping(place: Path, scratch: Path, mean: float) -> None:
     """Print what keeping a case costs."""
-    records = list(read_records(place).values())
-    with Journal(scratch / "kept", 1, 0) as journal:
+    records = list(Journals(place).newest().values())
+    with Journal(Journals(scratch / "kept"), 1, 0) as journal:
         start = time.perf_counter()
         for record in records:
             block = record.get("traces")
-            journal.append(record, read_traces(place, block) if block else {})
+            journal.append(record, Journals(place).traces(block) if block else {})
         each = (time.perf_counter() - start) / len(records)
     print(
         f"  keeping a case: {1e3 * each:.2f} ms ({100 * each / mean:.2f} % of a case)"

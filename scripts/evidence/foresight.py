@@ -34,6 +34,8 @@ from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.resume import as_begun
 from hpcwhirl.campaign.work_queue import scattered
 from hpcwhirl.store.directory.completions import ended_in
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.manifest import PlanFile
 
 PAGE = Path(__file__).with_suffix(".md")
 CLOSE = 0.25  # relative
@@ -163,8 +165,8 @@ def retold(design: Design, folder: Path) -> tuple[float, float, tuple[float, flo
     Foreseen over taken, of all other cases together; the share of them within `CLOSE`;
     nominal limits over taken, of no step in contact and of all.
     """
-    design = as_begun(design, folder)
-    taken = ended_in(folder, design.manifest()).seconds
+    design = as_begun(design, PlanFile(folder))
+    taken = ended_in(Journals(folder), design.manifest()).seconds
     given = np.where(np.isfinite(taken), taken, 0.0)
     first, rest = np.split(scattered(len(taken)), [-(-len(taken) // 5)])
     costs, seconds = costs_of(design), np.full(len(taken), np.nan)

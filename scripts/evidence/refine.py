@@ -44,7 +44,7 @@ from hpcwhirl.refinement.boundary import Cells
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
 from hpcwhirl.refinement.tree import CONFIRM, Tree
-from hpcwhirl.store.directory.runs import read_runs
+from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.reading.grid import nearest_cases
 from hpcwhirl.store.reading.reader import words
 
@@ -379,7 +379,7 @@ def compared(
               for a in growth.wanted}  # fmt: skip
     both_have = own.keys() & wanted.keys()
     other = sum(own[key] != wanted[key] for key in both_have)
-    busy = [share["busy"] / share["span"] for share in read_runs(place)]
+    busy = [share["busy"] / share["span"] for share in Runs(place).shares()]
     told = (
         f"Computed, on {args.ranks} ranks: {len(own)} cases, {len(both_have)} of the "
         f"{len(wanted)} looked up; {other} words differ. Busy fraction "

@@ -29,8 +29,8 @@ import numpy as np
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.scene.quantities import ROW
-from hpcwhirl.store.directory.journal import journal_name, read_records
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.journal import Journals, journal_name
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.record import (
     CHECKED,
     Header,
@@ -97,7 +97,7 @@ def templates(folder: Path) -> list[Record]:
     file = folder / "templates.toml"
     file.write_text(as_toml(TEMPLATES))
     hpcwhirl("campaign", file, "--out", folder / "templates", "--report", "no")
-    found = read_records(folder / "templates")
+    found = Journals(folder / "templates").newest()
     return [found[name] for name in sorted(found)]
 
 
@@ -128,7 +128,7 @@ def made(folder: Path, cases: int, known: list[Record]) -> Path:
     }
     (part / "sweep.toml").write_text(as_toml(document))
     design = Design.of(document)
-    write_manifest(part, design.manifest())
+    PlanFile(part).write(design.manifest())
     for rank in range(RANKS):
         name = journal_name(1, rank)
         plan, traces = design.digests.identity, name.replace(".log", ".bin")

@@ -25,6 +25,7 @@ from hpcwhirl import open_results
 from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.reader import words
 
 NUMBERS = ("orbit_radius", "line_frequency", "growth_rate", "speed", "gap",
@@ -138,8 +139,8 @@ def campaign(place: Path, ranks: int) -> None:
     """Run or continue the campaign of a directory, in this process or under MPI."""
     if ranks == 1:
         design = load_design(place / "cases.toml", {})
-        prepare(design, place)
-        if not run_campaign(design, place).complete:
+        prepare(design, Directory(place))
+        if not run_campaign(design, Directory(place)).complete:
             raise SystemExit(75)  # asked to stop: the same command continues
         return
     command = [os.environ.get("MPIRUN", "mpirun"), "-n", str(ranks), sys.executable]

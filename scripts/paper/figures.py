@@ -28,6 +28,7 @@ from hpcwhirl.report.figures import frequencies, motions, shapes, sweeps
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -117,8 +118,8 @@ def two_lobes(
 def computed(folder: Path, document: Mapping[str, Any], engine: Engine) -> Results:
     """Return the cases of a campaign, integrating what is not there yet."""
     design = design_of(document, engine)
-    prepare(design, folder)
-    ending = run_campaign(design, folder)
+    prepare(design, Directory(folder))
+    ending = run_campaign(design, Directory(folder))
     if not ending.complete:
         raise SystemExit(75)
     return Results(folder)

@@ -24,6 +24,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import Scene, apply_settings, named_scene
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.reader import words
 
 PAPER = {520.0: "damped", 410.0: "sustained", 270.0: "divergent", 420.0: "divergent"}
@@ -90,8 +91,8 @@ def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Any:
             "sweep": {**sweep, "speed": SPEEDS},
         }
     )
-    prepare(design, folder)
-    run_campaign(design, folder)
+    prepare(design, Directory(folder))
+    run_campaign(design, Directory(folder))
     return open_results(folder)
 
 

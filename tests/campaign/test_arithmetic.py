@@ -21,7 +21,8 @@ from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.batch_validation import RULES, Many
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.table import Table
-from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.manifest import PlanFile
 
 PATTERNS = [[], [0.01] * 6, [0.0, 1, -0.5, 0.1, 0.2, 0.3], [0.02] * 5]
 VALUES = {
@@ -207,8 +208,8 @@ def test_a_plan_is_read_back_as_it_was_written(tmp_path_factory, document):
     except InputError:
         return
     folder = tmp_path_factory.mktemp("plan")
-    prepare(found, folder)
-    plan = read_manifest(folder)
+    prepare(found, Directory(folder))
+    plan = PlanFile(folder).read()
     assert plan == found.manifest()
     assert list(plan.digests) == list(found.digests)
     assert list(plan.settings) == list(found.settings)
@@ -384,13 +385,13 @@ def test_a_coarse_level_is_arithmetic_too():
      [[{"nothing": [1]}]]],
 )  # fmt: skip
 def test_a_plan_of_other_cases_is_one_line(tmp_path, cases):
-    prepare(design_of({"sweep": {"speed": [300, 310]}}), tmp_path)
+    prepare(design_of({"sweep": {"speed": [300, 310]}}), Directory(tmp_path))
     path = tmp_path / "campaign.json"
     data = json.loads(path.read_text()) | {"cases": cases}
     del data["seal"]
     path.write_text(json.dumps(data))
     with pytest.raises(StoreError, match="its keys are not those of a campaign"):
-        read_manifest(tmp_path)
+        PlanFile(tmp_path).read()
 
 
 def test_a_table_of_listed_cases_is_the_list():

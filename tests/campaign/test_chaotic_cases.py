@@ -32,6 +32,7 @@ from hpcwhirl.scene import (
 from hpcwhirl.scene.plain_data import to_toml
 from hpcwhirl.scene.quantities import CHAOS
 from hpcwhirl.scene.words import ENUMS, MOTION_RULES, MOTIONS
+from hpcwhirl.store.directory.states import States
 
 ASKED = {"duration": 0.8, "speed": 433.4567, "friction": 0.14868, "gap": 1.0626e-4}
 RUBBING = preset_inputs("draft") | {"traces": "summary"} | ASKED  # chaotic
@@ -111,10 +112,10 @@ def test_a_case_that_is_stopped_measures_the_same(scheme, tmp_path, monkeypatch)
     whole = Course(case).run(count)
     assert whole.row["motion"] == "chaotic"
     late = Interrupt(0.8 * count.calls)  # the case itself takes less
-    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    checkpoints = Checkpoints(States(tmp_path), 1e9, told.append)
     with pytest.raises(Stop):
         compute(case, "d", checkpoints, 1e9, late)
-    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    checkpoints = Checkpoints(States(tmp_path), 1e9, told.append)
     left = Interrupt()
     assert compute(case, "d", checkpoints, 1e9, left).row == whole.row
     assert left.calls < count.calls  # the case is not integrated again
@@ -124,7 +125,7 @@ def test_a_case_that_is_stopped_measures_the_same(scheme, tmp_path, monkeypatch)
 def test_the_limit_of_a_case_ends_its_measurement(tmp_path, monkeypatch):
     even_slices(monkeypatch)
     case, told = resolve(scene(chaos=4000.0)), []
-    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    checkpoints = Checkpoints(States(tmp_path), 1e9, told.append)
     alone = Course(resolve(scene())).run().performance["seconds"]
     with pytest.raises(LateError, match=r"100\.0% of the case"):
         compute(case, "d", checkpoints, 3.0 * alone, lambda: None)

@@ -19,8 +19,9 @@ from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.store.directory.journal import read_records
-from hpcwhirl.store.directory.manifest import MEASURE, read_manifest, write_manifest
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.manifest import MEASURE, PlanFile
 from hpcwhirl.store.directory.states import States
 
 SPEEDS = [330.0, 400.0, 430.0]  # decided at 0.4 s, not by 0.8 s, at 0.8 s
@@ -38,8 +39,8 @@ KEEP = Policy(keep_states=True)
 def run(folder, extend=None, policy=KEEP, **solver):
     document = FIRST | {"solver": FIRST["solver"] | solver}
     design = design_of(document)
-    prepare(design, folder, extend)
-    ending = run_campaign(design, folder, policy=policy)
+    prepare(design, Directory(folder), extend)
+    ending = run_campaign(design, Directory(folder), policy=policy)
     assert ending.complete
     return root_variables(folder), ending
 
@@ -77,8 +78,10 @@ def test_an_extended_campaign_is_one_that_went_on_by_itself(
     assert run(tmp_path, policy=policy)[0] == whole
     assert run(tmp_path, 0.8, policy=policy)[0] == whole
     assert made == []
-    steps = sum(r["row"]["steps"] for r in read_records(tmp_path).values() if "of" in r)
-    opened = sum("of" in record for record in read_records(tmp_path).values())
+    steps = sum(
+        r["row"]["steps"] for r in Journals(tmp_path).newest().values() if "of" in r
+    )
+    opened = sum("of" in record for record in Journals(tmp_path).newest().values())
     assert (alone < steps - opened * 20_000) == keep
 
 
@@ -86,7 +89,7 @@ def test_a_campaign_extended_twice_goes_on_from_where_it_was(tmp_path):
     run(tmp_path)
     run(tmp_path, 0.3)
     run(tmp_path, 0.8)
-    assert read_manifest(tmp_path).extended == [0.3, 0.8]
+    assert PlanFile(tmp_path).read().extended == [0.3, 0.8]
     # 0.3 s is no time that the other was asked at: what is decided then, stays
     rows = hpcwhirl.open_results(tmp_path)
     early = rows.duration.values == 0.3
@@ -95,7 +98,7 @@ def test_a_campaign_extended_twice_goes_on_from_where_it_was(tmp_path):
     for case, record in enumerate(rows.duration.values):
         asked = {"duration": float(record), "speed": float(rows.speed[case])}
         asked |= {"force": float(rows.force[case])}
-        scene = apply_settings(planned(tmp_path).base, asked)
+        scene = apply_settings(planned(PlanFile(tmp_path)).base, asked)
         row = simulate(scene).row
         for name, value in row.items():
             kept = rows[name].values[case]
@@ -122,31 +125,31 @@ def test_one_that_fails_to_go_on_keeps_its_row_and_is_told(tmp_path):
     found, ending = run(tmp_path, 0.8, told)
     assert ending.failed > 0
     assert found == first
-    progress = progress_of(tmp_path)
+    progress = progress_of(Directory(tmp_path))
     assert (progress.failed, progress.left) == (ending.failed, 0)
     # and goes on, from its state, once it may
     retry = Policy(keep_states=True, retry=frozenset({"timeout"}))
     _, ending = run(tmp_path, 0.8, retry)
     assert ending.failed == 0
-    assert progress_of(tmp_path).failed == 0
+    assert progress_of(Directory(tmp_path)).failed == 0
     assert "undecided" in set(hpcwhirl.words(hpcwhirl.open_results(tmp_path).regime))
 
 
 def test_progress_counts_what_is_still_to_go_on(tmp_path):
     run(tmp_path)
-    assert progress_of(tmp_path).left == 0
-    prepare(design_of(FIRST), tmp_path, 0.8)
-    before = progress_of(tmp_path)
+    assert progress_of(Directory(tmp_path)).left == 0
+    prepare(design_of(FIRST), Directory(tmp_path), 0.8)
+    before = progress_of(Directory(tmp_path))
     assert before.left == before.regimes["undecided"] > 0
     run(tmp_path)
-    after = progress_of(tmp_path)
+    after = progress_of(Directory(tmp_path))
     assert after.left == 0
     assert after.regimes["undecided"] < before.regimes["undecided"]
 
 
 def test_states_are_left_of_what_is_undecided_alone(tmp_path):
     run(tmp_path, 0.8)
-    rows = read_records(tmp_path)
+    rows = Journals(tmp_path).newest()
     kept = States(tmp_path).names()
     assert {rows[name]["row"]["regime"] for name in kept} == {"undecided"}
     assert all(rows[name]["longest"] == 0.8 for name in kept)
@@ -167,14 +170,14 @@ LINES = {
 @pytest.fixture(scope="module")
 def begun(tmp_path_factory):
     place = tmp_path_factory.mktemp("begun")
-    prepare(design_of(FIRST), place)
+    prepare(design_of(FIRST), Directory(place))
     return place
 
 
 @pytest.mark.parametrize("words", LINES)
 def test_a_wrong_extension_is_one_line_and_changes_nothing(words, begun, capsys):
     if "0.2" in words:
-        prepare(design_of(FIRST), begun, 0.3)
+        prepare(design_of(FIRST), Directory(begun), 0.3)
     plan = (begun / "campaign.json").read_bytes()
     assert main(["campaign", str(begun), *words.split()]) == 2
     (line,) = capsys.readouterr().err.splitlines()
@@ -187,19 +190,19 @@ def test_a_dry_run_tells_what_the_extension_costs(tmp_path, capsys):
     words = ("--extend", "undecided", "--to", "0.8", "--json", "--dry-run")
     assert main(["campaign", str(tmp_path), *words]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["left"] == progress_of(tmp_path).regimes["undecided"]
+    assert told["left"] == progress_of(Directory(tmp_path)).regimes["undecided"]
     # from 0.1 s to 0.2 s at least, to 0.8 s at most
     assert told["core_hours_most"] == pytest.approx(7 * told["core_hours"], rel=1e-2)
-    assert read_manifest(tmp_path).extended == []
+    assert PlanFile(tmp_path).read().extended == []
 
 
 def test_the_last_shard_to_go_on_has_the_results_of_all(whole, tmp_path):
     run(tmp_path)
     design, ends = design_of(FIRST), []
-    prepare(design, tmp_path, 0.8)
+    prepare(design, Directory(tmp_path), 0.8)
     for number in (1, 2):
         policy = Policy(shard=Shard(number, 2))
-        ends.append(run_campaign(design, tmp_path, policy=policy))
+        ends.append(run_campaign(design, Directory(tmp_path), policy=policy))
     assert ends[0].left > 0
     assert (ends[1].left, ends[1].failed) == (0, 0)
     assert root_variables(tmp_path) == whole
@@ -229,20 +232,20 @@ def test_a_sampled_campaign_goes_on_by_its_directory(tmp_path):
     tables = {n: t for n, t in FIRST.items() if n != "cases"}
     tables |= {"sweep": {"speed": [330.0]}, "sample": {"count": 2, "force": law}}
     design = design_of(tables)
-    prepare(design, tmp_path)
-    run_campaign(design, tmp_path)
-    before = read_manifest(tmp_path)
+    prepare(design, Directory(tmp_path))
+    run_campaign(design, Directory(tmp_path))
+    before = PlanFile(tmp_path).read()
     words = ("--extend", "undecided", "--to", "0.2", "--report", "no")
     assert main(["campaign", str(tmp_path), *words]) == 0
-    after = read_manifest(tmp_path)
+    after = PlanFile(tmp_path).read()
     assert after == replace(before, extended=[0.2])
-    prepare(design, tmp_path)
-    assert read_manifest(tmp_path) == after
+    prepare(design, Directory(tmp_path))
+    assert PlanFile(tmp_path).read() == after
 
 
 def test_a_measured_campaign_is_not_extended_without_its_function(tmp_path, capsys):
     plan = design_of(FIRST).manifest()
-    write_manifest(tmp_path, replace(plan, base=plan.base | {MEASURE: {"a": ["", ""]}}))
+    PlanFile(tmp_path).write(replace(plan, base=plan.base | {MEASURE: {"a": ["", ""]}}))
     words = ("--extend", "undecided", "--to", "0.2")
     assert main(["campaign", str(tmp_path), *words]) == 2
     assert "numbers of a user's function" in capsys.readouterr().err

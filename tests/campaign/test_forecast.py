@@ -25,8 +25,9 @@ from hpcwhirl.case.limits import step_counts
 from hpcwhirl.cli import main
 from hpcwhirl.scene import schemes
 from hpcwhirl.scene.batch_validation import end_times
-from hpcwhirl.store.directory.journal import Journal, read_records
-from hpcwhirl.store.directory.runs import write_run
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journal, Journals
+from hpcwhirl.store.directory.runs import Runs
 
 SHORT = {
     "scene": {"duration": 2e-3},
@@ -45,9 +46,9 @@ def size(folder, name):
 def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
     output = {"traces": detail, "interval": 2e-6 if detail == "orbit" else 5e-5}
     design = design_of(SHORT | {"output": output})
-    told = forecast(design, tmp_path).disk
-    prepare(design, tmp_path)
-    assert run_campaign(design, tmp_path).failed == 0
+    told = forecast(design, Directory(tmp_path)).disk
+    prepare(design, Directory(tmp_path))
+    assert run_campaign(design, Directory(tmp_path)).failed == 0
     found = size(tmp_path, "results.h5")
     assert told.results == pytest.approx(found, rel=0.03, abs=4096)  # a page of HDF5's
     assert told.traces == size(tmp_path, "traces")
@@ -57,9 +58,9 @@ def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
 def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path):
     sweep = {"traces": ["summary", "orbit", "full"], "blades": [12, 22]}
     design = design_of({**SHORT, "sweep": sweep, "output": {"interval": 5e-5}})
-    told = forecast(design, tmp_path).disk
-    prepare(design, tmp_path)
-    assert run_campaign(design, tmp_path).failed == 0
+    told = forecast(design, Directory(tmp_path)).disk
+    prepare(design, Directory(tmp_path))
+    assert run_campaign(design, Directory(tmp_path)).failed == 0
     assert told.results == pytest.approx(size(tmp_path, "results.h5"), rel=0.03)
 
 
@@ -73,16 +74,16 @@ def test_steps_of_more_kinds_than_are_asked_are_those_of_their_friction(
     design = design_of(
         SHORT | {"sweep": sweep, "engine": {"casing": casing}, "solver": solver}
     )
-    steps, whole = time_steps(design), forecast(design, tmp_path).disk
+    steps, whole = time_steps(design), forecast(design, Directory(tmp_path)).disk
     assert len(set(steps)) > 1
     for most in (11, 4):  # kinds: 12, and 4 without the speed
         monkeypatch.setattr(costs, "MOST_MODELS", most)
         assert np.array_equal(time_steps(design), steps)
-        assert forecast(design, tmp_path).disk == whole
+        assert forecast(design, Directory(tmp_path)).disk == whole
     monkeypatch.setattr(costs, "MOST_MODELS", 1)
     assert set(time_steps(design)) < set(steps)
-    prepare(design, tmp_path)
-    assert run_campaign(design, tmp_path).failed == 0
+    prepare(design, Directory(tmp_path))
+    assert run_campaign(design, Directory(tmp_path)).failed == 0
     found = size(tmp_path, "results.h5")
     assert whole.results == pytest.approx(found, rel=0.03, abs=4096)
 
@@ -112,14 +113,15 @@ def test_samples_and_spans_are_those_of_each_scene():
 
 def test_what_is_finished_is_learned_from_and_not_counted(tmp_path):
     design = design_of(SHORT | {"output": {"traces": "summary"}})
-    before = forecast(design, tmp_path)
+    before = forecast(design, Directory(tmp_path))
     assert (before.cases, before.left, before.finished) == (6, 6, 0)
     assert 0.0 < before.range[0] < before.seconds < before.range[1]  # nominal
-    prepare(design, tmp_path)
-    run_campaign(design, tmp_path)
+    prepare(design, Directory(tmp_path))
+    run_campaign(design, Directory(tmp_path))
     more = SHORT["sweep"] | {"speed": [300.0, 350.0, 410.0]}
     after = forecast(
-        design_of(SHORT | {"output": {"traces": "summary"}, "sweep": more}), tmp_path
+        design_of(SHORT | {"output": {"traces": "summary"}, "sweep": more}),
+        Directory(tmp_path),
     )
     assert (after.cases, after.left, after.finished) == (9, 3, 6)
     assert after.range[0] <= after.seconds <= after.range[1]
@@ -146,8 +148,8 @@ def finished(design, folder, rows, share=None):
 
     rows : {case: (steps, s without steps proved or -1, seconds of computing)}
     """
-    prepare(design, folder)
-    with Journal(folder, 1, 0, design.digests.identity) as journal:
+    prepare(design, Directory(folder))
+    with Journal(Journals(folder), 1, 0, design.digests.identity) as journal:
         for case, (steps, proved, seconds) in rows.items():
             record = {
                 "case": case, "digest": design.digest(case), "status": "ok",
@@ -158,7 +160,7 @@ def finished(design, folder, rows, share=None):
             journal.append(record, {})
     if share:
         own = {"rank": 0, "host": "n", "cases": len(rows), "busy": 1.0, "span": 1.0}
-        write_run(folder, 1, [own | share])
+        Runs(folder).write(1, [own | share])
 
 
 def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path):
@@ -168,7 +170,7 @@ def test_cases_that_end_early_are_expected_where_they_were_met(tmp_path):
     ends = dict.fromkeys(range(20, 40, 2), (1000, -1.0, 0.001))
     ends |= dict.fromkeys(range(0, 20, 2), (100, -1.0, 0.0001))
     finished(design, tmp_path, ends, {"beside": 0.25, "first": 0.5})
-    found = forecast(design, tmp_path)
+    found = forecast(design, Directory(tmp_path))
     assert found.left == 20
     assert found.seconds == pytest.approx(10 * 1e-3 + 10 * 1e-4, rel=0.02)
     assert found.range[1] > found.seconds
@@ -190,7 +192,7 @@ def test_what_all_would_take_to_their_end_is_of_the_steps_that_were_made(
         ends[5] = (4000, -1.0, 12e-3)  # undecided, it went on
     design = design_of(SHORT | {"output": {"traces": "summary"}, "solver": solver})
     finished(design, tmp_path, ends)
-    found = forecast(design, tmp_path)
+    found = forecast(design, Directory(tmp_path))
     left = 6 - len(ends)
     assert found.most == pytest.approx(left * 3e-3 * max(longest / 2e-3, 1.0))
     assert found.seconds < found.most
@@ -209,7 +211,7 @@ def test_a_pilot_keeps_what_it_computed_and_the_campaign_goes_on_from_it(
     words = ["campaign", str(file), "--out", str(out), "--json"]
     assert main([*words, "--pilot", "0.5"]) == 0
     told = json.loads(capsys.readouterr().out)
-    first = read_records(out)
+    first = Journals(out).newest()
     assert 0 < len(first) < 400
     assert told["learned_from"] == {"finished": len(first)}
     assert told["left"] == 400 - len(first)
@@ -220,7 +222,7 @@ def test_a_pilot_keeps_what_it_computed_and_the_campaign_goes_on_from_it(
     assert widest <= 4 * 400 / len(first)
     assert not (out / "results.h5").exists()
     assert main([*words, "--set", "duration=0.02"]) == 0
-    after = read_records(out)
+    after = Journals(out).newest()
     assert len(after) == 400
     assert all(after[name] == record for name, record in first.items())
 
@@ -336,7 +338,7 @@ def test_the_nominal_cost_of_a_step_is_that_of_its_kind(sweep, distinct, tmp_pat
     design = design_of(document)
     each = [design.predicted(case)[1] for case in range(len(design.settings))]
     assert len(set(each)) == distinct
-    found = forecast(design, tmp_path)
+    found = forecast(design, Directory(tmp_path))
     assert found.seconds == pytest.approx(sum(each))
     limits = [sum(costs.costs_of(design, share=x).nominal) for x in (0.0, 1.0)]
     assert found.range == pytest.approx(limits)

@@ -13,7 +13,8 @@ from launch import LIMIT, finish, kill, launch, pid_of, records, root_variables,
 from hpcwhirl.campaign.plan.design import load_design
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.store.directory.journal import read_records, read_traces
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journals
 
 CAMPAIGN = """
 scene = {{duration = {duration}}}
@@ -31,8 +32,8 @@ def inputs(place, speeds, duration):
 
 def undisturbed(design, place):
     """Return the root variables of a campaign computed in this process at one go."""
-    prepare(design, place / "undisturbed")
-    assert run_campaign(design, place / "undisturbed").complete
+    prepare(design, Directory(place / "undisturbed"))
+    assert run_campaign(design, Directory(place / "undisturbed")).complete
     return root_variables(place / "undisturbed")
 
 
@@ -143,12 +144,12 @@ def torn(whole, place, name, keep):
 def test_a_journal_cut_at_any_byte_is_a_prefix_of_itself(finished, tmp_path):
     out = torn(finished, tmp_path, "journal", None)
     (log,) = (out / "journal").iterdir()
-    whole, everything = log.read_bytes(), list(read_records(out).items())
+    whole, everything = log.read_bytes(), list(Journals(out).newest().items())
     assert len(everything) == 2
     counts = []
     for size in reversed(range(len(whole) + 1)):
         os.truncate(log, size)
-        left = list(read_records(out).items())
+        left = list(Journals(out).newest().items())
         assert left == everything[: len(left)]
         counts.append(len(left))
     assert counts == sorted(counts, reverse=True)
@@ -158,15 +159,15 @@ def test_a_journal_cut_at_any_byte_is_a_prefix_of_itself(finished, tmp_path):
 def test_traces_cut_at_any_byte_leave_whole_blocks_only(finished, tmp_path):
     out = torn(finished, tmp_path, "traces", None)
     (blocks,) = (out / "traces").iterdir()
-    whole, everything = blocks.read_bytes(), read_records(out)
+    whole, everything = blocks.read_bytes(), Journals(out).newest()
     names = list(everything)
     ends = [sum(everything[n]["traces"][k] for k in ("offset", "bytes")) for n in names]
     for size in reversed(range(0, len(whole) + 1, 7)):
         os.truncate(blocks, size)
-        found = read_records(out)
+        found = Journals(out).newest()
         assert list(found) == names[: sum(end <= size for end in ends)]
         for record in found.values():
-            read_traces(out, record["traces"])  # raises where one is damaged
+            Journals(out).traces(record["traces"])  # raises where one is damaged
 
 
 def test_what_was_cut_anywhere_is_completed_to_the_same_bits(finished, tmp_path):
@@ -178,7 +179,7 @@ def test_what_was_cut_anywhere_is_completed_to_the_same_bits(finished, tmp_path)
         size = path.stat().st_size
         for keep in [0, 1, size - 1, *(chance.randrange(size) for _ in range(3))]:
             out = torn(finished, tmp_path, name, keep)
-            assert run_campaign(design, out).complete
+            assert run_campaign(design, Directory(out)).complete
             assert root_variables(out) == expected
     for number, handler in handlers.items():
         signal.signal(number, handler)

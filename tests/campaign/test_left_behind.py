@@ -13,6 +13,7 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
 from hpcwhirl.launch import ALONE
 from hpcwhirl.store.atomic import YOUNG, part_of, replacing
+from hpcwhirl.store.directory.campaign_directory import Directory
 
 AGO = YOUNG + 60.0  # s
 
@@ -61,5 +62,5 @@ def test_a_note_of_a_rank_killed_as_it_began_is_removed(out, note):
     path = out / "running" / "0001-00001.log"
     path.parent.mkdir(exist_ok=True)
     path.write_bytes(note)
-    with owned(out, None, ALONE, Stopping(), None):
+    with owned(Directory(out), None, ALONE, Stopping(), None):
         assert not path.exists()

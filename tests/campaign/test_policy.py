@@ -237,8 +237,8 @@ def called(tmp_path, monkeypatch):
     (tmp_path / "c.toml").write_text(SHORT + SPEEDS + IN_FILE)
     seen = []
 
-    def instead(design, folder, _, policy, *__):
-        seen.append((design, folder, policy))
+    def instead(design, directory, _, policy, *__):
+        seen.append((design, directory.path, policy))
         return Ending(complete=True, cases=2, failed=0, results=None, left=1)
 
     monkeypatch.setattr("hpcwhirl.campaign.session.run_campaign", instead)

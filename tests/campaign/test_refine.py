@@ -29,6 +29,7 @@ from hpcwhirl.refinement.words import Attractor
 from hpcwhirl.report.map.data import Wish
 from hpcwhirl.report.map.maps import drawing_of
 from hpcwhirl.scene import preset_inputs
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results, count_statuses
 
 
@@ -515,7 +516,7 @@ def test_a_case_that_is_wanted_and_not_there_is_missing(refined, tmp_path):
         log.write_bytes(whole[: found[left][0]])
         assert main(["gather", str(folder)]) == 1
         assert count_statuses(folder / "results.h5")["missing"] > 0
-        progress = progress_of(folder)
+        progress = progress_of(Directory(folder))
         assert progress.grows
         assert progress.left > 0
 
@@ -766,12 +767,12 @@ def test_a_campaign_is_refined_further_and_nothing_else(refined, tmp_path):
         ({"scale": "linear"}, "scale = 'linear, log', got 'linear, linear'"),
     ]:
         with pytest.raises(InputError) as refused:
-            prepare(design_of(with_refine(**wrong)), folder)
+            prepare(design_of(with_refine(**wrong)), Directory(folder))
         assert why in str(refused.value)
     plain = {k: v for k, v in DOCUMENT.items() if k != "refine"}
     with pytest.raises(InputError, match="begun with"):
-        prepare(design_of(plain), folder)
-    prepare(design_of(with_refine(levels=3)), folder)
+        prepare(design_of(plain), Directory(folder))
+    prepare(design_of(with_refine(levels=3)), Directory(folder))
 
 
 def test_shards_are_refused_and_a_dry_run_tells_the_bound(tmp_path, capsys):

@@ -20,6 +20,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.report.map.data import Wish
 from hpcwhirl.report.map.maps import drawing_of
 from hpcwhirl.report.page.build import write_page
+from hpcwhirl.store.directory.campaign_directory import Directory
 
 COUNT = 3
 DOCUMENT = {
@@ -116,7 +117,7 @@ def test_credibility_is_told_by_status_map_and_page(even, tmp_path, capsys):
     assert f"twins: {line}" in capsys.readouterr().out.splitlines()
     title = drawing_of(even / "results.h5", Wish()).figure.get_suptitle()
     assert line in " ".join(title.split())
-    page = write_page(even, tmp_path / "page.html").read_text()
+    page = write_page(Directory(even), tmp_path / "page.html").read_text()
     assert line.replace("<", "\\u003c") in page
 
 
@@ -178,10 +179,10 @@ def test_status_waits_for_twins_and_failed_ones_are_told(tmp_path):
         return None if settings.get("twin") == 2 else coin(settings)
 
     folder = refined_campaign(tmp_path / "out", DOCUMENT, failing)
-    found = progress_of(folder)
+    found = progress_of(Directory(folder))
     assert (found.left, found.failed) == (0, 0)
     design = design_of(DOCUMENT)
-    ending = run_campaign(design, folder)
+    ending = run_campaign(design, Directory(folder))
     data = hpcwhirl.open_results(folder)
     twinned = int((data.twin_count.values == COUNT - 1).sum())
     assert ending.complete
@@ -192,8 +193,8 @@ def test_twins_are_asked_for_later_and_taken_back(speckled, tmp_path):
     plain = {name: table for name, table in DOCUMENT.items() if name != "twins"}
     folder = refined_campaign(tmp_path / "out", plain, coin)
     before = root_variables(folder)
-    prepare(design_of(DOCUMENT), folder)
-    assert progress_of(folder).left > 0
+    prepare(design_of(DOCUMENT), Directory(folder))
+    assert progress_of(Directory(folder)).left > 0
     refined_campaign(folder, DOCUMENT, coin)
     assert all_variables(folder) == all_variables(speckled)
     refined_campaign(folder, plain, coin)
@@ -213,8 +214,8 @@ SHORT = {
 def test_a_kill_among_cases_and_twins_changes_no_bit(tmp_path, monkeypatch):
     design = design_of(SHORT)
     for name in ("whole", "killed"):
-        prepare(design, tmp_path / name)
-    assert run_campaign(design, tmp_path / "whole").complete
+        prepare(design, Directory(tmp_path / name))
+    assert run_campaign(design, Directory(tmp_path / "whole")).complete
     total = len(records(tmp_path / "whole"))
     twins = sum("twin" in record for record in records(tmp_path / "whole"))
     assert 2 * 2 <= twins < total
@@ -222,7 +223,7 @@ def test_a_kill_among_cases_and_twins_changes_no_bit(tmp_path, monkeypatch):
     _, deaths = until_it_lives(
         monkeypatch,
         40,
-        lambda: run_campaign(design, tmp_path / "killed", policy=often),
+        lambda: run_campaign(design, Directory(tmp_path / "killed"), policy=often),
     )
     assert deaths > 3
     assert all_variables(tmp_path / "killed") == all_variables(tmp_path / "whole")

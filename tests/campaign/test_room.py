@@ -17,6 +17,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, NoRoomError, unwritable
 from hpcwhirl.store import hdf5
 from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.gather import gather
 
@@ -179,7 +180,7 @@ def test_gathering_where_a_file_may_not_grow_is_one_line(finished, tmp_path):
         f"hpcwhirl: error: cannot write {folder}/results.h5: File too large\n"
     )
     assert list(folder.glob("results*")) == []
-    assert gather(folder, {}).exists()
+    assert gather(Directory(folder), {}).exists()
 
 
 def test_a_small_file_on_a_full_disk_is_told(tmp_path, monkeypatch):

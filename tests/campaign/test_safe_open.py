@@ -13,7 +13,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.safe_open import open_regular, read_regular
 from hpcwhirl.store.directory.heartbeats import Notes, Running
-from hpcwhirl.store.directory.journal import Journal
+from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.directory.states import States
 
 pytestmark = pytest.mark.timeout(900)
@@ -89,14 +89,14 @@ def test_no_rank_writes_to_what_is_no_file(odd, tmp_path, part):
     (tmp_path / part).mkdir()
     odd(tmp_path / part / ("0001-00000." + ("log" if part == "journal" else "bin")))
     with pytest.raises(MissingFileError, match="cannot write in"):
-        Journal(tmp_path, 1, 0)
+        Journal(Journals(tmp_path), 1, 0)
 
 
 def test_no_rank_notes_what_it_does_in_what_is_no_file(odd, tmp_path):
     (tmp_path / "running").mkdir()
     odd(tmp_path / "running" / "0001-00000.log")
     with pytest.raises(MissingFileError, match="cannot write in"):
-        Running(tmp_path, 1, 0)
+        Running(Notes(tmp_path), 1, 0)
 
 
 def test_no_state_is_taken_from_what_is_no_file(odd, tmp_path):
@@ -118,8 +118,9 @@ def test_what_shows_results_may_be_a_fifo_and_nobody_waits(name, tmp_path):
     read = (
         "from pathlib import Path; from hpcwhirl.report.map.maps import wish_of; "
         "from hpcwhirl.report.page.build import is_stale; "
+        "from hpcwhirl.store.directory.campaign_directory import Directory; "
         f"place = Path({str(tmp_path)!r}); "
-        f"print(is_stale(place), wish_of(place / {name!r}))"
+        f"print(is_stale(Directory(place)), wish_of(place / {name!r}))"
     )
     ended = subprocess.run(
         [sys.executable, "-c", read], capture_output=True, text=True, timeout=600,

@@ -22,7 +22,7 @@ from hpcwhirl.report.map.maps import drawing_of
 from hpcwhirl.scene.campaign_tables import SampleTable
 from hpcwhirl.scene.laws import drawn, law_of
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.reading.shares import interval
 
 GAP = {"distribution": "uniform", "low": 1e-4, "high": 3e-4}
@@ -199,13 +199,13 @@ def test_a_directory_keeps_its_draws_whatever_scipy_draws(sampled, monkeypatch):
         "sweep": {"speed": [300.0, 410.0]},
         "sample": {"count": 4, "gap": GAP},
     }
-    begun, plain = read_manifest(sampled), Sample._unit
+    begun, plain = PlanFile(sampled).read(), Sample._unit
     monkeypatch.setattr(Sample, "_unit", lambda *_: 1.0 - plain(*_))
     assert list(design_of(tables).digests) != begun.digests
-    assert list(as_begun(design_of(tables), sampled).digests) == begun.digests
+    assert list(as_begun(design_of(tables), PlanFile(sampled)).digests) == begun.digests
     more = design_of({**tables, "sample": {"count": 8, "gap": GAP}})
     with pytest.raises(InputError, match="other draws than this version of SciPy"):
-        as_begun(more, sampled)
+        as_begun(more, PlanFile(sampled))
 
 
 def test_more_draws_continue_and_other_ones_are_refused(tmp_path):

@@ -14,8 +14,8 @@ from hpcwhirl.campaign.finalize import _ending_of
 from hpcwhirl.campaign.work import share
 from hpcwhirl.cli import main
 from hpcwhirl.launch import Shard, parse_shard
-from hpcwhirl.store.directory.journal import claim_run
-from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.manifest import PlanFile
 
 SWEPT = """
 scene = {duration = 4e-3}
@@ -62,7 +62,7 @@ def test_runs_that_begin_at_once_never_share_a_journal(tmp_path):
 
     def claim():
         barrier.wait()
-        claimed.append(claim_run(tmp_path))
+        claimed.append(Journals(tmp_path).claim_run())
 
     threads = [threading.Thread(target=claim) for _ in range(many)]
     for thread in threads:
@@ -81,7 +81,7 @@ def test_plans_written_at_once_leave_a_whole_one(tmp_path):
     def write():
         try:
             for _ in range(20):
-                write_manifest(tmp_path, plan)
+                PlanFile(tmp_path).write(plan)
         except OSError as failed:
             failures.append(failed)
 
@@ -91,7 +91,7 @@ def test_plans_written_at_once_leave_a_whole_one(tmp_path):
     for thread in writers:
         thread.join()
     assert failures == []
-    assert read_manifest(tmp_path) == plan
+    assert PlanFile(tmp_path).read() == plan
     assert [path.name for path in tmp_path.iterdir()] == ["campaign.json"]
 
 

@@ -60,7 +60,9 @@ def test_a_directory_that_cannot_be_looked_into_does_not_end_a_campaign(
 ):
     monkeypatch.setattr(stop, "LOOK_EVERY", 0.0)
     stopping = Stopping()
-    stopping.watch(tmp_path / ("x" * 300), None)  # which is an error, not an absence
+    stopping.watch(
+        tmp_path / ("x" * 300) / "STOP", None
+    )  # which is an error, not an absence
     assert not stopping()
 
 
@@ -68,7 +70,7 @@ def test_the_stop_file_is_looked_for_once_a_second(tmp_path, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     stopping, elsewhere = Stopping(), Stopping()
-    stopping.watch(tmp_path, None)
+    stopping.watch(tmp_path / "STOP", None)
     elsewhere.watch(None, None)
     (tmp_path / "STOP").touch()
     now[0] = 100.9

@@ -29,7 +29,8 @@ from hpcwhirl.planner.kinds import Grid
 from hpcwhirl.planner.neighbours import at_boundary
 from hpcwhirl.scene import apply_settings, digest
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.reading.credibility import find_credibility
 from hpcwhirl.store.reading.shares import interval, shares
 
@@ -46,8 +47,8 @@ FIRST = on_engine("mostly_damped", TABLES)
 
 def run(folder, policy=None, extend=None, **tables):
     design = design_of(FIRST | tables)
-    prepare(design, folder, extend)
-    ending = run_campaign(design, folder, policy=policy or Policy())
+    prepare(design, Directory(folder), extend)
+    ending = run_campaign(design, Directory(folder), policy=policy or Policy())
     assert ending.complete
     return all_variables(folder), ending
 
@@ -93,7 +94,7 @@ def test_draws_are_even_and_do_not_repeat():
 
 def test_a_twin_is_its_case_with_inputs_changed_a_little(whole):
     design = design_of(FIRST)
-    records = read_records(whole)
+    records = Journals(whole).newest()
     twins = [record for record in records.values() if "twin" in record]
     assert len(twins) == 9
     for record in twins:
@@ -115,8 +116,8 @@ def test_a_twin_is_its_case_with_inputs_changed_a_little(whole):
 
 def test_a_case_is_as_without_twins(whole, tmp_path):
     design = design_of({n: t for n, t in FIRST.items() if n != "twins"})
-    prepare(design, tmp_path)
-    assert run_campaign(design, tmp_path).complete
+    prepare(design, Directory(tmp_path))
+    assert run_campaign(design, Directory(tmp_path)).complete
     without, with_ = root_variables(tmp_path), root_variables(whole)
     assert "word_share" in with_
     assert {n: with_[n] for n in without} == without
@@ -124,7 +125,7 @@ def test_a_case_is_as_without_twins(whole, tmp_path):
 
 def test_the_share_of_a_word_is_that_of_its_twins(whole):
     data = hpcwhirl.open_results(whole)
-    own, records = hpcwhirl.words(data.regime), read_records(whole).values()
+    own, records = hpcwhirl.words(data.regime), Journals(whole).newest().values()
     for case in range(3):
         words = [r["row"]["regime"] for r in records
                  if r["case"] == case and "twin" in r]  # fmt: skip
@@ -235,7 +236,7 @@ def test_more_twins_are_welcome_and_none_is_computed_again(
     monkeypatch.setattr(March, "advance", counted)
     more, _ = run(tmp_path)
     assert more == all_variables(whole) != few
-    assert len(read_records(tmp_path)) == 12
+    assert len(Journals(tmp_path).newest()) == 12
     made.clear()
     again, _ = run(tmp_path, twins=FIRST["twins"] | {"count": 2})
     assert again == few
@@ -246,22 +247,29 @@ def test_progress_counts_a_case_when_its_twins_are_there(tmp_path):
     for of in ("all", "boundary"):
         folder, table = tmp_path / of, {"twins": FIRST["twins"] | {"of": of}}
         without = design_of({n: t for n, t in FIRST.items() if n != "twins"})
-        prepare(without, folder)
-        run_campaign(without, folder)
-        assert progress_of(folder).left == 0
-        prepare(design_of(FIRST | table), folder)
+        prepare(without, Directory(folder))
+        run_campaign(without, Directory(folder))
+        assert progress_of(Directory(folder)).left == 0
+        prepare(design_of(FIRST | table), Directory(folder))
         words = hpcwhirl.words(hpcwhirl.open_results(folder).regime)
         differ = words[:-1] != words[1:]
         edge = np.r_[differ, False] | np.r_[False, differ]
-        assert progress_of(folder).left == (3 if of == "all" else edge.sum()) > 0
+        assert (
+            progress_of(Directory(folder)).left
+            == (3 if of == "all" else edge.sum())
+            > 0
+        )
         run(folder, **table)
-        assert (progress_of(folder).left, progress_of(folder).done) == (0, 3)
+        assert (
+            progress_of(Directory(folder)).left,
+            progress_of(Directory(folder)).done,
+        ) == (0, 3)
 
 
 def test_another_seed_is_refused_and_told_in_results(whole):
     other = FIRST | {"twins": FIRST["twins"] | {"seed": 1}}
     with pytest.raises(InputError, match=r"was begun with \[twins\] seed = 0, got 1"):
-        prepare(design_of(other), whole)
+        prepare(design_of(other), Directory(whole))
     facts = hpcwhirl.open_results(whole).attrs
     assert (facts["twins_seed"], facts["twins_count"], facts["twins_of"]) == (
         0, 3, "all",
@@ -271,16 +279,18 @@ def test_another_seed_is_refused_and_told_in_results(whole):
 def test_another_spread_is_refused(whole):
     other = FIRST | {"twins": FIRST["twins"] | {"spread": {"force": 0.1}}}
     with pytest.raises(InputError, match=r"was begun with \[twins\] spread = "):
-        prepare(design_of(other), whole)
+        prepare(design_of(other), Directory(whole))
 
 
 def test_a_twin_that_fails_is_told_and_counts_for_nothing(tmp_path, monkeypatch):
     even_slices(monkeypatch)  # a case of one slice is never late
     late = Policy(case_limit=1e-9)
     design = design_of(FIRST)
-    prepare(design, tmp_path)
-    run_campaign(design_of({n: t for n, t in FIRST.items() if n != "twins"}), tmp_path)
-    ending = run_campaign(design, tmp_path, policy=late)
+    prepare(design, Directory(tmp_path))
+    run_campaign(
+        design_of({n: t for n, t in FIRST.items() if n != "twins"}), Directory(tmp_path)
+    )
+    ending = run_campaign(design, Directory(tmp_path), policy=late)
     assert ending.failed == 3
     data = hpcwhirl.open_results(tmp_path)
     assert (hpcwhirl.words(data.status) == "ok").all()

@@ -16,6 +16,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction import model as models
 from hpcwhirl.scene import apply_settings, digest, named_scene
+from hpcwhirl.store.directory.campaign_directory import Directory
 
 PARTS = ("given", "own", "reduced", "model", "step", "scene", "plan", "lean", "cost")
 ASKED = {"accuracy": 1e-2, "truncation": 0.3}
@@ -139,8 +140,8 @@ def test_a_campaign_resolves_each_of_its_cases_once(tmp_path, monkeypatch):
     )
     design, folder = load_design(tmp_path / "c.toml", {}), tmp_path / "out"
     before = built()
-    prepare(design, folder)
-    assert run_campaign(design, folder).complete
+    prepare(design, Directory(folder))
+    assert run_campaign(design, Directory(folder)).complete
     assert [s.speed for s in told] == [300, 340, 380, 420, 460, 500]
     assert built() <= before + 1
 

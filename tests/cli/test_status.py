@@ -20,10 +20,12 @@ from hpcwhirl.cli import main
 from hpcwhirl.cli import status as status_command
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.scene.quantities import SHARES
-from hpcwhirl.store.directory.heartbeats import Running
-from hpcwhirl.store.directory.journal import Journal, claim_run
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.heartbeats import Notes, Running
+from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.directory.lines import sealed
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.directory.runs import Runs
 
 BEGUN = 1.7e9  # s since 1970
 LENGTHS = [4.0, 3.0, 2.0, 1.0, 1.0, 1.0]  # engine time of the cases, s
@@ -42,8 +44,11 @@ def record(case, ended, seconds, status="ok"):
 @pytest.fixture
 def folder(tmp_path):
     """Two ranks from BEGUN on: 10 s for each second of engine time; the first idles."""
-    write_manifest(tmp_path, PLAN)
-    with Journal(tmp_path, 1, 0) as zero, Journal(tmp_path, 1, 1) as one:
+    PlanFile(tmp_path).write(PLAN)
+    with (
+        Journal(Journals(tmp_path), 1, 0) as zero,
+        Journal(Journals(tmp_path), 1, 1) as one,
+    ):
         zero.append(record(0, 40.0, 40.0), {})
         zero.append(record(2, 80.0, 20.0), {})
         one.append(record(1, 30.0, 30.0, "failed"), {})
@@ -51,7 +56,7 @@ def folder(tmp_path):
 
 
 def test_counts_are_those_of_the_journals(folder):
-    found = progress_of(folder, BEGUN + 90.0)
+    found = progress_of(Directory(folder), BEGUN + 90.0)
     assert (found.cases, found.done, found.failed, found.left) == (6, 2, 1, 3)
     assert found.regimes == {"damped": 2}
     assert found.idle_for == pytest.approx(10.0)
@@ -59,7 +64,7 @@ def test_counts_are_those_of_the_journals(folder):
 
 
 def test_rate_time_and_core_hours_left_follow_from_what_was_computed(folder):
-    found = progress_of(folder, BEGUN + 90.0)
+    found = progress_of(Directory(folder), BEGUN + 90.0)
     assert found.rate == pytest.approx(3600 * (2 / 80 + 1 / 30))
     assert found.eta == pytest.approx(3.0 / (6 / 80 + 3 / 30))
     assert found.core_hours == pytest.approx(90 / 3600)
@@ -67,22 +72,24 @@ def test_rate_time_and_core_hours_left_follow_from_what_was_computed(folder):
 
 
 def test_the_kernel_share_is_the_share_of_time_in_the_kernel(folder):
-    assert progress_of(folder).kernel_share == pytest.approx((60 + 30) / (80 + 30))
+    assert progress_of(Directory(folder)).kernel_share == pytest.approx(
+        (60 + 30) / (80 + 30)
+    )
 
 
 def test_ranks_of_an_earlier_run_do_not_count_for_the_rate(folder):
-    with Journal(folder, 2, 0) as journal:
+    with Journal(Journals(folder), 2, 0) as journal:
         journal.append(record(3, 5010.0, 10.0), {})
         journal.append(record(4, 5030.0, 20.0), {})
-    found = progress_of(folder, BEGUN + 5030.0)
+    found = progress_of(Directory(folder), BEGUN + 5030.0)
     assert found.ranks == 1
     assert found.rate == pytest.approx(3600 * 2 / 30)
     assert found.core_hours == pytest.approx(120 / 3600)
 
 
 def test_what_no_journal_tells_is_not_made_up(tmp_path):
-    write_manifest(tmp_path, PLAN)
-    found = progress_of(tmp_path)
+    PlanFile(tmp_path).write(PLAN)
+    found = progress_of(Directory(tmp_path))
     assert found.left == 6
     assert found.rate is found.eta is found.kernel_share is found.idle_for is None
     assert found.core_hours_left is None
@@ -91,10 +98,10 @@ def test_what_no_journal_tells_is_not_made_up(tmp_path):
 
 def test_the_step_sets_the_time_left_and_no_step_no_weights(tmp_path):
     plan = plan_of(BASE | {"solver.accuracy": 0.01}, PLAN.swept, SETTINGS)
-    write_manifest(tmp_path, plan)
-    with Journal(tmp_path, 1, 0) as journal:
+    PlanFile(tmp_path).write(plan)
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append(record(0, 40.0, 40.0) | {"digest": plan.digests[0]}, {})
-    assert progress_of(tmp_path).eta == pytest.approx(5 * 40.0)
+    assert progress_of(Directory(tmp_path)).eta == pytest.approx(5 * 40.0)
 
 
 def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
@@ -108,14 +115,14 @@ def test_status_tells_in_words_what_it_tells_in_json(folder, capsys, facts):
 
 @pytest.mark.parametrize("extended", [[], [9.0]], ids=["plain", "extended"])
 def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, extended, capsys):
-    write_manifest(folder, replace(PLAN, extended=extended))
+    PlanFile(folder).write(replace(PLAN, extended=extended))
     unstable = record(5, 60.0, 1.0)
     unstable["row"] = {"regime": "none", "outcome": "unstable"}
-    with Journal(folder, 2, 0) as journal:
+    with Journal(Journals(folder), 2, 0) as journal:
         journal.append(record(3, 50.0, 1.0, "timeout"), {})
         journal.append(record(4, 55.0, 1.0, "crashed"), {})
         journal.append(unstable, {})
-    found = progress_of(folder, BEGUN + 90.0)
+    found = progress_of(Directory(folder), BEGUN + 90.0)
     assert found.statuses == {
         "ok": 2, "failed": 1, "timeout": 1, "crashed": 1, "unstable": 1
     }  # fmt: skip
@@ -128,31 +135,31 @@ def test_cases_are_counted_by_status_and_unstable_ones_apart(folder, extended, c
 
 def test_what_ranks_compute_is_told_until_it_has_ended(folder, capsys, facts):
     before = time.time()
-    with Running(folder, 2, 0) as zero, Running(folder, 2, 3) as three:
+    with Running(Notes(folder), 2, 0) as zero, Running(Notes(folder), 2, 3) as three:
         zero.begin([PLAN.digests[3]])
         three.begin([PLAN.digests[4], PLAN.digests[5], "of another plan"])
         now = time.time()
-        first, second = progress_of(folder, now + 50.0).running
+        first, second = progress_of(Directory(folder), now + 50.0).running
         assert (first.rank, first.cases, first.died) == (0, [3], False)
         assert (second.rank, second.cases) == (3, [4, 5])
         assert first.host == socket.gethostname()
         assert before <= first.since <= second.since <= now
         assert first.seconds == pytest.approx(now + 50.0 - first.since)
         ended = record(4, time.time() + 1.0 - BEGUN, 1.0)
-        with Journal(folder, 2, 3) as journal:
+        with Journal(Journals(folder), 2, 3) as journal:
             journal.append(ended, {})
         found = facts("status", str(folder), "--json")
         assert [one["cases"] for one in found["running"]] == [[3], [5]]
         assert main(["status", str(folder)]) == 0
         told = capsys.readouterr().out
         assert "running: rank 0 case 3 for 0 s; rank 3 case 5 for 0 s\n" in told
-    assert progress_of(folder).running == []
+    assert progress_of(Directory(folder)).running == []
 
 
 def test_a_case_that_is_tried_again_is_running_although_it_has_a_result(folder):
-    with Running(folder, 2, 0) as running:
+    with Running(Notes(folder), 2, 0) as running:
         running.begin([PLAN.digests[1]])
-        assert [one.cases for one in progress_of(folder).running] == [[1]]
+        assert [one.cases for one in progress_of(Directory(folder)).running] == [[1]]
 
 
 def test_notes_of_dead_processes_are_told_apart_and_foreign_ones_believed(
@@ -173,7 +180,7 @@ def test_notes_of_dead_processes_are_told_apart_and_foreign_ones_believed(
         note = sealed({"rank": rank, **who})
         (folder / f"running/0001-{rank:05d}.log").write_bytes(note)
     (folder / "running/0001-00009.log").write_bytes(note[:-5])  # torn
-    found = {one.rank: one.died for one in progress_of(folder).running}
+    found = {one.rank: one.died for one in progress_of(Directory(folder)).running}
     assert found == {0: True, 1: False, 2: False}
     assert main(["status", str(folder)]) == 0
     told = capsys.readouterr().out
@@ -181,7 +188,7 @@ def test_notes_of_dead_processes_are_told_apart_and_foreign_ones_believed(
 
 
 def test_of_many_ranks_those_at_work_for_longest_are_shown(tmp_path, capsys):
-    write_manifest(tmp_path, PLAN)
+    PlanFile(tmp_path).write(PLAN)
     (tmp_path / "running").mkdir()
     for rank in range(20):
         note = {
@@ -205,7 +212,7 @@ def finish_one(folder, left):
     def sleep(seconds):
         assert seconds == 0.5
         case = left.pop(0)
-        with Journal(folder, 2, 0) as journal:
+        with Journal(Journals(folder), 2, 0) as journal:
             journal.append(record(case, 100.0 + case, 1.0), {})
 
     return sleep
@@ -249,7 +256,7 @@ def test_a_campaign_that_its_file_keeps_stopped_says_so(folder, capsys, facts):
     assert main(["status", str(folder)]) == 0
     assert "stopped: STOP\n" in capsys.readouterr().out
     assert facts("status", str(folder), "--json")["stopped"] == "STOP"
-    with Running(folder, 2, 0) as zero:
+    with Running(Notes(folder), 2, 0) as zero:
         zero.begin([PLAN.digests[3]])
         assert main(["status", str(folder)]) == 0
         assert "stopping: STOP\n" in capsys.readouterr().out
@@ -257,16 +264,16 @@ def test_a_campaign_that_its_file_keeps_stopped_says_so(folder, capsys, facts):
 
 def test_the_last_run_says_why_it_stopped_and_no_other_does(folder, capsys):
     tally = Tally(busy=1.0, span=2.0, cases=1)
-    keep_shares(folder, 1, tally, stopped="signal USR1")
+    keep_shares(Runs(folder), 1, tally, stopped="signal USR1")
     assert main(["status", str(folder)]) == 0
     assert "stopped: signal USR1\n" in capsys.readouterr().out
-    keep_shares(folder, 1, tally, stopped=f"{folder / 'STOP'} is there")
-    assert progress_of(folder).stopped == "STOP, removed since"
-    with Running(folder, 1, 0) as zero:
+    keep_shares(Runs(folder), 1, tally, stopped=f"{folder / 'STOP'} is there")
+    assert progress_of(Directory(folder)).stopped == "STOP, removed since"
+    with Running(Notes(folder), 1, 0) as zero:
         zero.begin([PLAN.digests[3]])
-        assert progress_of(folder).stopped == ""
-    claim_run(folder)  # which was killed
-    assert progress_of(folder).stopped == ""
+        assert progress_of(Directory(folder)).stopped == ""
+    Journals(folder).claim_run()  # which was killed
+    assert progress_of(Directory(folder)).stopped == ""
 
 
 def test_busy_means_one_thing_and_is_what_results_call_so(folder, capsys):
@@ -283,7 +290,7 @@ def test_busy_means_one_thing_and_is_what_results_call_so(folder, capsys):
 def test_a_page_of_other_words_is_called_stale(finished, tmp_path, capsys, facts):
     out = tmp_path / "out"
     shutil.copytree(finished, out)
-    write_page(out)
+    write_page(Directory(out))
     assert facts("status", str(out), "--json")["stale"] == ""
     page = (out / "report.html").read_text()
     other = re.sub(

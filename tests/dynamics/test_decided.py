@@ -13,6 +13,7 @@ from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.scene.quantities import BLADES
+from hpcwhirl.store.directory.states import States
 
 LASTING = {"until": "decided", "longest": 1.3}
 
@@ -119,7 +120,7 @@ def test_a_case_stopped_again_and_again_has_the_same_bits(
 ):
     even_slices(monkeypatch)
     case = resolve(scene(**LASTING | settings))
-    whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, int)
+    whole = compute(case, "d", Checkpoints(States(tmp_path), 1e9, print), 1e9, int)
     result, stops = stopped_again_and_again(case, tmp_path, 12)
     assert stops > 2
     assert_same(result, whole)

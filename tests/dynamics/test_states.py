@@ -69,10 +69,10 @@ def test_a_case_that_left_its_symmetry_goes_on_with_all_sectors(tmp_path):
     march = March(case)
     march.unfold()  # as after many touchdowns
     march.advance(400)
-    Checkpoints(tmp_path, 600.0, told.append).save("d", march)
+    Checkpoints(States(tmp_path), 600.0, told.append).save("d", march)
     other = March(case)
     assert other.lean.model.folds == 2
-    Checkpoints(tmp_path, 600.0, told.append).take_up("d", other)
+    Checkpoints(States(tmp_path), 600.0, told.append).take_up("d", other)
     assert other.steps == 400
     assert_same_bits(ended(other), ended(march))
     assert not told
@@ -124,7 +124,9 @@ def test_a_damaged_state_is_never_taken(tmp_path):
 def test_no_step_of_a_stopped_case_is_computed_twice(tmp_path, steps_of, monkeypatch):
     even_slices(monkeypatch)
     case = resolve(scene(duration=0.05, interval=1e-4))
-    whole = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
+    whole = compute(
+        case, "d", Checkpoints(States(tmp_path), 1e9, print), 1e9, lambda: None
+    )
     made = steps_of()
     result, stops = stopped_again_and_again(case, tmp_path, 2)
     assert stops > 3
@@ -138,11 +140,11 @@ def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, steps_o
     case, told = resolve(scene()), []
     march = March(case)
     march.advance(700)
-    Checkpoints(tmp_path, 1e9, told.append).save("d", march)
+    Checkpoints(States(tmp_path), 1e9, told.append).save("d", march)
     path = tmp_path / "states/d.state"
     path.write_bytes(path.read_bytes()[:-1])
     made = steps_of()
-    checkpoints = Checkpoints(tmp_path, 1e9, told.append)
+    checkpoints = Checkpoints(States(tmp_path), 1e9, told.append)
     compute(case, "d", checkpoints, 1e9, lambda: None)
     (line,) = told
     assert "it is damaged: the case starts anew" in line
@@ -153,7 +155,7 @@ def test_a_damaged_state_costs_a_line_and_the_case_begins_anew(tmp_path, steps_o
 def test_states_that_cannot_be_written_are_told_once(tmp_path):
     told: list[str] = []
     checkpoints, march = (
-        Checkpoints(tmp_path, 1e9, told.append),
+        Checkpoints(States(tmp_path), 1e9, told.append),
         March(resolve(scene())),
     )
     march.advance(10)
@@ -169,7 +171,7 @@ def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypa
     monkeypatch.setattr(
         Checkpoints, "save", lambda *of: (saved.append(of[2].seconds), save(*of))
     )
-    checkpoints = Checkpoints(tmp_path, 0.02, print)
+    checkpoints = Checkpoints(States(tmp_path), 0.02, print)
     case = resolve(scene(duration=0.2, interval=1e-3))
     compute(case, "d", checkpoints, 1e9, lambda: None)
     assert saved
@@ -178,18 +180,20 @@ def test_a_state_is_kept_now_and_then_by_the_case_s_own_clock(tmp_path, monkeypa
 
 def test_a_case_beyond_its_limit_goes_on_with_a_greater_one(tmp_path, steps_of):
     case = resolve(scene(duration=0.2, interval=1e-3))
-    checkpoints = Checkpoints(tmp_path, 1e9, print)
+    checkpoints = Checkpoints(States(tmp_path), 1e9, print)
     with pytest.raises(LateError, match=r"more than 0\.01 s of computing"):
         compute(case, "d", checkpoints, 0.01, lambda: None)
     assert States(tmp_path).names() == {"d"}
     made = steps_of()
-    result = compute(case, "d", Checkpoints(tmp_path, 1e9, print), 1e9, lambda: None)
+    result = compute(
+        case, "d", Checkpoints(States(tmp_path), 1e9, print), 1e9, lambda: None
+    )
     assert 0 < sum(made) < 100_000 == result.row["steps"]
     assert result.performance["seconds"] > 0.01
 
 
 def test_only_a_process_that_dies_leaves_word_of_what_it_computed(tmp_path):
-    with Running(tmp_path, 1, 0) as running:
+    with Running(Notes(tmp_path), 1, 0) as running:
         running.begin(["a", "b" * 64, "c"])
         assert Notes(tmp_path).crashes() == {"a": 1, "b" * 64: 1, "c": 1}
         running.begin(["d"])
@@ -198,7 +202,7 @@ def test_only_a_process_that_dies_leaves_word_of_what_it_computed(tmp_path):
     for run in (2, 3):  # in processes that die, and take nothing back
         died = os.fork()
         if died == 0:
-            Running(tmp_path, run, 1).__enter__().begin(["e", "f"])
+            Running(Notes(tmp_path), run, 1).__enter__().begin(["e", "f"])
             os._exit(0)
         os.waitpid(died, 0)
     (tmp_path / "running/0004-00000.log").write_bytes(b"")

@@ -35,7 +35,7 @@ from hpcwhirl.reduction.waves import turning_matrices, unbalance_speeds
 from hpcwhirl.scene import Scene, apply_settings, content_digest, digest, flatten
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.scene.quantities import INPUTS
-from hpcwhirl.store.directory.manifest import check_same, read_manifest, write_manifest
+from hpcwhirl.store.directory.manifest import PlanFile
 
 SMALL = {
     "rotation": "full", "blades": 5, "rotor.elements": 2, "modes": 10, "harmonics": 4,
@@ -403,17 +403,17 @@ def test_a_campaign_from_before_there_was_an_unbalance_goes_on(tmp_path):
     tables = {"engine": {"rotation": "full"}, "sweep": {"speed": [300.0, 410.0]}}
     new = Design.of(tables).manifest()
     base = {n: v for n, v in new.base.items() if not n.startswith("unbalance")}
-    write_manifest(tmp_path, replace(new, base=base))
-    old = read_manifest(tmp_path)
+    PlanFile(tmp_path).write(replace(new, base=base))
+    old = PlanFile(tmp_path).read()
     assert not any(name.startswith("unbalance") for name in old.base)
     assert list(old.digests) == list(new.digests)
     assert old.digests.identity == new.digests.identity
-    check_same(old, new, tmp_path)
+    PlanFile(tmp_path).check_same(old, new)
     wider = tables | {"sweep": tables["sweep"] | {"unbalance": [0.0, 1e-3]}}
-    check_same(old, Design.of(wider).manifest(), tmp_path)
+    PlanFile(tmp_path).check_same(old, Design.of(wider).manifest())
     heavy = Design.of(tables, {"unbalance": 1e-3}).manifest()
     with pytest.raises(InputError, match="begun with unbalance = 0"):
-        check_same(old, heavy, tmp_path)
+        PlanFile(tmp_path).check_same(old, heavy)
 
 
 @pytest.mark.parametrize(("unbalance", "word"), [(4e-3, "damped"), (1e-2, "sustained")])

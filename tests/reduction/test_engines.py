@@ -32,6 +32,7 @@ from hpcwhirl.scene import (
     scene_from,
     to_toml,
 )
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.structure import bladed_disk
@@ -374,8 +375,8 @@ def test_a_campaign_refuses_to_continue_with_another_content(exported, tmp_path,
     }
     files = {"engine": {"file": path}, "sweep": {"engine.file": [path]}}
     document[table] |= files[table]
-    prepare(design_of(document), tmp_path / "out")
-    prepare(design_of(document), tmp_path / "out")
+    prepare(design_of(document), Directory(tmp_path / "out"))
+    prepare(design_of(document), Directory(tmp_path / "out"))
     with h5py.File(path, "r+") as file:
         file["rotor/stiffness"][0, 0] *= 1.01
     text = refusal(prepare, design_of(document), tmp_path / "out")
@@ -537,8 +538,8 @@ def test_mistuning_may_be_swept_and_is_kept_in_the_results(tmp_path):
     engine, solver = {"rotor": {"blades": 3}}, {"modes": 15}
     design = design_of({"engine": engine, "solver": solver, "sweep": sweep})
     assert [list(s.engine.rotor.mistuning) for s in design.scenes] == lists
-    prepare(design, tmp_path)
-    data = open_results(gather(tmp_path, {}))
+    prepare(design, Directory(tmp_path))
+    data = open_results(gather(Directory(tmp_path), {}))
     assert data["rotor_mistuning"].to_numpy().tolist() == [
         "[0.0, 0.0, 0.1]", "[0.0, 0.2, 0.0]",
     ]  # fmt: skip

@@ -21,6 +21,7 @@ from hpcwhirl.report.page.data import page_data
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.quantities import ROW, STATUS
 from hpcwhirl.scene.words import REGIMES, word_of
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -67,7 +68,7 @@ def made(tmp_path_factory):
 @pytest.fixture
 def page(chromium, made):
     """Return the driver on a fresh page of `made`."""
-    return opened(chromium, write_page(made))
+    return opened(chromium, write_page(Directory(made)))
 
 
 def opened(driver, path):
@@ -219,7 +220,7 @@ def refined(tmp_path_factory):
 
 
 def test_a_refined_map_is_filled_as_map_png_is(chromium, refined):
-    page = opened(chromium, write_page(refined))
+    page = opened(chromium, write_page(Directory(refined)))
     boxes = page.execute_script(
         "return Array.from(document.querySelectorAll('#map [aria-label=rect] rect'), "
         "(r) => ['x', 'y', 'width', 'height'].map((n) => Number(r.getAttribute(n))))"
@@ -255,7 +256,7 @@ def test_a_refined_map_is_filled_as_map_png_is(chromium, refined):
 def test_folds_of_branches_are_a_table_below_the_map(chromium, tmp_path):
     sweep = {"sweep": {"speed": [300.0, 320.0, 340.0]}, "branch": {"over": "speed"}}
     folder = made_up.campaign(tmp_path / "out", sweep)
-    page = opened(chromium, write_page(folder))
+    page = opened(chromium, write_page(Directory(folder)))
     with Results(folder) as results:
         (table,) = page_data(results).facts["tables"]
     shown = page.execute_script(
@@ -280,7 +281,7 @@ def test_a_narrow_page_is_one_column_with_the_case_below_the_map(page):
 
 
 def test_what_a_preset_loses_is_one_line_until_asked(chromium, refined):
-    page = opened(chromium, write_page(refined))
+    page = opened(chromium, write_page(Directory(refined)))
     line = text_of(page, "#preset")
     assert line.startswith("preset draft: ")
     assert line.endswith("(more)")
@@ -341,7 +342,7 @@ def test_a_thousand_cases_are_named_as_python_names_them(chromium, tmp_path):
     folder = made_up.campaign(
         tmp_path / "out", {"sweep": {"speed": speeds, "gap": [1e-4, 2e-4]}}
     )
-    page, found = opened(chromium, write_page(folder)), rows(folder)
+    page, found = opened(chromium, write_page(Directory(folder))), rows(folder)
     page.execute_script("document.getElementById('limits').open = true")
     random, words = np.random.default_rng(5), set()
     for _ in range(6):
@@ -499,7 +500,7 @@ def test_what_twins_doubt_is_pale_told_and_listed_and_units_are_practical(
         "twins": {"count": 4, "spread": {"force": 1e-6}, "sure": 0.9},
     }
     folder = made_up.refined_campaign(tmp_path / "out", document, field)
-    page = opened(chromium, write_page(folder))
+    page = opened(chromium, write_page(Directory(folder)))
     cells_ = page.find_elements("css selector", "#map rect[data-case]")
     pale = {int(c.get_attribute("data-case")) for c in cells_
             if "unsure" in c.get_attribute("class").split()}  # fmt: skip
@@ -528,7 +529,7 @@ def test_markup_in_inputs_is_text(chromium, tmp_path, name):
     folder = made_up.campaign(
         tmp_path / "out", document, messages={1: f"{HURT}{SCRIPT}"}
     )
-    page = opened(chromium, write_page(folder))
+    page = opened(chromium, write_page(Directory(folder)))
     click(page, 1)
     assert page.execute_script("return window.hurt ?? null") is None
     assert page.find_elements("css selector", "img, iframe, object, embed") == []
@@ -559,7 +560,7 @@ def test_what_has_no_traces_or_no_result_says_so(chromium, tmp_path):
     folder = made_up.campaign(
         tmp_path / "out", {"sweep": {"speed": [1, 2]}}, messages={0: "a", 1: "b"}
     )
-    page = opened(chromium, write_page(folder))
+    page = opened(chromium, write_page(Directory(folder)))
     assert set(cells(page).values()) == {("failed", "none")}
     assert text_of(page, "#case .message") == "a"
     assert "No result" in text_of(page, "#case .note")

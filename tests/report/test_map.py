@@ -22,6 +22,7 @@ from hpcwhirl.report.map.axes import cell_edges, straight
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
 from hpcwhirl.scene.words import SHOWN, word_of
+from hpcwhirl.store.directory.campaign_directory import Directory
 
 MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 2e-5]}"  # above the limit
 RANDOM = np.random.default_rng(3)
@@ -159,7 +160,7 @@ def test_a_third_input_becomes_panels(made):
 def test_words_of_the_picture_are_those_of_status(campaign):
     code, folder = campaign("sweep = {speed = [300, 350, 410], gap = [1e-4, 2e-4]}")
     assert code == 0
-    assert in_artists(drawn(folder).figure) == progress_of(folder).regimes
+    assert in_artists(drawn(folder).figure) == progress_of(Directory(folder)).regimes
 
 
 def test_both_files_are_written_and_told(made, tmp_path, capsys):

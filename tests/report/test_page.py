@@ -26,6 +26,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.report.page import build, data, thin
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading import results_file
 from hpcwhirl.store.reading.results_file import Results
 
@@ -84,7 +85,7 @@ def test_the_command_of_a_case_has_its_digest(tmp_path, document):
 
 
 def page_of(folder):
-    return build.write_page(folder).read_text(encoding="utf-8")
+    return build.write_page(Directory(folder)).read_text(encoding="utf-8")
 
 
 def composed(facts, plan, case):
@@ -263,16 +264,16 @@ def test_few_cases_of_traces_are_in_memory_at_a_time(tmp_path, monkeypatch):
 
 
 def test_a_page_knows_when_its_words_are_old(made_copy, capsys):
-    assert not build.is_stale(made_copy)  # there is none yet
-    path = build.write_page(made_copy)
-    assert not build.is_stale(made_copy)
+    assert not build.is_stale(Directory(made_copy))  # there is none yet
+    path = build.write_page(Directory(made_copy))
+    assert not build.is_stale(Directory(made_copy))
     assert main(["classify", str(made_copy), "--set", "rise=0.01"]) == 0
     assert f"hpcwhirl report {made_copy}" in capsys.readouterr().err
-    assert build.is_stale(made_copy)
+    assert build.is_stale(Directory(made_copy))
     assert main(["report", str(made_copy)]) == 0
-    assert not build.is_stale(made_copy)
+    assert not build.is_stale(Directory(made_copy))
     path.write_text("no page", encoding="utf-8")
-    assert build.is_stale(made_copy)
+    assert build.is_stale(Directory(made_copy))
 
 
 @pytest.fixture
@@ -317,7 +318,7 @@ def test_report_of_no_campaign_is_one_line(tmp_path, capsys):
 def test_a_campaign_leaves_its_page_beside_the_map(finished):
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert told(page)["cases"] == 2
-    assert not build.is_stale(finished)
+    assert not build.is_stale(Directory(finished))
 
 
 @pytest.mark.parametrize(("wish", "most", "there"), [
@@ -330,7 +331,7 @@ def test_a_page_is_written_unasked_where_it_is_cheap(
     folder = made_up.campaign(tmp_path / "out", {"sweep": {"speed": [1, 2]}})
     args = argparse.Namespace(out=folder, report=wish)
     ended = Ending(complete=True, cases=2, failed=0, results=folder / "results.h5")
-    assert bool(campaign._pages(args, ended)) == there
+    assert bool(campaign._pages(args, ended, Directory(folder))) == there
     assert (folder / "report.html").exists() == there
     told_so = "no report.html: 2 cases, more than 1" in capsys.readouterr().err
     assert told_so == (wish == "auto" and not there)

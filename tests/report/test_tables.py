@@ -9,6 +9,7 @@ import pytest
 from hpcwhirl.cli import main
 from hpcwhirl.report.page.build import write_page
 from hpcwhirl.report.page.data import page_data
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 
 FORCES = [float(force) for force in range(10_000, 90_000, 10_000)]
@@ -37,7 +38,7 @@ def made(tmp_path):
 
 
 def tables_in(folder):
-    page = write_page(folder).read_text()
+    page = write_page(Directory(folder)).read_text()
     block = re.search(r'id="facts">(.*?)</script>', page, re.DOTALL)
     return json.loads(block[1])["tables"]
 

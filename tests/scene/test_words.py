@@ -13,6 +13,7 @@ from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene import words
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.reading.results_file import Results, count_statuses, words_in
 from hpcwhirl.store.results.gather import gather
@@ -68,7 +69,7 @@ LOST = ("unstable", "none", "none")
 def older(tmp_path):
     """Return results of a version that had other regimes, in another order."""
     begin(tmp_path, one_interval=True)
-    path = gather(tmp_path, {})
+    path = gather(Directory(tmp_path), {})
     with h5py.File(path, "r+") as file:
         file["regime"].attrs["flag_values"] = np.arange(3, dtype="i1")
         file["regime"].attrs["flag_meanings"] = np.bytes_("none drifting damped")
@@ -87,7 +88,9 @@ def test_words_are_those_of_the_files_own_table(older):
 def test_an_older_file_takes_new_words_with_their_table(older, monkeypatch, at_once):
     monkeypatch.setattr("hpcwhirl.store.results.relabel.AT_ONCE", at_once)
     changes = relabel(
-        older, lambda n: rules.words_by_table(n, asdict(Thresholds())), {}
+        Directory(older.parent),
+        lambda n: rules.words_by_table(n, asdict(Thresholds())),
+        {},
     )
     was, now = zip(*changes.elements(), strict=True)
     assert sorted(old[1] for old in was) == ["damped", "drifting", "drifting"]
@@ -118,7 +121,7 @@ def test_a_word_of_no_table_is_not_written(older):
 
     before = older.read_bytes()
     with pytest.raises(StoreError, match="flying, which this version does not know"):
-        relabel(older, alien, {})
+        relabel(Directory(older.parent), alien, {})
     assert older.read_bytes() == before
 
 

@@ -21,7 +21,8 @@ from specimen import begin
 from hpcwhirl.cli import main
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import INPUTS, TRACES, variable_name
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.layout import CONVENTIONS
 
@@ -53,7 +54,9 @@ def made(tmp_path_factory):
     for name, one in (("full", True), ("sampled", False)):  # with a missing case
         (place / name).mkdir()
         begin(place / name, one_interval=one)
-        found[name] = gather(place / name, {"version": "0"}, compress=3 * one)
+        found[name] = gather(
+            Directory(place / name), {"version": "0"}, compress=3 * one
+        )
     sweep = {"speed": [100.0, 300.0, 500.0], "gap": [1e-4, 2e-4]}
     rule = {"over": ["speed", "gap"], "levels": 2, "first": "draft"}
     document = {"sweep": sweep, "refine": rule | {"confirm": "standard"}}
@@ -91,8 +94,8 @@ def test_every_variable_has_a_unit_and_a_meaning(made):
 
 def test_whatever_can_be_swept_has_the_unit_of_the_table(tmp_path):
     names, base = [*INPUTS], flatten(Scene())
-    write_manifest(tmp_path, plan_of(base, names, [base]))
-    told = variables(gather(tmp_path, {}))
+    PlanFile(tmp_path).write(plan_of(base, names, [base]))
+    told = variables(gather(Directory(tmp_path), {}))
     assert len({*map(variable_name, names)}) == len(names)
     for name, quantity in INPUTS.items():
         attributes, dtype = told[variable_name(name)]

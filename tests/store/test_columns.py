@@ -13,11 +13,12 @@ from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import marched, told_by
 from hpcwhirl.store.directory.completions import ended_in
-from hpcwhirl.store.directory.journal import Journal, claim_run, journal_name
-from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
+from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.reader import rows_at
 from hpcwhirl.store.results.blocks import ranges, read_block
 from hpcwhirl.store.results.contents import contents_of
@@ -37,11 +38,11 @@ def record(design, case, random, **more):
 def made(tmp_path):
     """Return a design and a directory with journals of all there may be."""
     design, random = design_of(TABLES), np.random.default_rng(5)
-    prepare(design, tmp_path)
+    prepare(design, Directory(tmp_path))
     for run in range(3):
-        number = claim_run(tmp_path)
+        number = Journals(tmp_path).claim_run()
         plan = design.digests.identity if run != 1 else ""
-        with Journal(tmp_path, number, 0, plan) as journal:
+        with Journal(Journals(tmp_path), number, 0, plan) as journal:
             for case in random.integers(0, CASES - 4, 30):
                 one = record(design, int(case), random)
                 kinds = [
@@ -78,7 +79,7 @@ def wanted(folder, digests):
 def columns(folder, digests):
     return [
         line
-        for _, told in told_by(folder, digests)
+        for _, told in told_by(Journals(folder), digests)
         for line in zip(*told[:-1], strict=True)
     ]
 
@@ -111,8 +112,8 @@ def test_what_has_ended_is_the_same_of_few_and_of_all(made):
     spoilt(folder)
     plan, asked = design.manifest(), [design.digests[i] for i in (0, 3, CASES - 1)]
     one, two = (
-        ended_in(folder, plan, asked),
-        ended_in(folder, plan, again=lambda _: False),
+        ended_in(Journals(folder), plan, asked),
+        ended_in(Journals(folder), plan, again=lambda _: False),
     )
     assert one.over.tolist() == two.over.tolist()
     assert one.ok.tolist() == two.ok.tolist()
@@ -131,7 +132,7 @@ def test_what_has_ended_is_the_same_of_few_and_of_all(made):
 def test_a_record_under_a_plan_that_has_grown_is_known_by_its_digest(made):
     design, folder = made
     more = design_of({"sweep": TABLES["sweep"] | {"gap": [0.5e-4, 1e-4, 2e-4]}})
-    prepare(more, folder)
+    prepare(more, Directory(folder))
     found = list(wanted(folder, more.digests))
     assert columns(folder, more.digests) == found
     names = list(design.digests)
@@ -143,7 +144,7 @@ def test_status_counts_what_columns_tell(made):
     design, folder = made
     newest = {line[0]: line for line in wanted(folder, design.digests)}
     newest.pop(-1)
-    found = progress_of(folder, 2e9)
+    found = progress_of(Directory(folder), 2e9)
     assert 0 < found.left == CASES - len(newest) < found.cases == CASES
     done = sum(line[1] == "ok" for line in newest.values())
     assert (found.done, found.failed) == (done, len(newest) - done)
@@ -159,11 +160,11 @@ def test_no_steps_follow_what_makes_a_case_certain_to_decay():
 def test_gather_finds_each_case_where_its_newest_whole_record_is(made):
     design, folder = made
     spoilt(folder)
-    contents = contents_of(folder)
+    contents = contents_of(Directory(folder))
     newest = {one["digest"]: (log, begin) for log, begin, one in whole(folder)
               if not one.get("twin")}  # fmt: skip
     expected = [newest.get(name, (None, -1)) for name in design.digests]
-    names = [*(path for path, _ in contents.journals), None]
+    names = [*(path for path, _ in contents.files), None]
     found = [(names[n], start) for n, start in contents.place[:, 0].tolist()]
     assert found == expected
 
@@ -184,19 +185,19 @@ def test_numbers_of_the_plan_spare_digests_and_those_of_another_do_not(made):
 
 def test_a_later_stage_stands_whatever_records_follow_it(made):
     design, folder = made
-    write_manifest(folder, dataclasses.replace(read_manifest(folder), extended=[9.0]))
+    PlanFile(folder).write(dataclasses.replace(PlanFile(folder).read(), extended=[9.0]))
     random, case = np.random.default_rng(3), CASES - 1
     later = record(design, case, random, of=design.digests[case], longest=9.0)
     failed = later | {"digest": "3" * 64, "status": "failed", "message": "why"}
-    with Journal(folder, claim_run(folder), 0) as journal:
+    with Journal(Journals(folder), Journals(folder).claim_run(), 0) as journal:
         for one in (later | {"digest": "2" * 64}, later | {"digest": "2" * 64}, failed):
             journal.append(one, {})
         journal.append(record(design, case, random), {})
         journal.append(record(design, case - 1, random), {})
-    contents = contents_of(folder)
+    contents = contents_of(Directory(folder))
     place = contents.place[[case, case - 1], 0]
     assert place[0, 0] == place[1, 0]
-    rows = rows_at(*contents.journals[place[0, 0]], place[:, 1])
+    rows = rows_at(*contents.files[place[0, 0]], place[:, 1])
     assert rows.record(0)["digest"] == "2" * 64
     assert rows.record(1)["case"] == case - 1
 
@@ -223,7 +224,7 @@ def journals(request, tmp_path):
     random, newest = np.random.default_rng(request.param), {}
     settings = [{"speed": 1.0 + case, "direction": "squeeze"} for case in range(CASES)]
     plan = plan_of(BASE, ["speed", "direction"], settings)
-    write_manifest(tmp_path, plan)
+    PlanFile(tmp_path).write(plan)
     (tmp_path / "journal").mkdir()
     few = [("", "digest", "hex", ()), ("", "status", "word", ENUMS["status"])]
     for rank in range(2):
@@ -249,7 +250,7 @@ def stored(name, quantity, values):
 )
 def test_rows_of_results_are_those_of_the_newest_records(journals, table, of):
     folder, newest = journals
-    contents = contents_of(folder)
+    contents = contents_of(Directory(folder))
     parts = [read_block(contents, part) for part in ranges(CASES, 0, 1, 7)]
     found = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     empty = {"f8": np.nan, "i8": -1, "enum": "none"}

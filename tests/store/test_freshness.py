@@ -12,7 +12,8 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
-from hpcwhirl.store.directory.journal import Journal, read_records
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.results.freshness import is_current
 
@@ -58,8 +59,8 @@ def test_nothing_is_written_again_where_nothing_has_changed(again):
 
 
 def _journal(place):
-    case = next(iter(read_records(place).values()))
-    with Journal(place, 7, 0) as journal:
+    case = next(iter(Journals(place).newest().values()))
+    with Journal(Journals(place), 7, 0) as journal:
         row = case["row"] | {"orbit_radius": 1.25}
         journal.append({n: v for n, v in case.items() if n != "traces"} | {"row": row},
                        {})  # fmt: skip
@@ -98,9 +99,9 @@ def _edited(place):
 def test_what_has_changed_is_gathered_again(again, change):
     place, run = again
     change(place)
-    assert not is_current(place / "results.h5", threshold_facts())
+    assert not is_current(Directory(place), threshold_facts())
     assert run() == 0
-    assert is_current(place / "results.h5", threshold_facts())
+    assert is_current(Directory(place), threshold_facts())
     with open_results(place) as data:
         assert data.attrs["threshold_drift"] == threshold_facts()["threshold_drift"]
         assert (1.25 in data["orbit_radius"].to_numpy()) == (change is _journal)
@@ -120,13 +121,13 @@ def test_a_lost_map_and_page_are_made_again(again):
 
 def test_a_plan_that_has_got_more_cases_is_gathered_again(tmp_path):
     first = design_of(DOCUMENT | {"output": {"traces": "summary"}})
-    prepare(first, tmp_path)
-    assert run_campaign(first, tmp_path).gathered
-    assert not run_campaign(first, tmp_path).gathered
+    prepare(first, Directory(tmp_path))
+    assert run_campaign(first, Directory(tmp_path)).gathered
+    assert not run_campaign(first, Directory(tmp_path)).gathered
     sweep = DOCUMENT["sweep"] | {"speed": [300.0, 350.0, 410.0]}
     more = design_of(DOCUMENT | {"output": {"traces": "summary"}, "sweep": sweep})
-    prepare(more, tmp_path)
-    assert not is_current(tmp_path / "results.h5", threshold_facts())
-    assert run_campaign(more, tmp_path).gathered
+    prepare(more, Directory(tmp_path))
+    assert not is_current(Directory(tmp_path), threshold_facts())
+    assert run_campaign(more, Directory(tmp_path)).gathered
     plan = json.loads((tmp_path / "campaign.json").read_text())
     assert plan["swept"] == ["speed", "friction"]

@@ -24,9 +24,10 @@ from hpcwhirl.launch import Alone
 from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.journal import read_records, read_traces
-from hpcwhirl.store.directory.manifest import read_manifest, write_manifest
-from hpcwhirl.store.directory.runs import write_run
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.results import blocks
 from hpcwhirl.store.results.blocks import ranges
@@ -60,7 +61,7 @@ def write(writer, folder):
         written = done.returncode == 1 and INCOMPLETE in done.err
         return (0, "") if written else (done.returncode, done.err)
     try:
-        gather(folder, {"version": hpcwhirl.__version__})
+        gather(Directory(folder), {"version": hpcwhirl.__version__})
     except (MissingFileError, StoreError) as failed:
         return 2, f"hpcwhirl: error: {failed}\n"
     return 0, ""
@@ -143,15 +144,15 @@ def test_failed_and_missing_cases_are_rows_that_say_so(results):
 def test_a_case_without_a_result_shows_its_duration_in_seconds(tmp_path):
     # a tenth of a revolution at 400 rad/s and nothing integrated: not 2.5 s
     base = flatten(Scene()) | {"revolutions": 0.1}
-    write_manifest(tmp_path, plan_of(base, ["speed"], [{"speed": 400.0}]))
-    with h5py.File(gather(tmp_path, {})) as file:
+    PlanFile(tmp_path).write(plan_of(base, ["speed"], [{"speed": 400.0}]))
+    with h5py.File(gather(Directory(tmp_path), {})) as file:
         assert file["duration"][0] == pytest.approx(0.1 * 2 * np.pi / 400.0)
 
 
 def test_traces_equal_the_journals_and_are_padded_to_the_longest(results, folder, axis):
-    found, names = read_records(folder), read_manifest(folder).digests
+    found, names = Journals(folder).newest(), PlanFile(folder).read().digests
     for case, length in SAMPLES.items():
-        kept = read_traces(folder, found[names[case]]["traces"])
+        kept = Journals(folder).traces(found[names[case]]["traces"])
         if axis == "time":
             assert np.array_equal(results["time"][:length], kept.pop("time"))
         for name, values in kept.items():
@@ -256,7 +257,7 @@ def test_where_gathering_fails_one_line_says_so_and_the_old_file_stays(
 
 def test_the_index_of_a_campaign_travels_between_ranks(tmp_path):
     begin(tmp_path, one_interval=False)
-    own = contents_of(tmp_path)
+    own = contents_of(Directory(tmp_path))
     other = pickle.loads(pickle.dumps(own))  # as mpi4py does
     cases = range(len(SPEEDS))
     expected, found = blocks.read_block(own, cases), blocks.read_block(other, cases)
@@ -295,7 +296,7 @@ def test_an_unforeseen_error_on_one_rank_ends_all_of_them(monkeypatch, capsys):
 def test_facts_may_be_long_as_the_hosts_of_ten_thousand_ranks_are(tmp_path):
     begin(tmp_path, one_interval=True)
     hosts = " ".join(f"node{i:05d}" for i in range(10_000))
-    gather(tmp_path, {"hosts": hosts})
+    gather(Directory(tmp_path), {"hosts": hosts})
     with h5py.File(tmp_path / "results.h5") as file:
         assert file.attrs["hosts"].decode() == hosts
 
@@ -382,12 +383,21 @@ def test_ranks_wait_for_one_another_once_unless_they_must_write_in_step(
     begin(tmp_path, one_interval=True)
     monkeypatch.setattr(blocks, "MOST_CASES", 1)
     comm = Two()
-    found = _blocks(contents_of(tmp_path), tmp_path / "part", comm, in_step=in_step)
+    found = _blocks(
+        contents_of(Directory(tmp_path)), tmp_path / "part", comm, in_step=in_step
+    )
     assert [[*cases] for cases, _ in found if len(cases)] == [[0], [1]]
     assert comm.waits == (4 if in_step else 1)  # three blocks and the end
     comm.other = StoreError("damaged there")
     with pytest.raises(StoreError, match="damaged there"):
-        [*_blocks(contents_of(tmp_path), tmp_path / "part", comm, in_step=in_step)]
+        [
+            *_blocks(
+                contents_of(Directory(tmp_path)),
+                tmp_path / "part",
+                comm,
+                in_step=in_step,
+            )
+        ]
 
 
 @pytest.mark.parametrize("one_interval", [True, False])
@@ -405,8 +415,8 @@ def test_what_each_rank_did_is_told_over_all_runs(tmp_path):
     begin(tmp_path, one_interval=True)
     ranks = [{"rank": r, "host": f"n{r}", "cases": 4, "busy": 9.0 + r,
               "span": 10.0} for r in range(2)]  # fmt: skip
-    write_run(tmp_path, 1, ranks)
-    write_run(tmp_path, 2, ranks[:1])
+    Runs(tmp_path).write(1, ranks)
+    Runs(tmp_path).write(2, ranks[:1])
     (tmp_path / "runs/0003.json").write_text('{"run": 3, "ran')  # torn: left out
     write("serial", tmp_path)
     with h5py.File(tmp_path / "results.h5") as file:

@@ -12,8 +12,8 @@ from launch import kept
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
-from hpcwhirl.store.directory.heartbeats import Running
-from hpcwhirl.store.directory.journal import read_records
+from hpcwhirl.store.directory.heartbeats import Notes, Running
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.reading.results_file import Results
 
@@ -85,12 +85,12 @@ def test_a_complete_campaign_keeps_no_note_of_a_process_that_died(finished, tmp_
     out = tmp_path / "out"
     shutil.copytree(finished, out)
     (log,) = (out / "journal").glob("*.log")
-    _, last = read_records(out)
+    _, last = Journals(out).newest()
     *_, (begin, _, _) = kept(log)
     os.truncate(log, begin)
     with subprocess.Popen(["true"]) as dead:
         dead.wait()
-    with Running(out, 7, 0) as running:
+    with Running(Notes(out), 7, 0) as running:
         running.begin([last])
         (note,) = (out / "running").iterdir()
         left = opened(note.read_bytes().splitlines(True)[0]) | {"pid": dead.pid}

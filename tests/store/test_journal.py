@@ -19,14 +19,9 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.directory import journal as journal_module
 from hpcwhirl.store.directory import reader as reader_module
-from hpcwhirl.store.directory.journal import (
-    Journal,
-    journal_name,
-    next_run,
-    read_records,
-    read_traces,
-)
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.record import (
     COPY,
     MAGIC,
@@ -52,7 +47,7 @@ def record(number):
 @pytest.fixture
 def folder(tmp_path):
     """Return a directory with three journalled cases, each with traces."""
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         for number in range(3):
             traces = {name: array + number for name, array in TRACES.items()}
             journal.append(record(number), traces)
@@ -70,12 +65,12 @@ def blocks(folder):
 
 
 def test_what_is_read_equals_what_was_written(folder):
-    found = read_records(folder)
+    found = Journals(folder).newest()
     assert list(found) == ["d0", "d1", "d2"]
     for number, one in enumerate(found.values()):
         block = one.pop("traces")
         assert one == record(number)
-        traces = read_traces(folder, block)
+        traces = Journals(folder).traces(block)
         assert traces.keys() == TRACES.keys()
         for name, array in traces.items():
             assert array.shape == TRACES[name].shape
@@ -83,16 +78,16 @@ def test_what_is_read_equals_what_was_written(folder):
 
 
 def test_a_case_without_traces_has_none(tmp_path):
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append(record(0), {})
-    assert read_records(tmp_path) == {"d0": record(0)}
+    assert Journals(tmp_path).newest() == {"d0": record(0)}
 
 
 def test_a_record_is_on_disk_before_the_journal_is_closed(tmp_path):
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append(record(0), TRACES)
-        block = read_records(tmp_path)["d0"]["traces"]
-        assert read_traces(tmp_path, block)["time"].tolist() == AWKWARD
+        block = Journals(tmp_path).newest()["d0"]["traces"]
+        assert Journals(tmp_path).traces(block)["time"].tolist() == AWKWARD
 
 
 def test_a_tail_torn_anywhere_costs_the_last_case_alone(folder, log):
@@ -100,7 +95,7 @@ def test_a_tail_torn_anywhere_costs_the_last_case_alone(folder, log):
     assert end == len(whole)
     for place in range(last, end, 11):
         log.write_bytes(whole[:place])
-        assert list(read_records(folder)) == ["d0", "d1"]
+        assert list(Journals(folder).newest()) == ["d0", "d1"]
 
 
 @pytest.mark.parametrize("change", ["flipped", "lost", "added"])
@@ -113,37 +108,37 @@ def test_a_damaged_byte_costs_its_own_case_alone(folder, log, change):
         log.write_bytes(whole[:place] + byte[change] + whole[place + 1 :])
         hit = [r["digest"] for first, end, r in found if first <= place < end]
         rest = [name for name in ("d0", "d1", "d2") if name not in hit]
-        assert list(read_records(folder)) == rest
+        assert list(Journals(folder).newest()) == rest
 
 
 def test_a_truncated_trace_block_drops_its_record(folder, blocks):
     whole = blocks.read_bytes()
     blocks.write_bytes(whole[:-1])
-    assert list(read_records(folder)) == ["d0", "d1"]
+    assert list(Journals(folder).newest()) == ["d0", "d1"]
     blocks.write_bytes(whole[: len(whole) // 3 - 1])
-    assert read_records(folder) == {}
+    assert Journals(folder).newest() == {}
     blocks.unlink()
-    assert read_records(folder) == {}
+    assert Journals(folder).newest() == {}
 
 
 def test_a_flipped_byte_in_a_trace_block_is_never_read_as_a_trace(folder, blocks):
-    found = read_records(folder)
+    found = Journals(folder).newest()
     whole = bytearray(blocks.read_bytes())
     whole[found["d1"]["traces"]["offset"] + 7] ^= 1
     blocks.write_bytes(whole)
     for name in ("d0", "d2"):
-        read_traces(folder, found[name]["traces"])
+        Journals(folder).traces(found[name]["traces"])
     with pytest.raises(StoreError, match="damaged"):
-        read_traces(folder, found["d1"]["traces"])
+        Journals(folder).traces(found["d1"]["traces"])
 
 
 def test_a_run_after_a_torn_one_writes_elsewhere_and_its_records_win(folder, log):
     log.write_bytes(log.read_bytes()[:-5])
-    assert next_run(folder) == 2
-    with Journal(folder, 2, 0) as journal:
+    assert Journals(folder).next_run() == 2
+    with Journal(Journals(folder), 2, 0) as journal:
         journal.append(record(2), TRACES)
         journal.append(record(0) | {"status": "failed"}, {})
-    found = read_records(folder)
+    found = Journals(folder).newest()
     assert sorted(found) == ["d0", "d1", "d2"]
     assert found["d0"]["status"] == "failed"
     assert found["d2"]["traces"]["file"] == "0002-00000.bin"
@@ -151,12 +146,12 @@ def test_a_run_after_a_torn_one_writes_elsewhere_and_its_records_win(folder, log
 
 def test_a_record_of_no_case_of_the_plan_is_ignored(tmp_path):
     plan = plan_of({}, [], [{}])
-    write_manifest(tmp_path, plan)
+    PlanFile(tmp_path).write(plan)
     where = {"status": "failed", "message": "why", "performance": {}}
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append({"digest": "alien", **where}, TRACES)
         journal.append({"digest": plan.digests[0], **where}, {})
-    path = gather(tmp_path, {})
+    path = gather(Directory(tmp_path), {})
     with h5py.File(path) as file:
         assert file["message"][:].tolist() == [b"why"]
         assert "time" not in file
@@ -203,7 +198,7 @@ def test_a_record_is_read_as_it_was_written(tmp_path, more, measured):
         both = isinstance(value, dict) and name in whole
         whole[name] = whole[name] | value if both else value
     data = journal_of([usual(1), whole, usual(2)], fields=fields_of(measured))
-    found = list(read_records(written(tmp_path, data)).values())
+    found = list(Journals(written(tmp_path, data)).newest().values())
     wanted = [usual(1), whole, usual(2)]
     assert [json.dumps(one, sort_keys=True) for one in found] == [
         json.dumps(one, sort_keys=True) for one in wanted
@@ -214,7 +209,7 @@ def test_numbers_keep_their_bits_and_a_record_is_short(tmp_path):
     odd = {"gap": -0.0, "speed": float("inf"), "pulse": 5e-324, "force": float("nan")}
     one, two = (journal_of([usual(2, **odd)] * count) for count in (1, 2))
     assert len(two) - len(one) <= 700
-    (found,) = read_records(written(tmp_path, one)).values()
+    (found,) = Journals(written(tmp_path, one)).newest().values()
     found = [struct.pack("<d", found["row"][name]) for name in odd]
     assert found == [struct.pack("<d", value) for value in odd.values()]
 
@@ -225,7 +220,7 @@ def test_fields_of_another_version_are_read_by_what_the_journal_tells(tmp_path):
     told = {"digest": "a" * 64, "status": "ok", "message": ""}
     told |= {"row": {"regime": "wild", "gap": 1 / 3}, "performance": {"seconds": 1.0}}
     data = journal_of([told, told | {"digest": "b" * 64, "status": "odd"}], "", fields)
-    assert read_records(written(tmp_path, data)) == {"a" * 64: told}
+    assert Journals(written(tmp_path, data)).newest() == {"a" * 64: told}
 
 
 def test_a_field_of_another_kind_is_of_no_journal(tmp_path):
@@ -235,7 +230,7 @@ def test_a_field_of_another_kind_is_of_no_journal(tmp_path):
     told = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
     assert read_header(2 * told) is None
     assert read_header(told + head) is not None
-    assert read_records(written(tmp_path, 2 * told + bytes(3000))) == {}
+    assert Journals(written(tmp_path, 2 * told + bytes(3000))).newest() == {}
 
 
 def test_a_word_that_there_is_not_costs_its_case(tmp_path):
@@ -244,7 +239,7 @@ def test_a_word_that_there_is_not_costs_its_case(tmp_path):
     slots[header.layout.dtype.fields["row.whirl"][1]] = 200
     slots[4:8] = zlib.crc32(slots[8:]).to_bytes(4, "little")
     good = header.layout.encode(usual(2), header.tag)
-    found = read_records(written(tmp_path, head + slots + good))
+    found = Journals(written(tmp_path, head + slots + good)).newest()
     assert list(found) == [usual(2)["digest"]]
 
 
@@ -254,7 +249,7 @@ def test_a_text_follows_its_own_record_alone(tmp_path):
     data, size = journal_of([one, two]), len(journal_of([one])) - len(journal_of([]))
     begin, half = len(journal_of([])), size // 2
     lost = data[: begin + half] + data[begin + half + size :]
-    assert read_records(written(tmp_path, lost)) == {}
+    assert Journals(written(tmp_path, lost)).newest() == {}
 
 
 @pytest.mark.parametrize("size", [700, 1500, 4000])
@@ -263,24 +258,24 @@ def test_any_bytes_read_at_once_tell_the_same(tmp_path, monkeypatch, size):
     some = [usual(n) | {"message": "m" * int(random.choice([0, 10, 3000]))}
             for n in range(40)]  # fmt: skip
     written(tmp_path, journal_of(some))
-    wanted = read_records(tmp_path)
+    wanted = Journals(tmp_path).newest()
     assert len(wanted) == 40
     monkeypatch.setattr(reader_module, "FIRST", len(journal_of([])) + size // 2)
     monkeypatch.setattr(reader_module, "AT_ONCE", size)
-    assert read_records(tmp_path) == wanted
+    assert Journals(tmp_path).newest() == wanted
 
 
 # Groups
 
 
 def on_disk(folder):
-    return [int(name, 16) for name in read_records(folder)]
+    return [int(name, 16) for name in Journals(folder).newest()]
 
 
 def test_cases_are_kept_after_a_second_and_at_the_end(tmp_path, monkeypatch):
     now = [100.0]
     monkeypatch.setattr(journal_module.time, "monotonic", lambda: now[0])
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         for number in range(4):
             journal.append(usual(number), TRACES)
             now[0] += 0.3
@@ -293,16 +288,18 @@ def test_cases_are_kept_after_a_second_and_at_the_end(tmp_path, monkeypatch):
         journal.append(usual(5), {})  # a longer one is kept at once
         assert on_disk(tmp_path) == [0, 1, 2, 3, 4, 5]
         journal.append(usual(6), TRACES)
-    found = read_records(tmp_path)
+    found = Journals(tmp_path).newest()
     assert len(found) == 7
     for record in found.values():
         if "traces" in record:
-            assert read_traces(tmp_path, record["traces"])["time"].tolist() == AWKWARD
+            assert (
+                Journals(tmp_path).traces(record["traces"])["time"].tolist() == AWKWARD
+            )
 
 
 def test_much_that_waits_is_kept_at_once(tmp_path):
     traces = {"time": np.zeros(journal_module.MOST // 8)}
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append(usual(0), {})
         journal.append(usual(1), {})
         assert on_disk(tmp_path) == [0]
@@ -321,7 +318,7 @@ def test_a_full_disk_costs_a_group_and_what_follows_is_whole(
             raise OSError(errno.ENOSPC, "No space left on device")
         real(number)
 
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append(usual(0), TRACES)
         journal.append(usual(1), TRACES)
         monkeypatch.setattr(os, "fsync", full)
@@ -331,8 +328,8 @@ def test_a_full_disk_costs_a_group_and_what_follows_is_whole(
         monkeypatch.setattr(os, "fsync", real)
         journal.append(usual(2), TRACES)
     assert on_disk(tmp_path) == [0, 2]
-    for record in read_records(tmp_path).values():
-        assert read_traces(tmp_path, record["traces"])["time"].tolist() == AWKWARD
+    for record in Journals(tmp_path).newest().values():
+        assert Journals(tmp_path).traces(record["traces"])["time"].tolist() == AWKWARD
 
 
 def test_names_are_synced_before_what_they_name_counts_as_kept(tmp_path, monkeypatch):
@@ -349,7 +346,7 @@ def test_names_are_synced_before_what_they_name_counts_as_kept(tmp_path, monkeyp
     assert {tmp_path, tmp_path / "a", folder} <= set(synced)
     assert synced[-1] == folder / "states"  # after it was renamed
     synced.clear()
-    with Journal(folder, 1, 0) as journal:
+    with Journal(Journals(folder), 1, 0) as journal:
         journal.append(record(0), TRACES)
         last = [*synced]
         journal.append(record(1), TRACES)

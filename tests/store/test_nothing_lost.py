@@ -23,18 +23,13 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.launch import Shard
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Notes, Running
-from hpcwhirl.store.directory.journal import (
-    Journal,
-    claim_run,
-    next_run,
-    read_journals,
-    read_records,
-)
+from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.directory.lines import sealed
 from hpcwhirl.store.directory.listing import listed
-from hpcwhirl.store.directory.manifest import SEALED, read_manifest
-from hpcwhirl.store.directory.runs import read_runs, write_run
+from hpcwhirl.store.directory.manifest import SEALED, PlanFile
+from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.results.gather import gather
 
 
@@ -198,7 +193,9 @@ def test_a_shard_fails_by_its_own_cases_and_the_last_by_all(
     assert "results.h5" in capsys.readouterr().out
     digest = design.digests[first[0]]
     failure = {"case": first[0], "digest": digest, "status": "failed", "message": "x"}
-    with Journal(tmp_path / "lost", claim_run(tmp_path / "lost"), 0) as journal:
+    with Journal(
+        Journals(tmp_path / "lost"), Journals(tmp_path / "lost").claim_run(), 0
+    ) as journal:
         journal.append(failure | {"performance": {}}, {})
     short[3] = str(tmp_path / "lost")
     assert main([*short, "--shard", "2/2"]) == 1  # it gathers, and one has failed
@@ -225,24 +222,24 @@ def test_the_ten_thousandth_run_is_newer_than_the_one_before(tmp_path):
         (2, "first"),
         (100_000, "newest"),
     ):
-        with Journal(tmp_path, run, 0) as journal:
+        with Journal(Journals(tmp_path), run, 0) as journal:
             journal.append(failed("d0", message=told), {})
         if run != 2:
-            assert read_records(tmp_path)["d0"]["message"] == told
-    names = [name.partition("-")[0] for name in read_journals(tmp_path)]
+            assert Journals(tmp_path).newest()["d0"]["message"] == told
+    names = [name.partition("-")[0] for name in Journals(tmp_path).by_file()]
     assert names == ["0002", "9999", "10000", "100000"]
-    assert next_run(tmp_path) == 100_001
+    assert Journals(tmp_path).next_run() == 100_001
     for rank in (100_000, 99_999):
-        with Journal(tmp_path, 100_001, rank) as journal:
+        with Journal(Journals(tmp_path), 100_001, rank) as journal:
             journal.append(failed("d0", message=str(rank)), {})
-    assert read_records(tmp_path)["d0"]["message"] == "100000"
+    assert Journals(tmp_path).newest()["d0"]["message"] == "100000"
 
 
 def test_times_of_ranks_stand_in_the_order_of_the_runs(tmp_path):
     share = {"rank": 0, "host": "n", "cases": 1, "busy": 1.0, "span": 2.0}
     for run in (9999, 10_000, 3):
-        write_run(tmp_path, run, [share])
-    assert [one["run"] for one in read_runs(tmp_path)] == [3, 9999, 10_000]
+        Runs(tmp_path).write(run, [share])
+    assert [one["run"] for one in Runs(tmp_path).shares()] == [3, 9999, 10_000]
 
 
 def test_odd_names_count_as_the_oldest_and_give_no_run_number(tmp_path):
@@ -251,10 +248,10 @@ def test_odd_names_count_as_the_oldest_and_give_no_run_number(tmp_path):
         (tmp_path / f"journal/{name}.log").write_bytes(
             journal_of([failed("d0", message=name)])
         )
-    with Journal(tmp_path, 1, 0) as journal:
+    with Journal(Journals(tmp_path), 1, 0) as journal:
         journal.append(failed("d1"), {})
-    assert read_records(tmp_path)["d0"]["message"] == "0002"
-    assert next_run(tmp_path) == 3
+    assert Journals(tmp_path).newest()["d0"]["message"] == "0002"
+    assert Journals(tmp_path).next_run() == 3
     assert len(listed(tmp_path / "journal", ".log")) == 7
 
 
@@ -295,13 +292,13 @@ def rewritten(folder, change, *, is_sealed=True):
 
 
 def test_a_plan_without_a_seal_is_refused(tmp_path):
-    prepare(design_of({"sweep": {"speed": [300, 310.0]}}), tmp_path)
-    plan = read_manifest(tmp_path)
+    prepare(design_of({"sweep": {"speed": [300, 310.0]}}), Directory(tmp_path))
+    plan = PlanFile(tmp_path).read()
     rewritten(tmp_path, {})
-    assert read_manifest(tmp_path) == plan
+    assert PlanFile(tmp_path).read() == plan
     rewritten(tmp_path, {}, is_sealed=False)
     with pytest.raises(StoreError, match="was edited: it has no seal"):
-        read_manifest(tmp_path)
+        PlanFile(tmp_path).read()
 
 
 @pytest.mark.parametrize(
@@ -336,7 +333,7 @@ def test_a_plan_of_other_types_is_one_line(tmp_path, capsys, change):
 def test_a_damaged_note_of_a_run_is_left_out_with_a_line(tmp_path, capsys, text):
     begin(tmp_path, one_interval=True)
     share = {"rank": 0, "host": "n", "cases": 1, "busy": 1.0, "span": 2.0}
-    write_run(tmp_path, 2, [share])
+    Runs(tmp_path).write(2, [share])
     (tmp_path / "runs/0001.json").write_bytes(text.encode("latin-1"))
     assert main(["gather", str(tmp_path)]) == 1
     lines = capsys.readouterr().err.splitlines()
@@ -356,9 +353,9 @@ def test_notes_that_cannot_be_read_block_nothing(tmp_path, kind, monkeypatch):
     (tmp_path / "running").mkdir()
     for path in (tmp_path / "runs/0001.json", tmp_path / "running/0001-00000.log"):
         unreadable(path, kind, monkeypatch)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     assert Notes(tmp_path).all() == []
-    assert progress_of(tmp_path).running == []
+    assert progress_of(Directory(tmp_path)).running == []
 
 
 @pytest.mark.parametrize("lacking", ["rank", "host", "pid", "digests"])
@@ -368,7 +365,7 @@ def test_a_note_of_a_rank_that_lacks_something_is_left_out(tmp_path, lacking):
     (tmp_path / "running").mkdir()
     del note[lacking]
     (tmp_path / "running/0001-00000.log").write_bytes(sealed(note))
-    with Running(tmp_path, 1, 1) as running:
+    with Running(Notes(tmp_path), 1, 1) as running:
         running.begin(["d1"])
         assert Notes(tmp_path).crashes() == {"d1": 1}
         assert len(Notes(tmp_path).all()) == 1
@@ -389,9 +386,9 @@ def test_a_record_that_is_of_no_case_is_dropped(tmp_path, record):
     begin(tmp_path, one_interval=True)
     journal = tmp_path / "journal/0002-00000.log"
     journal.write_bytes(journal_of([record]))
-    assert "d3" not in read_records(tmp_path)
-    gather(tmp_path, {})
-    assert progress_of(tmp_path).left == 1
+    assert "d3" not in Journals(tmp_path).newest()
+    gather(Directory(tmp_path), {})
+    assert progress_of(Directory(tmp_path)).left == 1
 
 
 # What cannot be read
@@ -465,7 +462,7 @@ def test_a_campaign_does_not_begin_anew_where_it_cannot_look(
 @pytest.mark.usefixtures("short")
 def test_states_that_cannot_be_listed_are_not_forgotten(tmp_path, monkeypatch):
     design = load_design(tmp_path / "short.toml", {})
-    prepare(design, tmp_path / "out")
+    prepare(design, Directory(tmp_path / "out"))
     unreadable(tmp_path / "out/states", "dangling", monkeypatch)
     with pytest.raises(MissingFileError, match=re.escape(f"{tmp_path}/out/states")):
-        run_campaign(design, tmp_path / "out")
+        run_campaign(design, Directory(tmp_path / "out"))

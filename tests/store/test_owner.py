@@ -36,7 +36,8 @@ from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.store.atomic import part_of, replacing, sweep, write_whole
 from hpcwhirl.store.directory import owner
 from hpcwhirl.store.directory import process as processes
-from hpcwhirl.store.directory.owner import Asking, claim, claimed, in_the_way, owners
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.owner import Asking, Claims, in_the_way
 from hpcwhirl.store.directory.process import begun, is_alive, machine
 from hpcwhirl.store.results import gather as gathering
 from hpcwhirl.store.results import relabel
@@ -52,8 +53,8 @@ sweep = {speed = [300, 410]}
 HOLDER = """
 import sys
 from pathlib import Path
-from hpcwhirl.store.directory.owner import claim
-held = claim(Path(sys.argv[1]), sys.argv[2])
+from hpcwhirl.store.directory.owner import Claims
+held = Claims(Path(sys.argv[1])).make(sys.argv[2])
 print("held", flush=True)
 sys.stdin.read()
 """
@@ -108,11 +109,11 @@ def test_a_living_owner_is_named_and_left_alone(tmp_path):
     process = holder(tmp_path, "campaign")
     for kind in ("campaign", "shard-1-of-4"):
         with pytest.raises(InputError, match=rf"process {process.pid} on \S+ since 20"):
-            claim(tmp_path, kind)
-    claim(tmp_path, "results").release()
-    assert len(owners(tmp_path)) == 1
+            Claims(tmp_path).make(kind)
+    Claims(tmp_path).make("results").release()
+    assert len(Claims(tmp_path).owners()) == 1
     process.communicate("")
-    claim(tmp_path, "campaign").release()  # which removes the dead one's
+    Claims(tmp_path).make("campaign").release()  # which removes the dead one's
     assert not (tmp_path / "owners").exists()
 
 
@@ -123,8 +124,8 @@ def test_a_killed_owner_of_this_machine_is_taken_over_unasked(tmp_path, reaped):
     os.kill(process.pid, signal.SIGKILL)
     # until it has ended, and is a zombie or no more
     os.waitid(os.P_PID, process.pid, os.WEXITED | (0 if reaped else os.WNOWAIT))
-    with claimed(tmp_path, "campaign"):
-        assert len(owners(tmp_path)) == 1
+    with Claims(tmp_path).make("campaign"):
+        assert len(Claims(tmp_path).owners()) == 1
     process.stdin.close()
     process.stdout.close()
     process.wait()
@@ -135,27 +136,27 @@ def test_a_later_process_of_the_same_number_is_not_the_owner(tmp_path):
     own = {"machine": machine(), "pid": os.getpid(), "ticks": begun(os.getpid())}
     path = foreign(tmp_path, **own)
     with pytest.raises(InputError, match="is being computed by process"):
-        claim(tmp_path, "campaign")
+        Claims(tmp_path).make("campaign")
     path.unlink()
     foreign(tmp_path, **own | {"ticks": own["ticks"] - 1})
-    claim(tmp_path, "campaign").release()
+    Claims(tmp_path).make("campaign").release()
 
 
 @pytest.mark.usefixtures("hasty")
 def test_an_owner_elsewhere_is_dead_once_it_has_been_silent(tmp_path):
     told = []
     foreign(tmp_path, age=0.0)
-    claim(tmp_path, "campaign", Asking(say=told.append)).release()
+    Claims(tmp_path).make("campaign", Asking(say=told.append)).release()
     assert any("process 1 on node7" in line for line in told)
     foreign(tmp_path, age=5.0)  # long ago by the file system's clock: at once
     asking = Asking(check=lambda: pytest.fail("it waits"))
-    claim(tmp_path, "campaign", asking).release()
+    Claims(tmp_path).make("campaign", asking).release()
 
 
 @pytest.mark.usefixtures("hasty")
 def test_an_owner_elsewhere_is_dead_whatever_its_clock_says(tmp_path):
     dead = foreign(tmp_path, age=-1e6)  # its file server's clock was put back since
-    claim(tmp_path, "campaign").release()
+    Claims(tmp_path).make("campaign").release()
     assert not dead.exists()
 
 
@@ -164,8 +165,8 @@ def test_an_owner_elsewhere_that_gives_signs_of_life_is_refused(tmp_path):
     path = foreign(tmp_path)
     asking = Asking(check=lambda: os.utime(path))
     with pytest.raises(InputError, match=r"node7 .*; its last sign .*--take-over"):
-        claim(tmp_path, "campaign", asking)
-    claim(tmp_path, "campaign", Asking(take_over=True)).release()
+        Claims(tmp_path).make("campaign", asking)
+    Claims(tmp_path).make("campaign", Asking(take_over=True)).release()
 
 
 def test_waiting_ends_where_it_is_broken_off(tmp_path):
@@ -177,14 +178,14 @@ def test_waiting_ends_where_it_is_broken_off(tmp_path):
 
     foreign(tmp_path)
     with pytest.raises(BreakError):
-        claim(tmp_path, "campaign", Asking(check=check))
+        Claims(tmp_path).make("campaign", Asking(check=check))
     assert [path.name[:8] for path in (tmp_path / "owners").iterdir()] == ["campaign"]
 
 
 @pytest.mark.usefixtures("hasty")
 def test_who_loses_a_claim_hears_of_it(tmp_path):
     lost = threading.Event()
-    with claimed(tmp_path, "campaign") as own:
+    with Claims(tmp_path).make("campaign") as own:
         own.when_lost = lambda _: lost.set()
         before = own.path.stat().st_mtime_ns
         wait_until(lambda: own.path.stat().st_mtime_ns > before)  # signs of life
@@ -205,7 +206,7 @@ def test_of_many_at_once_one_at_a_time_owns(tmp_path):
 
     def own():
         try:
-            with claimed(tmp_path, "results"):
+            with Claims(tmp_path).make("results"):
                 inside.append(1)
                 most.append(len(inside))
                 time.sleep(1e-3)
@@ -229,7 +230,7 @@ def test_what_is_no_claim_is_in_nobody_s_way(tmp_path):
     (tmp_path / f"owners/campaign.{'b' * 32}.claim").mkdir()
     os.mkfifo(tmp_path / f"owners/campaign.{'c' * 32}.claim")
     there = sorted(tmp_path.rglob("*"))
-    claim(tmp_path, "campaign").release()
+    Claims(tmp_path).make("campaign").release()
     assert sorted(tmp_path.rglob("*")) == there
 
 
@@ -239,7 +240,7 @@ def test_a_claim_that_is_not_whole_is_alive_until_it_is_old(tmp_path, words):
     path = foreign(tmp_path)
     path.write_text(words)
     seen = []
-    claim(tmp_path, "campaign", Asking(check=lambda: seen.append(1))).release()
+    Claims(tmp_path).make("campaign", Asking(check=lambda: seen.append(1))).release()
     assert seen  # it was waited for
 
 
@@ -270,20 +271,20 @@ def test_a_hidden_process_of_another_user_is_alive(monkeypatch):
 def test_two_gathers_in_the_midst_of_each_other_harm_neither(tmp_path, monkeypatch):
     # as where the claim of one was lost: each writes to a file of its own
     begin(tmp_path, one_interval=True)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     alone, read, nested = root_variables(tmp_path), gathering.read_block, []
 
     def read_while_another_gathers(contents, cases):
         if not nested:
             nested.append("begun")
-            gather(tmp_path, {})
+            gather(Directory(tmp_path), {})
             assert root_variables(tmp_path) == alone
         return read(contents, cases)
 
     monkeypatch.setattr(gathering, "read_block", read_while_another_gathers)
     monkeypatch.setattr(owner, "in_the_way", lambda *_: False)
     monkeypatch.setattr(gathering, "sweep", lambda *_: None)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     assert nested
     assert root_variables(tmp_path) == alone
     assert not list(tmp_path.glob("*.part*"))
@@ -291,14 +292,14 @@ def test_two_gathers_in_the_midst_of_each_other_harm_neither(tmp_path, monkeypat
 
 def test_a_gather_that_fails_takes_no_file_of_another_with_it(tmp_path, monkeypatch):
     begin(tmp_path, one_interval=True)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     alone, read, nested = root_variables(tmp_path), gathering.read_block, []
 
     def fail_while_another_gathers(contents, cases):
         if not nested:
             nested.append("begun")
             with pytest.raises(MissingFileError):
-                gather(tmp_path, {})
+                gather(Directory(tmp_path), {})
         elif len(nested) == 1:
             nested.append("failed")
             raise MissingFileError("planted")
@@ -307,7 +308,7 @@ def test_a_gather_that_fails_takes_no_file_of_another_with_it(tmp_path, monkeypa
     monkeypatch.setattr(gathering, "read_block", fail_while_another_gathers)
     monkeypatch.setattr(owner, "in_the_way", lambda *_: False)
     monkeypatch.setattr(gathering, "sweep", lambda *_: None)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     assert root_variables(tmp_path) == alone
 
 
@@ -315,7 +316,7 @@ def test_a_gather_that_fails_takes_no_file_of_another_with_it(tmp_path, monkeypa
 @pytest.mark.parametrize("locking", ["TRUE", "FALSE"])
 def test_gathers_and_classify_at_once_give_one_whole_file(tmp_path, locking):
     begin(tmp_path, one_interval=True)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     alone = root_variables(tmp_path)
     env = ENVIRONMENT | {"HDF5_USE_FILE_LOCKING": locking}
     words = [["gather", tmp_path]] * 3 + [["gather", tmp_path, "--compress", 3]]
@@ -333,14 +334,14 @@ def test_gathers_and_classify_at_once_give_one_whole_file(tmp_path, locking):
 
 def test_classify_waits_for_what_a_gather_writes(tmp_path, monkeypatch):
     begin(tmp_path, one_interval=True)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     (tmp_path / "results.h5").replace(tmp_path / "old.h5")
     read, ended = gathering.read_block, []
 
     def rename():
         limits = asdict(Thresholds())
         relabel.relabel(
-            tmp_path / "results.h5",
+            Directory(tmp_path),
             lambda numbers: words_by_table(numbers, limits),
             {"rise": 7.0},
         )
@@ -356,7 +357,7 @@ def test_classify_waits_for_what_a_gather_writes(tmp_path, monkeypatch):
         return read(contents, cases)
 
     monkeypatch.setattr(gathering, "read_block", read_and_look)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     other.join()
     assert ended == ["gather", "classify"]
     with h5py.File(tmp_path / "results.h5") as file:
@@ -369,13 +370,13 @@ def test_who_was_believed_dead_does_not_publish(tmp_path, monkeypatch):
     read = gathering.read_block
 
     def take_over(contents, cases):
-        for one in owners(tmp_path):
+        for one in Claims(tmp_path).owners():
             one.path.unlink()
         return read(contents, cases)
 
     monkeypatch.setattr(gathering, "read_block", take_over)
     with pytest.raises(ValueError, match="another process has taken over"):
-        gather(tmp_path, {})
+        gather(Directory(tmp_path), {})
     assert (tmp_path / "results.h5").read_text() == "another's"
 
 
@@ -387,7 +388,7 @@ def test_a_dead_claim_is_removed_whosever_way_it_is_in(tmp_path):
         path = foreign(tmp_path, "results", age, **news)
         claims.append(path.rename(path.with_name(f"results.{letter * 32}.claim")))
     ended, silent, living = claims
-    with claimed(tmp_path, "campaign"):
+    with Claims(tmp_path).make("campaign"):
         assert not ended.exists()
         assert not silent.exists()
         assert living.exists()
@@ -399,22 +400,22 @@ def test_a_dead_claim_is_removed_whosever_way_it_is_in(tmp_path):
 @pytest.mark.parametrize("ages", [0.0, 1e5])
 def test_who_gathers_or_names_anew_sweeps_what_the_dead_have_left(tmp_path, ages):
     begin(tmp_path, one_interval=True)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     limits = asdict(Thresholds())
 
     def name(numbers):
         return words_by_table(numbers, limits)
 
     for action in (
-        lambda: gather(tmp_path, {}),
-        lambda: relabel.relabel(tmp_path / "results.h5", name, {}),
+        lambda: gather(Directory(tmp_path), {}),
+        lambda: relabel.relabel(Directory(tmp_path), name, {}),
     ):
         part_of(tmp_path / "results.h5")
         action()
         assert not list(tmp_path.glob("*.part"))
     stamp = part_of(tmp_path / "runs" / "results.stamp")
     os.utime(stamp, (time.time() - ages,) * 2)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     assert not stamp.exists()
 
 
@@ -423,8 +424,8 @@ def test_notes_left_by_halves_are_removed_by_who_owns_the_directory(tmp_path):
     (tmp_path / "running").mkdir()
     for number, content in enumerate((b"", bytes(4096), b'{"rank": 0')):
         (tmp_path / f"running/000{number + 1}-00000.log").write_bytes(content)
-    prepare(design, tmp_path)
-    assert run_campaign(design, tmp_path).complete
+    prepare(design, Directory(tmp_path))
+    assert run_campaign(design, Directory(tmp_path)).complete
     assert not list((tmp_path / "running").iterdir())
 
 
@@ -433,7 +434,7 @@ def test_no_link_is_written_through(tmp_path):
     (tmp_path / "victim").write_text("keep me")
     for name in ("results.h5.part", "results.h5"):
         (tmp_path / name).symlink_to("victim")
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
     assert (tmp_path / "victim").read_text() == "keep me"
     assert not (tmp_path / "results.h5").is_symlink()
 
@@ -508,14 +509,14 @@ def test_a_campaign_sweeps_pictures_that_were_killed_half_drawn(tmp_path):
 
 def test_a_campaign_without_mpi_claims_its_directory_itself(tmp_path):
     design = load_design(inputs(tmp_path), {})
-    prepare(design, tmp_path / "out")
-    with claimed(tmp_path / "out", "campaign"), pytest.raises(InputError):
-        run_campaign(design, tmp_path / "out")
+    prepare(design, Directory(tmp_path / "out"))
+    with Claims(tmp_path / "out").make("campaign"), pytest.raises(InputError):
+        run_campaign(design, Directory(tmp_path / "out"))
     for part in ("states", "runs", "."):
         (tmp_path / "out" / part).mkdir(exist_ok=True)
     stray = [part_of(tmp_path / "out" / n) for n in ("states/a.state", "runs/1.json")]
     stray += [part_of(tmp_path / "out" / n) for n in ("campaign.json", "results.h5")]
-    assert run_campaign(design, tmp_path / "out").complete
+    assert run_campaign(design, Directory(tmp_path / "out")).complete
     assert not any(path.exists() for path in stray)
     assert not (tmp_path / "out/owners").exists()
 
@@ -530,7 +531,7 @@ def test_a_campaign_goes_on_after_a_kill_of_its_owner(tmp_path):
     wait(lambda: list(out.glob("running/*")), process)
     pid = fork_of(process.pid)
     os.kill(pid, signal.SIGSTOP)  # it lives, however fast this machine is
-    assert len(owners(out)) == 1
+    assert len(Claims(out).owners()) == 1
     refused = launch(*words)
     assert refused.returncode == 2
     assert f"process {pid} on" in refused.err

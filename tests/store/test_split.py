@@ -23,8 +23,9 @@ from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store import atomic
-from hpcwhirl.store.directory.manifest import read_manifest
-from hpcwhirl.store.directory.owner import Asking, owners
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.directory.owner import Asking, Claim, Claims
 from hpcwhirl.store.results import gather as gathering
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.relabel import relabel
@@ -43,7 +44,7 @@ def taking_over(folder, publishes):
     def act():
         if not done:
             done.append(True)
-            for one in owners(folder):
+            for one in Claims(folder).owners():
                 one.path.unlink()
             publishes()
 
@@ -63,50 +64,46 @@ def around(patch, place, name, act):
 
 @pytest.mark.parametrize("moment", ["models are built", "the new plan is synced"])
 def test_a_longer_plan_of_who_took_over_stays(tmp_path, monkeypatch, moment):
-    prepare(design(300), tmp_path)
-    act = taking_over(tmp_path, lambda: prepare(design(300, 310, 320), tmp_path))
+    prepare(design(300), Directory(tmp_path))
+    act = taking_over(
+        tmp_path, lambda: prepare(design(300, 310, 320), Directory(tmp_path))
+    )
     if moment == "models are built":
         around(monkeypatch, resume, "check_steps", act)
     else:
         around(monkeypatch, atomic.os, "fsync", act)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):
-        beginning.begin(design(300, 310), tmp_path, Policy(), stopping, StartOptions())
-    assert len(read_manifest(tmp_path).settings) == 3
+        beginning.begin(
+            design(300, 310), Directory(tmp_path), Policy(), stopping, StartOptions()
+        )
+    assert len(PlanFile(tmp_path).read().settings) == 3
     assert not list(tmp_path.glob("*.part"))
 
 
 def test_a_directory_of_who_took_over_is_not_put_aside(tmp_path, monkeypatch):
     out = tmp_path / "out"
-    prepare(design(300), out)
-    act = taking_over(out, lambda: prepare(design(300, 310, 320), out))
-    claimed = beginning.claimed
+    prepare(design(300), Directory(out))
+    act = taking_over(out, lambda: prepare(design(300, 310, 320), Directory(out)))
+    enter = Claim.__enter__
 
-    def stopped(*args):
-        found = claimed(*args)
-        enter = found.__enter__
+    def stopped(claim):
+        own = enter(claim)
+        act()
+        return own
 
-        class Stopped:
-            def __enter__(self):
-                own = enter()
-                act()
-                return own
-
-            def __exit__(self, *error):
-                return found.__exit__(*error)
-
-        return Stopped()
-
-    monkeypatch.setattr(beginning, "claimed", stopped)
+    monkeypatch.setattr(Claim, "__enter__", stopped)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):
-        beginning.begin(design(400), out, Policy(), stopping, StartOptions(fresh=True))
-    assert len(read_manifest(out).settings) == 3
+        beginning.begin(
+            design(400), Directory(out), Policy(), stopping, StartOptions(fresh=True)
+        )
+    assert len(PlanFile(out).read().settings) == 3
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
 @pytest.mark.parametrize("swept", [False, True])
 def test_results_of_who_took_over_stay(tmp_path, monkeypatch, swept):
     specimen(tmp_path, one_interval=True)
-    gather(tmp_path, {})
+    gather(Directory(tmp_path), {})
 
     def publishes():
         (tmp_path / "results.h5").write_text("another's")
@@ -117,13 +114,13 @@ def test_results_of_who_took_over_stay(tmp_path, monkeypatch, swept):
     around(monkeypatch, gathering if swept else atomic.os,
            "publish" if swept else "fsync", act)  # fmt: skip
     with pytest.raises(StoreError, match=LOST):
-        gather(tmp_path, {})
+        gather(Directory(tmp_path), {})
     assert (tmp_path / "results.h5").read_text() == "another's"
 
 
 def test_words_of_who_took_over_stay(tmp_path, monkeypatch):
     specimen(tmp_path, one_interval=True)
-    path = gather(tmp_path, {})
+    path = gather(Directory(tmp_path), {})
     act = taking_over(tmp_path, lambda: path.write_text("another's"))
     around(monkeypatch, atomic.os, "fsync", act)
 
@@ -131,16 +128,18 @@ def test_words_of_who_took_over_stay(tmp_path, monkeypatch):
         return words_by_table(numbers, asdict(Thresholds()))
 
     with pytest.raises(StoreError, match=LOST):
-        relabel(path, same, {"rise": 7.0})
+        relabel(Directory(path.parent), same, {"rise": 7.0})
     assert path.read_text() == "another's"
 
 
 def test_who_has_lost_its_directory_before_it_computes_says_so(tmp_path):
     with Stopping() as stopping:
-        own = beginning.begin(design(300), tmp_path, Policy(), stopping, StartOptions())
+        own = beginning.begin(
+            design(300), Directory(tmp_path), Policy(), stopping, StartOptions()
+        )
         own.path.unlink()
         with pytest.raises(StoreError, match=LOST):
-            run_campaign(design(300), tmp_path, stopping=stopping, own=own)
+            run_campaign(design(300), Directory(tmp_path), stopping=stopping, own=own)
 
 
 @pytest.mark.parametrize("command", ["campaign", "gather", "classify"])

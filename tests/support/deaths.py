@@ -56,7 +56,7 @@ def stopped_again_and_again(case, folder, slices):
             if len(calls) > slices:
                 raise Stop
 
-        checkpoints = Checkpoints(folder, 1e9, told.append)
+        checkpoints = Checkpoints(States(folder), 1e9, told.append)
         try:
             return compute(case, "d", checkpoints, 1e9, between), stops
         except Stop:

@@ -12,9 +12,10 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.planner.jobs import Job, completion_of
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import RULES
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended
-from hpcwhirl.store.directory.journal import Journal, next_run
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.journal import Journal, Journals
+from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.results.gather import gather
 
 INTERVAL = 2e-4  # s
@@ -110,8 +111,8 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
     random = np.random.default_rng(seed)
     design = design_of(document)
     folder.mkdir(parents=True)
-    write_manifest(folder, design.manifest())
-    with Journal(folder, 1, 0) as journal:
+    PlanFile(folder).write(design.manifest())
+    with Journal(Journals(folder), 1, 0) as journal:
         for case, scene in enumerate(design.scenes):
             record = {"digest": design.digests[case], "performance": WHERE}
             if case in (messages or {}):
@@ -121,7 +122,7 @@ def campaign(folder, document, samples=0, messages=None, seed=1):
             made = row(random, scene, samples)
             record |= {"status": "ok", "message": "", "row": made}
             journal.append(record, traces(scene, samples) if samples else {})
-    gather(folder, facts_of(design))
+    gather(Directory(folder), facts_of(design))
     return folder
 
 
@@ -136,9 +137,9 @@ def refined_campaign(folder, document, field, seed=1, radius=None):
     """
     random, design = np.random.default_rng(seed), design_of(document)
     folder.mkdir(parents=True, exist_ok=True)
-    write_manifest(folder, design.manifest())
+    PlanFile(folder).write(design.manifest())
     kinds = {"f8": 0.0, "i8": 0, "S16": "modal"}
-    with Journal(folder, next_run(folder), 0) as journal:
+    with Journal(Journals(folder), Journals(folder).next_run(), 0) as journal:
         planner = Ended.nothing(design.manifest()).planner()
         waiting = [Job(case) for case in range(len(design.settings))]
         while waiting:
@@ -161,5 +162,5 @@ def refined_campaign(folder, document, field, seed=1, radius=None):
                 told = {"status": "failed", "message": "made up"}
             journal.append(record | told, {})
             waiting += planner.complete(job, completion_of(record | told))
-    gather(folder, facts_of(design))
+    gather(Directory(folder), facts_of(design))
     return folder

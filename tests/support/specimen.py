@@ -5,8 +5,8 @@ from journals import plan_of
 
 from hpcwhirl.scene.quantities import ROW, TRACES
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.journal import Journal
-from hpcwhirl.store.directory.manifest import write_manifest
+from hpcwhirl.store.directory.journal import Journal, Journals
+from hpcwhirl.store.directory.manifest import PlanFile
 
 SPEEDS = [300.0, 350.0, 400.0, 410.0, 450.0]
 SAMPLES = {0: 5, 2: 3, 4: 7}  # of the cases that gave a result
@@ -40,9 +40,12 @@ def begin(folder, *, one_interval):
     settings = [{"speed": speed} for speed in SPEEDS]
     settings[2] |= {"direction": "stretch"}
     plan = plan_of(BASE, ["speed", "direction"], settings, "four_motions")
-    write_manifest(folder, plan)
+    PlanFile(folder).write(plan)
     where = {"rank": 1, "host": "node-ä", "seconds": 0.5}
-    with Journal(folder, 1, 0) as zero, Journal(folder, 1, 1) as one:
+    with (
+        Journal(Journals(folder), 1, 0) as zero,
+        Journal(Journals(folder), 1, 1) as one,
+    ):
         for case, journal in zip(SAMPLES, (one, zero, one), strict=True):
             record = {"digest": plan.digests[case], "status": "ok", "message": ""}
             interval = 1e-4 if one_interval else 1e-4 * (1 + case)

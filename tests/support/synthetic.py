@@ -17,7 +17,7 @@ from hpcwhirl.scene import Scene, flatten, to_toml
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.manifest import Manifest, write_manifest
+from hpcwhirl.store.directory.manifest import Manifest, PlanFile
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define, stored, swept_extra
 from hpcwhirl.store.schema import dtype, missing
@@ -50,7 +50,7 @@ def synthetic(
     swept = list(dict.fromkeys(n for row in full for n in row))
     base = Scene()
     plan = plan_of(flatten(base), swept, full, base.engine.name)
-    write_manifest(folder, plan)
+    PlanFile(folder).write(plan)
     contents = Contents(folder, plan)
     if samples:
         contents.samples[:], contents.interval[:] = samples, INTERVAL

@@ -14,7 +14,6 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,9 +33,10 @@ from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
 from hpcwhirl.store.directory.blades import DETAIL, LAW
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.process import begun
-from hpcwhirl.store.directory.runs import COSTS, read_runs
+from hpcwhirl.store.directory.runs import COSTS, Runs
 from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 
@@ -117,7 +117,7 @@ class Forecast:
 
 def forecast(
     design: Design,
-    folder: Path,
+    directory: Directory,
     shard: Shard | None = None,
     extended: Sequence[float] = (),
     started: float | None = None,
@@ -127,8 +127,7 @@ def forecast(
 
     Parameters
     ----------
-    design : the campaign
-    folder : its directory; the forecast learns from finished cases in it
+    design, directory : the campaign; its finished cases are learned from
     shard : shard whose cases count; None: all cases
     extended : end times to which undecided cases are extended, s
     started, loaded : time from the start of this process until its inputs were checked,
@@ -140,7 +139,7 @@ def forecast(
     costs, longest = costs_of(design, step), longest_of(design, extended)
     mine = share(costs.steps, shard)
     plan = replace(design.manifest(), extended=list(extended))
-    ended = ended_in(folder, plan)
+    ended = ended_in(directory.journals, plan)
     costs.learn_all(ended.seconds)
     left, spans = spans_of(design, ended, longest, mine)
     known = costs.factor[np.isfinite(costs.factor)]
@@ -152,7 +151,7 @@ def forecast(
         span = _range(seconds, known)
     else:
         span = _nominal_range(design, step, (left, spans[:, 0]))
-    overhead, first = _beside(folder, pace)
+    overhead, first = _beside(directory.runs, pace)
     found = Forecast(
         cases=len(mine),
         left=len(left),
@@ -246,12 +245,12 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
     return whole
 
 
-def _beside(folder: Path, pace: float) -> tuple[float, float]:
+def _beside(runs: Runs, pace: float) -> tuple[float, float]:
     """Return the time per case outside its kernel, and the first case's extra time, s.
 
     They are those of the last run that recorded them, or nominal ones.
     """
-    shares = [share for share in read_runs(folder) if "beside" in share]
+    shares = [share for share in runs.shares() if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
     if not last:
         return BESIDE * pace, 0.0

@@ -74,7 +74,7 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
             ]
             axes = [*over[:1], *names, None]
             wish = Wish(axes[0], axes[1], colour="attractor")
-        return figure_of(data, picture_of(data, wish), wish, results.path.parent)
+        return figure_of(data, picture_of(data, wish), wish, results.path)
 
 
 def _most_mixed(data: xarray.Dataset, starts: Starts) -> xarray.Dataset:

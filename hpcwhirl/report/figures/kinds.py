@@ -127,7 +127,7 @@ KINDS = {
 
 
 def draw_figures(
-    folder: Path,
+    results: Results,
     out: Path,
     kinds: list[str] | None = None,
     only: list[int] | None = None,
@@ -139,7 +139,7 @@ def draw_figures(
 
     Parameters
     ----------
-    folder : directory of a finished campaign
+    results : those of a campaign
     out : directory of the figures
     kinds : names of `KINDS`; None: all that need not be named, `branches` only for a
         campaign with a table [branch]
@@ -150,7 +150,6 @@ def draw_figures(
     for name in kinds or []:
         if name not in KINDS:
             raise unknown("kind of figure", name, KINDS)
-    results = Results(folder)
     _check(results, only)
     for name in kinds or _default_kinds(results):
         found = _lacking(results, KINDS[name]) or _wanted(results, KINDS[name], only)
@@ -164,18 +163,17 @@ def draw_figures(
             yield made
 
 
-def cases_at(folder: Path, settings: list[str]) -> list[int]:
+def cases_at(results: Results, settings: list[str]) -> list[int]:
     """Return the finished cases that have the values of ``NAME=V`` settings."""
-    with Results(folder) as results:
-        found = where(settings, {name: results[name] for name in swept_of(results)})
-        chosen = set(np.flatnonzero(found).tolist()) if found is not None else set()
-        finished = sorted(chosen & set(results.finished()))
-        if chosen and not finished:
-            row = results.rows[min(chosen)]
-            why = f"{row['status']}: {row['message'] or 'no message'}"
-            msg = f"--at {' '.join(settings)}: case {min(chosen)} is {why}"
-            raise InputError(msg)
-        return finished
+    found = where(settings, {name: results[name] for name in swept_of(results)})
+    chosen = set(np.flatnonzero(found).tolist()) if found is not None else set()
+    finished = sorted(chosen & set(results.finished()))
+    if chosen and not finished:
+        row = results.rows[min(chosen)]
+        why = f"{row['status']}: {row['message'] or 'no message'}"
+        msg = f"--at {' '.join(settings)}: case {min(chosen)} is {why}"
+        raise InputError(msg)
+    return finished
 
 
 def _default_kinds(results: Results) -> list[str]:

@@ -35,19 +35,19 @@ class _Level:
     case: int
 
 
-def mark_critical(panels: Iterable[Any], picture: Picture, folder: Path) -> None:
+def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
     """Draw Omega = (omega_bd + n omega_c) / k in every panel, named by family.
 
     Parameters
     ----------
     panels : axes of matplotlib; surplus ones are not used
     picture : content of the map
-    folder : the campaign's directory, whose plan has the scenes
+    path : `results.h5`; the plan beside it has the scenes
     """
     if "speed" not in {picture.x.name, picture.y.name}:
         msg = "--critical marks speeds: speed must be on an axis"
         raise InputError(msg)
-    results = Results(folder)
+    results = Results(path)
     upright = picture.x.name == "speed"
     speed, across = picture.x, picture.y
     if not upright:

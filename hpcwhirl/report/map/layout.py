@@ -107,14 +107,14 @@ def _rows(picture: Picture) -> int:
     return 1 if count <= 3 else (2 if count <= 8 else int(np.ceil(np.sqrt(count))))
 
 
-def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) -> Any:
+def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path) -> Any:
     """Return the figure of a map.
 
     Parameters
     ----------
     data : results
     picture, wish : content and options of the map
-    folder : the campaign's directory
+    results : path of `results.h5`
     """
     sheet = sheet_of(picture)
     size = sheet.width * sheet.columns, sheet.height * sheet.rows + 1.1
@@ -126,7 +126,7 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, folder: Path) 
     more = _mark_unsure(data, panels, sheet)
     _decorate(grid, sheet)
     if wish.critical:
-        mark_critical(panels, picture, folder)
+        mark_critical(panels, picture, results)
     add_legend(figure, picture, more, lettered=sheet.lettered)
     figure.suptitle(title_of(data, picture, size[0]), fontsize=10,
                     parse_math=False)  # fmt: skip

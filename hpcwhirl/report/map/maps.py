@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import FIXED
 from hpcwhirl.report.map.data import Picture, Wish, picture_of, with_cells
-from hpcwhirl.report.page.build import NAME, is_stale
+from hpcwhirl.report.page.build import is_stale
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.directory.campaign_directory import PAGE, Directory
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reading.reader import open_results
 from hpcwhirl.store.results.cells import read_refined
@@ -28,10 +29,9 @@ if TYPE_CHECKING:
 MADE_BY = {
     "map.png": "hpcwhirl map {}",
     "map.csv": "hpcwhirl map {} --csv",
-    NAME: "hpcwhirl report {}",
+    PAGE: "hpcwhirl report {}",
     "figures": "hpcwhirl figures {}",
 }
-RESULTS = "results.h5"
 KEY = "Description"  # entry of a PNG's metadata with the map's options
 
 
@@ -114,11 +114,11 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
             raise InputError(msg)
         with reading(results):
             if wants_shares(data, wish):
-                return _drawing_of_shares(data, wish, results.parent)
+                return _drawing_of_shares(data, wish, results)
             picture = picture_in(data, results, wish)
             for name in (*FIXED, "duration"):  # shown in the title
                 data[name].load()
-        figure = figure_of(data, picture, wish, results.parent)
+        figure = figure_of(data, picture, wish, results)
     return Drawing(figure, picture, wish)
 
 
@@ -131,7 +131,7 @@ def picture_in(data: xarray.Dataset, results: Path, wish: Wish) -> Picture:
     return with_cells(picture_of(data, wish), data, read_refined(results, by))
 
 
-def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawing:
+def _drawing_of_shares(data: xarray.Dataset, wish: Wish, results: Path) -> Drawing:
     from hpcwhirl.report.map import layout, probabilities
 
     found = probabilities.shares_shown(data, wish)
@@ -144,7 +144,7 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, folder: Path) -> Drawin
     picture = picture_of(cases, over)
     drawn = probabilities.draws_note(data, found)
     picture = replace(picture, along=[*picture.along, drawn])
-    figure = layout.figure_of(cases, picture, over, folder)
+    figure = layout.figure_of(cases, picture, over, results)
     return Drawing(figure, None, wish, found)
 
 
@@ -175,7 +175,7 @@ def wish_of(path: Path) -> Wish | None:
         return None
 
 
-def refresh(folder: Path) -> tuple[list[Path], list[str]]:
+def refresh(directory: Directory) -> tuple[list[Path], list[str]]:
     """Draw existing maps of a campaign again, with the options stored in them.
 
     Returns
@@ -183,13 +183,13 @@ def refresh(folder: Path) -> tuple[list[Path], list[str]]:
     paths drawn, and a line for each file that still shows older results
     """
     drawn: list[Path] = []
-    why = {}
+    why, folder = {}, directory.path
     for path in sorted(folder.glob("map*.png")):
         wish = wish_of(path)
         if wish is None:
             continue
         try:
-            drawn += save_map(drawing_of(folder / RESULTS, wish), folder)
+            drawn += save_map(drawing_of(directory.results, wish), folder)
         except InputError as refused:
             why[path.name] = f" ({refused})"
     names = dict.fromkeys([*MADE_BY, *why])
@@ -198,6 +198,6 @@ def refresh(folder: Path) -> tuple[list[Path], list[str]]:
         + MADE_BY.get(name, "hpcwhirl map {} ...").format(folder)
         for name in names
         if (folder / name).exists() and folder / name not in drawn
-        if name != NAME or is_stale(folder)
+        if name != PAGE or is_stale(directory)
     ]
     return drawn, lines

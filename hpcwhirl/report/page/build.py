@@ -16,13 +16,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError
 from hpcwhirl.report.page.data import PageData, page_data
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import sweep_idle, write_whole
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 
-NAME = "report.html"
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "data", "words", "axes", "story", "refined", "map", "charts",
            "case", "table", "main")  # fmt: skip
@@ -30,35 +30,29 @@ DIGEST = re.compile(rb'<meta name="hpcwhirl-results" content="([0-9a-f]{64})">')
 HEAD_BYTES = 4096  # beginning of the page that contains the line with the digest
 
 
-def write_page(folder: Path, out: Path | None = None) -> Path:
+def write_page(directory: Directory, out: Path | None = None) -> Path:
     """Write the page of a finished campaign and return its path.
 
-    Parameters
-    ----------
-    folder : directory of the campaign
     out : the file; `report.html` in the directory if None
     """
-    if folder.is_file():
-        msg = f"{folder} is a file: it must be the directory of a campaign"
-        raise MissingFileError(msg)
-    results = Results(folder)
+    results = Results(directory.results)
     if not len(results):
         msg = f"{results.path} has no cases: nothing to show"
         raise InputError(msg)
-    path = out or folder / NAME
+    path = out or directory.page
     sweep_idle(path.parent, path.name)  # files left by a killed process
     write_whole(path, page_of(page_data(results)).encode(), held=True)
     return path
 
 
-def is_stale(folder: Path) -> bool:
+def is_stale(directory: Directory) -> bool:
     """Return whether there is a page, and it shows older results."""
     try:
-        with open_regular(folder / NAME) as file:
+        with open_regular(directory.page) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
     except OSError:
         return False
-    with Results(folder) as results:
+    with Results(directory.results) as results:
         return not found or found[1].decode() != results.digest()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,8 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.words import OPEN
 from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.reader import Rows, rows_of
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.reader import Rows
 
 Words = NDArray[np.object_]
 MARCHED = ("row.steps", "row.certificate", "row.duration")
@@ -63,16 +63,16 @@ def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
     return np.where(planned, known.cases_of(rows), -1)
 
 
-def told_by(folder: Path, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
+def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
     """Yield (name of the journal, columns of some of its records), the oldest first.
 
     Parameters
     ----------
-    folder : directory of a campaign
+    journals : those of a campaign
     digests : digests of its planned cases
     """
     known = CaseIndex(digests)
-    for rows in rows_of(folder):
+    for rows in journals.rows():
         status, outcome, regime, stop = map(
             rows.words, ("status", "row.outcome", "row.regime", "row.stop")
         )

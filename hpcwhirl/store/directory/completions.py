@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.columns import MARCHED, marched, told_by
-from hpcwhirl.store.directory.journal import whole_records
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows
 from hpcwhirl.store.directory.record import Record
@@ -189,7 +188,7 @@ def is_plain(plan: Manifest) -> bool:
 
 
 def ended_in(
-    folder: Path,
+    journals: Journals,
     plan: Manifest,
     asked: Collection[str] = (),
     again: Callable[[Record], bool] | None = None,
@@ -198,7 +197,7 @@ def ended_in(
 
     Parameters
     ----------
-    folder, plan : directory and plan of the campaign
+    journals, plan : those of the campaign
     asked : digests whose completions are wanted in `Ended.told`
     again : tells whether the job of a record is to be computed again; None: never
     """
@@ -206,8 +205,8 @@ def ended_in(
         known = CaseIndex(plan.digests)
         cases = {name: known.find(name) for name in asked}
         if min(cases.values(), default=0) >= 0:
-            return _by_columns(folder, plan, cases)
-    return ended_of(plan, whole_records(folder), again)
+            return _by_columns(journals, plan, cases)
+    return ended_of(plan, journals.records(), again)
 
 
 def ended_of(
@@ -224,7 +223,7 @@ def ended_of(
     return ended
 
 
-def _by_columns(folder: Path, plan: Manifest, asked: Mapping[str, int]) -> Ended:
+def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) -> Ended:
     """Return the completed jobs of a plain plan.
 
     asked : {digest: case} of the completions wanted in `Ended.told`
@@ -232,7 +231,7 @@ def _by_columns(folder: Path, plan: Manifest, asked: Mapping[str, int]) -> Ended
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}
     numbers = np.array(list(names), dtype=np.int64)
-    for _, told in told_by(folder, plan.digests):
+    for _, told in told_by(journals, plan.digests):
         own = np.flatnonzero(told.case >= 0)
         case, ok = told.case[own], told.status[own] == OK
         ended.over[case], ended.ok[case] = True, ok

@@ -37,17 +37,17 @@ class Running:
 
     Parameters
     ----------
-    folder : the campaign's directory
+    notes : those of the campaign
     run, rank : numbers as in the name of its journal
     """
 
-    def __init__(self, folder: Path, run: int, rank: int) -> None:
-        self._path = folder / "running" / journal_name(run, rank)
+    def __init__(self, notes: Notes, run: int, rank: int) -> None:
+        self._path = notes.place / journal_name(run, rank)
         pid = os.getpid()
         self._who: Record = {"rank": rank, "host": socket.gethostname(), "pid": pid}
         self._who["ticks"] = begun(pid)
         self._memory: mmap | bytearray = bytearray()
-        with telling(f"in {folder}"):
+        with telling(f"in {notes.folder}"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._file = open_regular(self._path, "w+b", 0)
 
@@ -134,12 +134,12 @@ class Notes:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder / "running"
+        self.folder, self.place = folder, folder / "running"
 
     def _whole(self) -> list[tuple[Path, Note]]:
         """Return (file, note) for each complete note; no result depends on others."""
         try:
-            paths = listed(self.folder, ".log")
+            paths = listed(self.place, ".log")
         except MissingFileError:
             return []
         return [(path, note) for path in paths if (note := _note(path)) is not None]
@@ -161,7 +161,7 @@ class Notes:
             clock of the file system
         """
         with suppress(MissingFileError):
-            for path in listed(self.folder, ".log"):
+            for path in listed(self.place, ".log"):
                 with suppress(OSError):
                     if _note(path) is None and path.lstat().st_mtime < older:
                         path.unlink()

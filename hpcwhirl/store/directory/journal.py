@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,120 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import MissingFileError, StoreError
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import keep_names, telling
-from hpcwhirl.store.directory.listing import run_of
+from hpcwhirl.store.directory.listing import listed, run_of
 from hpcwhirl.store.directory.packing import packed, unpacked
-from hpcwhirl.store.directory.reader import journals, rows_of
+from hpcwhirl.store.directory.reader import Rows, rows_in
 from hpcwhirl.store.directory.record import Record, fields_of, header_of
 
 EVERY = 1.0  # s between groups of finished cases; a kill costs one group
 MOST = 8 << 20  # bytes of waiting cases at which a group is written early
-T = TypeVar("T")
+
+
+class Journals:
+    """The journals and traces in a campaign's directory.
+
+    folder : the campaign's directory
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.logs, self.blocks = folder / "journal", folder / "traces"
+
+    def files(self) -> list[Path]:
+        """Return the journals, the oldest run first."""
+        return listed(self.logs, ".log")
+
+    def trace_files(self) -> list[Path]:
+        """Return the files of traces, the oldest run first."""
+        return listed(self.blocks, ".bin")
+
+    def rows(self) -> Iterator[Rows]:
+        """Yield all records in batches, the oldest first.
+
+        Raises
+        ------
+        MissingFileError
+            where an existing journal cannot be read
+        """
+        sizes: dict[str, int] = {}
+        for path in self.files():
+            yield from rows_in(path, sizes)
+
+    def records(self) -> Iterator[Record]:
+        """Yield the complete records, the oldest first; one at a time is in memory."""
+        for rows in self.rows():
+            yield from map(rows.record, range(len(rows)))
+
+    def newest(self) -> dict[str, Record]:
+        """Return {case digest: its newest complete record}."""
+        return {record["digest"]: record for record in self.records()}
+
+    def by_file(self) -> dict[str, list[Record]]:
+        """Return {journal: its records in the order written}, the oldest run first."""
+        out = defaultdict[str, list[Record]](list)
+        for rows in self.rows():
+            out[rows.journal.stem] += map(rows.record, range(len(rows)))
+        return out
+
+    def traces(self, block: Record) -> dict[str, NDArray[np.float64]]:
+        """Return {trace: array} of a block; raise StoreError if it is damaged."""
+        path = self.blocks / Path(block["file"]).name
+        try:
+            with open_regular(path) as file:
+                file.seek(block["offset"])
+                data = file.read(block["bytes"])
+        except OSError as failed:
+            msg = f"cannot read traces in {path}: {failed.strerror}"
+            raise MissingFileError(msg) from None
+        traces = unpacked(block, data)
+        if traces is None:
+            msg = (
+                f"traces in {path} at byte {block['offset']} are damaged; the "
+                "campaign's command with --retry failed computes them again"
+            )
+            raise StoreError(msg)
+        return traces
+
+    def is_whole(self, record: Record) -> bool:
+        """Return whether the traces of a record, if any, are undamaged."""
+        if not record.get("traces"):
+            return True
+        try:
+            self.traces(record["traces"])
+        except (MissingFileError, StoreError):
+            return False
+        return True
+
+    def next_run(self) -> int:
+        """Return the next unused run number."""
+        return 1 + max(map(run_of, self.files()), default=0)
+
+    def claim_run(self) -> int:
+        """Reserve a run number by making the journal of rank 0; return the number.
+
+        Shards of an array may start at once on several hosts: if the journal exists,
+        the next number is tried.
+
+        Raises
+        ------
+        MissingFileError
+            where the directory cannot be written
+        """
+        with telling(f"in {self.folder}"):
+            self.logs.mkdir(parents=True, exist_ok=True)
+            run = self.next_run()
+            while True:
+                try:
+                    (self.logs / journal_name(run, 0)).touch(exist_ok=False)
+                except FileExistsError:
+                    run += 1
+                else:
+                    return run
+
+
+def journal_name(run: int, rank: int) -> str:
+    """Return the name of the journal of a rank of a run."""
+    return f"{run:04d}-{rank:05d}.log"
 
 
 class Journal:
@@ -46,7 +153,7 @@ class Journal:
 
     Parameters
     ----------
-    folder : the campaign's directory
+    journals : those of the campaign
     run : number of this run, so that no file is ever written by two runs
     rank : rank of this process
     plan : identity of the plan to which case numbers refer; "": unknown
@@ -55,23 +162,21 @@ class Journal:
 
     def __init__(
         self,
-        folder: Path,
+        journals: Journals,
         run: int,
         rank: int,
         plan: str = "",
         measured: Iterable[str] = (),
     ) -> None:
         name = journal_name(run, rank).removesuffix(".log")
-        self._places = folder / "journal", folder / "traces"
-        with telling(f"in {folder}"), ExitStack() as both:
-            for place in self._places:
+        self.journals = journals
+        with telling(f"in {journals.folder}"), ExitStack() as both:
+            for place in (journals.logs, journals.blocks):
                 place.mkdir(parents=True, exist_ok=True)
-            log = folder / "journal" / f"{name}.log"
-            records = both.enter_context(open_regular(log, "ab", 0))
-            bin_ = folder / "traces" / f"{name}.bin"
-            blocks = both.enter_context(open_regular(bin_, "ab", 0))
+            log, bin_ = journals.logs / f"{name}.log", journals.blocks / f"{name}.bin"
+            self._records = both.enter_context(open_regular(log, "ab", 0))
+            self._blocks = both.enter_context(open_regular(bin_, "ab", 0))
             self._both = both.pop_all()
-        self._records, self._blocks, self.folder = records, blocks, folder
         self._header, self._head = header_of(plan, bin_.name, fields_of(measured))
         self._named = False  # whether the names of both files are synced
         self._kept = -math.inf  # s, time of the last group
@@ -155,8 +260,9 @@ class Journal:
         """Sync the directories of the files, so that they survive a crash."""
         if self._named:
             return
-        with telling(f"in {self.folder}"):
-            for place in (self.folder, *self._places):
+        own = self.journals
+        with telling(f"in {own.folder}"):
+            for place in (own.folder, own.logs, own.blocks):
                 keep_names(place)
         self._named = True
 
@@ -166,7 +272,7 @@ class Journal:
 
     def __exit__(self, *error: object) -> None:
         """Write the waiting cases and close both files."""
-        with telling(f"in {self.folder}"), self._both:
+        with telling(f"in {self.journals.folder}"), self._both:
             self.keep()
 
 
@@ -184,95 +290,3 @@ def _write(file: FileIO, parts: Iterable[bytes]) -> None:
             with suppress(OSError):
                 file.truncate(offset)
             raise
-
-
-def next_run(folder: Path) -> int:
-    """Return the next unused run number."""
-    return 1 + max(map(run_of, journals(folder)), default=0)
-
-
-def claim_run(folder: Path) -> int:
-    """Reserve a run number by making the journal of rank 0; return the number.
-
-    Shards of an array may start at once on several hosts: if the journal exists, the
-    next number is tried.
-
-    Raises
-    ------
-    MissingFileError
-        where the directory cannot be written
-    """
-    with telling(f"in {folder}"):
-        (folder / "journal").mkdir(parents=True, exist_ok=True)
-        run = next_run(folder)
-        while True:
-            try:
-                (folder / "journal" / journal_name(run, 0)).touch(exist_ok=False)
-            except FileExistsError:
-                run += 1
-            else:
-                return run
-
-
-def journal_name(run: int, rank: int) -> str:
-    """Return the name of the journal of a rank of a run."""
-    return f"{run:04d}-{rank:05d}.log"
-
-
-def whole_records(folder: Path) -> Iterator[Record]:
-    """Yield the complete records of a campaign's journals, the oldest first."""
-    for rows in rows_of(folder):
-        yield from map(rows.record, range(len(rows)))
-
-
-def scan(folder: Path, brief: Callable[[Record], T]) -> dict[str, T]:
-    """Return {digest: `brief` of its newest complete record}.
-
-    Only one record at a time is kept in memory.
-    """
-    return {record["digest"]: brief(record) for record in whole_records(folder)}
-
-
-def read_records(folder: Path) -> dict[str, Record]:
-    """Return {case digest: its newest complete record}."""
-    return scan(folder, lambda record: record)
-
-
-def read_journals(folder: Path) -> dict[str, list[Record]]:
-    """Return {journal: its records in the order written}, the oldest run first."""
-    out: dict[str, list[Record]] = {}
-    for rows in rows_of(folder):
-        own = out.setdefault(rows.journal.stem, [])
-        own += map(rows.record, range(len(rows)))
-    return out
-
-
-def read_traces(folder: Path, block: Record) -> dict[str, NDArray[np.float64]]:
-    """Return {trace: array} of a block of traces; raise StoreError if it is damaged."""
-    path = folder / "traces" / Path(block["file"]).name
-    try:
-        with open_regular(path) as file:
-            file.seek(block["offset"])
-            data = file.read(block["bytes"])
-    except OSError as failed:
-        msg = f"cannot read traces in {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
-    traces = unpacked(block, data)
-    if traces is None:
-        msg = (
-            f"traces in {path} at byte {block['offset']} are damaged; the campaign's "
-            "command with --retry failed computes them again"
-        )
-        raise StoreError(msg)
-    return traces
-
-
-def is_whole(folder: Path, record: Record) -> bool:
-    """Return whether the traces of a record, if any, are undamaged."""
-    if not record.get("traces"):
-        return True
-    try:
-        read_traces(folder, record["traces"])
-    except (MissingFileError, StoreError):
-        return False
-    return True

@@ -85,54 +85,88 @@ def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def write_manifest(folder: Path, plan: Manifest, check: Check = anyone) -> None:
-    """Write the plan of a campaign directory, with its SHA-256.
+class PlanFile:
+    """The file of a campaign's plan, `campaign.json`.
 
-    Parameters
-    ----------
-    folder, plan : directory and its plan
-    check : raises if another process has taken over the directory, see `publish`
+    folder : the campaign's directory
     """
-    if not isinstance(plan.digests, CaseDigests):  # a refined plan with all its cases
-        raise TypeError
-    data = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
-    if not plan.refine:
-        del data["refine"]
-    del data["digests"], data["settings"]
-    data["reads"] = plan.digests.reads
-    text = json.dumps(data, indent=1).removesuffix("\n}")
-    body = f'{text},\n "cases": {json.dumps(plan.digests.table.plain())}\n}}'.encode()
-    write_whole(folder / NAME, SEALED % _sha256(body) + body[2:], check)
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.path = folder, folder / NAME
+
+    def write(self, plan: Manifest, check: Check = anyone) -> None:
+        """Write a plan, with its SHA-256.
+
+        check : raises if another process has taken over the directory, see `publish`
+        """
+        if not isinstance(plan.digests, CaseDigests):  # a refined plan with all cases
+            raise TypeError
+        data = {field.name: getattr(plan, field.name) for field in fields(Manifest)}
+        if not plan.refine:
+            del data["refine"]
+        del data["digests"], data["settings"]
+        data["reads"] = plan.digests.reads
+        text = json.dumps(data, indent=1).removesuffix("\n}")
+        cases = json.dumps(plan.digests.table.plain())
+        body = f'{text},\n "cases": {cases}\n}}'.encode()
+        write_whole(self.path, SEALED % _sha256(body) + body[2:], check)
+
+    def read(self) -> Manifest:
+        """Return the plan.
+
+        Raises
+        ------
+        MissingFileError, StoreError
+            if there is no plan, or it is damaged: its checksum, the SHA-256 of the rest
+            of the file, must be present and correct
+        """
+        try:
+            text = read_regular(self.path)
+        except OSError as failed:
+            msg = f"{self.folder} is no campaign directory: {NAME}: {failed.strerror}"
+            raise MissingFileError(msg) from None
+        head, edited = SEAL.match(text), f"{self.path} is damaged or was edited"
+        if head and _sha256(b"{\n" + text[head.end() :]) != head[1]:
+            raise StoreError(f"{edited}: its seal (SHA-256) is wrong; {REMEDY}")
+        plan = _parsed(self.path, text)
+        if not head:
+            raise StoreError(f"{edited}: it has no seal (SHA-256); {REMEDY}")
+        return plan
+
+    def check_same(self, old: Manifest, new: Manifest) -> None:
+        """Raise InputError, naming the change, if `new` may not continue plan `old`.
+
+        A campaign may get more cases: swept lists may grow, and further inputs may be
+        swept if their former value is among the swept values.
+        """
+        own = "use another --out, the same inputs as before, or --fresh to start over"
+        begun = f"{self.folder} was begun"
+        if old.version != new.version:
+            msg = f"{begun} by hpcwhirl {old.version}, this is {new.version}: {own}"
+            raise InputError(msg)
+        if not set(old.swept) <= set(new.swept):
+            msg = f"{self.folder} sweeps {', '.join(old.swept)}; this sweeps "
+            raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
+        own_kinds = [name for name in BEYOND if name in old.base]
+        for name in dict.fromkeys([*new.base, *own_kinds]):
+            if name == FINGERPRINT:  # checked by the caller
+                continue
+            before = default_of(name) if name in LATER else None
+            was, now = old.base.get(name, before), _values(new, name, old.swept)
+            if now and was not in now:
+                got = " or ".join(map(shown, now[:3])) + " ..." * (len(now) > 3)
+                msg = f"{begun} with {name} = {shown(was)}, got {got}: {own}"
+                raise InputError(msg)
+        check_change(old.refine, new.refine, f"{self.folder}")
+        _check_twins(old.twins, new.twins, f"{begun} with", own)
+        file = _changed_file(old, new)
+        if file:
+            msg = f"{begun} with other content of {file}: {own}"
+            raise InputError(msg)
 
 
 def _sha256(body: bytes) -> bytes:
     return hashlib.sha256(body).hexdigest().encode()
-
-
-def read_manifest(folder: Path) -> Manifest:
-    """Return the plan of a campaign directory.
-
-    Raises
-    ------
-    MissingFileError, StoreError
-        if there is no plan, or it is damaged: its checksum, the SHA-256 of the rest of
-        the file, must be present and correct
-    """
-    path = folder / NAME
-    try:
-        text = read_regular(path)
-    except OSError as failed:
-        msg = f"{folder} is no campaign directory: {path.name}: {failed.strerror}"
-        raise MissingFileError(msg) from None
-    head = SEAL.match(text)
-    if head and _sha256(b"{\n" + text[head.end() :]) != head[1]:
-        msg = f"{path} is damaged or was edited: its seal (SHA-256) is wrong; {REMEDY}"
-        raise StoreError(msg)
-    plan = _parsed(path, text)
-    if not head:
-        msg = f"{path} is damaged or was edited: it has no seal (SHA-256); {REMEDY}"
-        raise StoreError(msg)
-    return plan
 
 
 def _parsed(path: Path, text: bytes) -> Manifest:
@@ -186,37 +220,6 @@ def digests_of(plan: Manifest) -> Digests:
     given = {name: value for name, value in plan.base.items() if name in known}
     base = apply_settings(Scene(), given)
     return Digests(base, {base.engine.file: plan.base.get(CONTENT, "")})
-
-
-def check_same(old: Manifest, new: Manifest, folder: Path) -> None:
-    """Raise InputError, naming the change, if plan `new` may not continue plan `old`.
-
-    A campaign may get more cases: swept lists may grow, and further inputs may be swept
-    if their former value is among the swept values.
-    """
-    own = "use another --out, the same inputs as before, or --fresh to start over"
-    if old.version != new.version:
-        msg = f"{folder} was begun by hpcwhirl {old.version}, this is {new.version}: "
-        raise InputError(msg + own)
-    if not set(old.swept) <= set(new.swept):
-        msg = f"{folder} sweeps {', '.join(old.swept)}; this sweeps "
-        raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
-    own_kinds = [name for name in BEYOND if name in old.base]
-    for name in dict.fromkeys([*new.base, *own_kinds]):
-        if name == FINGERPRINT:  # checked by the caller
-            continue
-        before = default_of(name) if name in LATER else None
-        was, now = old.base.get(name, before), _values(new, name, old.swept)
-        if now and was not in now:
-            msg = f"{folder} was begun with {name} = {shown(was)}, "
-            got = " or ".join(map(shown, now[:3])) + (" ..." if len(now) > 3 else "")
-            raise InputError(msg + f"got {got}: {own}")
-    check_change(old.refine, new.refine, f"{folder}")
-    _check_twins(old.twins, new.twins, f"{folder} was begun with", own)
-    file = _changed_file(old, new)
-    if file:
-        msg = f"{folder} was begun with other content of {file}: {own}"
-        raise InputError(msg)
 
 
 def _check_twins(

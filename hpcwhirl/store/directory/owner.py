@@ -25,17 +25,17 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from hpcwhirl.errors import InputError, MissingFileError, StoreError
 from hpcwhirl.store.atomic import NEW, make_folders, telling
+from hpcwhirl.store.directory.listing import unreadable
 from hpcwhirl.store.directory.process import begun, is_alive, machine
 
-FOLDER = "owners"
 CAMPAIGN, RESULTS = "campaign", "results"
 NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
 PULSE = 15.0  # s between signs of life
@@ -103,13 +103,13 @@ class Claim:
 
     Parameters
     ----------
-    folder : the campaign's directory
+    claims : those on the directory
     kind : `CAMPAIGN`, `RESULTS` or a `shard_claim`
     """
 
-    def __init__(self, folder: Path, kind: str) -> None:
-        self.folder, self.kind = folder, kind
-        self.path = folder / FOLDER / f"{kind}.{uuid.uuid4().hex}.claim"
+    def __init__(self, claims: Claims, kind: str) -> None:
+        self.claims, self.kind = claims, kind
+        self.path = claims.place / f"{kind}.{uuid.uuid4().hex}.claim"
         self.when_lost: Callable[[str], None] = lambda _: None
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._beat, daemon=True)
@@ -123,7 +123,7 @@ class Claim:
         MissingFileError
             where the directory cannot be written
         """
-        with telling(f"in {self.folder}"):
+        with telling(f"in {self.claims.folder}"):
             handle = self._make()
             # on a full disk the claim is an empty file, which counts, too
             with suppress(OSError):
@@ -147,9 +147,9 @@ class Claim:
 
     def _make_folders(self, place: Path) -> None:
         """Make the directory `owners`; for a campaign also its parents."""
-        if self.kind != RESULTS and not self.folder.exists():
-            make_folders(self.folder)
-            self._made = [self.folder]
+        if self.kind != RESULTS and not self.claims.folder.exists():
+            make_folders(self.claims.folder)
+            self._made = [self.claims.folder]
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
@@ -182,18 +182,26 @@ class Claim:
             where the claim no longer exists
         """
         if not self.held:
-            msg = f"nothing is written in {self.folder}: another process has taken over"
-            raise StoreError(msg + " meanwhile")
+            msg = f"nothing is written in {self.claims.folder}: another process has "
+            raise StoreError(msg + "taken over meanwhile")
 
     def release(self) -> None:
         """Remove the claim."""
         self._end.set()
         self.take_back()
 
-    def moved(self, folder: Path) -> None:
+    def __enter__(self) -> Self:
+        """Return this object."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Release the claim."""
+        self.release()
+
+    def moved(self, claims: Claims) -> None:
         """Note that the campaign's directory has been renamed."""
-        self.folder, self._made = folder, []
-        self.path = folder / FOLDER / self.path.name
+        self.claims, self._made = claims, []
+        self.path = claims.place / self.path.name
 
     def _beat(self) -> None:
         while not self._end.wait(PULSE):
@@ -201,7 +209,7 @@ class Claim:
                 os.utime(self.path)
             except FileNotFoundError:
                 if not self._end.is_set():
-                    self.when_lost(f"another run has taken over {self.folder}")
+                    self.when_lost(f"another run has taken over {self.claims.folder}")
                 return
             except OSError:  # the file server does not answer: try again later
                 continue
@@ -257,7 +265,9 @@ class Asking:
         waited = time.monotonic() - self._begun
         if not self._told and waited >= SOON:
             self._told = True
-            self.say(f"waiting for {others[0]}, which has claimed {claim.folder}")
+            self.say(
+                f"waiting for {others[0]}, which has claimed {claim.claims.folder}"
+            )
         alive = [other for other in others if self.is_alive(other)]
         if claim.kind == RESULTS or waited < GRACE or not alive:
             return
@@ -266,57 +276,66 @@ class Asking:
             age = max(self._now - alive[0].changed, 0) / 1e9
             mend += f"; its last sign of life is {age:.0f} s old, it counts as dead "
             mend += f"after {STALE:g} s (at once with --take-over)"
-        msg = f"{claim.folder} is being computed by {alive[0]}: {mend}"
+        msg = f"{claim.claims.folder} is being computed by {alive[0]}: {mend}"
         raise InputError(msg)
 
 
-def claim(folder: Path, kind: str, asking: Asking | None = None) -> Claim:
-    """Return a claim on a campaign's directory; wait for claims that exclude it.
+class Claims:
+    """The claims on a campaign's directory.
 
-    Parameters
-    ----------
     folder : the campaign's directory
-    kind : `CAMPAIGN` or a `shard_claim`, refused while another run is alive; or
-        `RESULTS`, which waits until other processes have written theirs
-    asking : options; None: silent
-
-    Raises
-    ------
-    InputError
-        where another run computes there, naming it
-    MissingFileError
-        where the directory cannot be written
     """
-    own, asking = Claim(folder, kind), asking or Asking()
-    while True:
-        try:
-            others = _others(own, own.put(), asking)
-            if not others:
-                own.live()
-                return own
-        except BaseException:
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.place = folder, folder / "owners"
+
+    def make(self, kind: str, asking: Asking | None = None) -> Claim:
+        """Return a new claim; wait for claims that exclude it.
+
+        Parameters
+        ----------
+        kind : `CAMPAIGN` or a `shard_claim`, refused while another run is alive; or
+            `RESULTS`, which waits until other processes have written theirs
+        asking : options; None: silent
+
+        Raises
+        ------
+        InputError
+            where another run computes there, naming it
+        MissingFileError
+            where the directory cannot be written
+        """
+        own, asking = Claim(self, kind), asking or Asking()
+        while True:
+            try:
+                others = _others(own, own.put(), asking)
+                if not others:
+                    own.live()
+                    return own
+            except BaseException:
+                own.take_back()
+                raise
             own.take_back()
-            raise
-        own.take_back()
-        asking.waited(others, own)
-        asking.check()
-        time.sleep(random.uniform(*PAUSE))
+            asking.waited(others, own)
+            asking.check()
+            time.sleep(random.uniform(*PAUSE))
 
-
-@contextmanager
-def claimed(folder: Path, kind: str, asking: Asking | None = None) -> Iterator[Claim]:
-    """Context that holds a claim, see `claim`, and releases it at the end."""
-    own = claim(folder, kind, asking)
-    try:
-        yield own
-    finally:
-        own.release()
+    def owners(self) -> list[Owner]:
+        """Return all claims, of living and dead processes."""
+        try:
+            names = sorted(os.listdir(self.place))  # noqa: PTH208 - errors are told
+        except FileNotFoundError:
+            return []
+        except OSError as failed:
+            raise unreadable(self.place, failed) from None
+        found = (_owner(self.place / name) for name in names if NAME.fullmatch(name))
+        return [owner for owner in found if owner is not None]
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
     """Return the living claims that exclude the claim `own`; remove all dead ones."""
     found = []
-    for other in owners(own.folder):
+    for other in own.claims.owners():
         if other.path.name == own.path.name:
             continue
         counts = in_the_way(own.kind, other.path.name.partition(".")[0])
@@ -328,19 +347,6 @@ def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
         if counts and not other.here:
             asking.say(f"taken over from {other}, which gives no sign of life")
     return found
-
-
-def owners(folder: Path) -> list[Owner]:
-    """Return all claims on a campaign's directory, of living and dead processes."""
-    try:
-        names = sorted(os.listdir(folder / FOLDER))  # noqa: PTH208 - errors are told
-    except FileNotFoundError:
-        return []
-    except OSError as failed:
-        msg = f"cannot read {folder / FOLDER}: {failed.strerror}"
-        raise MissingFileError(msg) from None
-    found = (_owner(folder / FOLDER / name) for name in names if NAME.fullmatch(name))
-    return [owner for owner in found if owner is not None]
 
 
 def _owner(path: Path) -> Owner | None:
@@ -359,8 +365,7 @@ def _owner(path: Path) -> Owner | None:
     except FileNotFoundError:
         return None
     except OSError as failed:
-        msg = f"cannot read {path}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise unreadable(path, failed) from None
     return Owner(path, state.st_mtime_ns, _known(data))
 
 

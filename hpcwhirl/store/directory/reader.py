@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.listing import listed, unreadable
+from hpcwhirl.store.directory.listing import unreadable
 from hpcwhirl.store.directory.record import (
     CHECKED,
     MALFORMED,
@@ -144,28 +144,15 @@ class Rows:
         return self.header.record(self.slots[number].tobytes(), text)
 
 
-def journals(folder: Path) -> list[Path]:
-    """Return the journals of a campaign's directory, the oldest run first."""
-    return listed(folder / "journal", ".log")
+def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
+    """Yield the records of a journal in batches.
 
-
-def rows_of(folder: Path) -> Iterator[Rows]:
-    """Yield all records of a campaign's journals in batches, the oldest first.
+    sizes : {file of traces: bytes}, a cache that this function fills
 
     Raises
     ------
     MissingFileError
-        where an existing journal cannot be read: its cases must not be lost silently
-    """
-    sizes: dict[str, int] = {}
-    for path in journals(folder):
-        yield from rows_in(path, sizes)
-
-
-def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
-    """Yield the records of a journal in batches, see `rows_of`.
-
-    sizes : {file of traces: bytes}, a cache that this function fills
+        where it cannot be read: its cases must not be lost silently
     """
     try:
         with open_regular(path) as file:

@@ -20,8 +20,9 @@ from hpcwhirl.refinement.tree import CONFIRM
 from hpcwhirl.scene import preset_of
 from hpcwhirl.scene.quantities import REFINED, variable_name
 from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import digest_of, ended_in, family_of
-from hpcwhirl.store.directory.manifest import Manifest, digests_of, read_manifest
+from hpcwhirl.store.directory.manifest import Manifest, PlanFile, digests_of
 from hpcwhirl.store.schema import dtype
 
 PLACE = "place_"  # prefix of the variable with a case's position along an input
@@ -45,16 +46,18 @@ class RefinedPlan(Manifest):
     twinned: frozenset[Address] = frozenset()
 
 
-def full_plan(folder: Path) -> Manifest:
+def full_plan(directory: Directory) -> Manifest:
     """Return the plan of a directory with all cases that follow from its journals.
 
     Raises
     ------
     MissingFileError, StoreError
-        where `folder` is no campaign directory, or its plan is damaged
+        where it is no campaign directory, or its plan is damaged
     """
-    plan = read_manifest(folder)
-    return grown_plan(plan, ended_in(folder, plan).planner()) if plan.refine else plan
+    plan = directory.plan.read()
+    if not plan.refine:
+        return plan
+    return grown_plan(plan, ended_in(directory.journals, plan).planner())
 
 
 def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
@@ -118,7 +121,7 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
     MissingFileError, StoreError
         where there is no plan beside the file, or they do not belong together
     """
-    plan = read_manifest(path.parent)
+    plan = PlanFile(path.parent).read()
     if not plan.refine:
         return plan
     family, coarse = family_of(plan), len(plan.digests)

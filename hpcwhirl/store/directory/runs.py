@@ -18,54 +18,61 @@ COSTS = {"beside": float, "first": float}  # s; missing in records of older vers
 LARGEST = 1 << 53  # limit of all numbers: whole ones are exact below
 
 
-def write_run(folder: Path, run: int, shares: list[Share], stopped: str = "") -> None:
-    """Write how the ranks of a run used their time, and why it stopped early, if so."""
-    path = folder / "runs" / f"{run:04d}.json"
-    told = {"run": run, "stopped": stopped, "ranks": shares}
-    text = json.dumps(told, indent=1) + "\n"
-    write_whole(path, text.encode())
+class Runs:
+    """The files of runs in a campaign's directory.
 
-
-def read_runs(folder: Path, say: Callable[[str], None] | None = None) -> list[Share]:
-    """Return {run, rank, host, cases, busy, span} of each rank of each run.
-
-    In the order of the runs; busy, span in s. A rank may also have `beside`, the median
-    overhead of a computation beyond its kernel, s, and `first`, by how much its first
-    computation took longer than the others, s. A killed run has no file, and a damaged
-    file is skipped: no result depends on them.
-
-    Parameters
-    ----------
     folder : the campaign's directory
-    say : prints one line about skipped files
     """
-    found: list[Share] = []
-    told: list[str] = []
-    try:
-        paths = listed(folder / "runs", ".json")
-    except MissingFileError as failed:
-        paths, told = [], [str(failed)]
-    for path in paths:
+
+    def __init__(self, folder: Path) -> None:
+        self.place = folder / "runs"
+
+    def files(self) -> list[Path]:
+        """Return the files in the order of the runs."""
+        return listed(self.place, ".json")
+
+    def write(self, run: int, shares: list[Share], stopped: str = "") -> None:
+        """Write how the ranks used their time, and why the run stopped early, if so."""
+        told = {"run": run, "stopped": stopped, "ranks": shares}
+        text = json.dumps(told, indent=1) + "\n"
+        write_whole(self.place / f"{run:04d}.json", text.encode())
+
+    def shares(self, say: Callable[[str], None] | None = None) -> list[Share]:
+        """Return {run, rank, host, cases, busy, span} of each rank of each run.
+
+        In the order of the runs; busy, span in s. A rank may also have `beside`, the
+        median overhead of a computation beyond its kernel, s, and `first`, by how much
+        its first computation took longer than the others, s. A killed run has no file,
+        and a damaged file is skipped: no result depends on them.
+
+        say : prints one line about skipped files
+        """
+        found: list[Share] = []
+        told: list[str] = []
         try:
-            found += _shares(json.loads(read_regular(path)))
-        except (ValueError, TypeError, RecursionError):
-            told.append(f"{path} is damaged")
-        except OSError as failed:
-            told.append(f"cannot read {path}: {failed.strerror}")
-    if told and say is not None:
-        more = f" ({len(told)} such files)" if len(told) > 1 else ""
-        say(f"{told[0]}{more}: the ranks' times of that run are left out")
-    return found
+            paths = self.files()
+        except MissingFileError as failed:
+            paths, told = [], [str(failed)]
+        for path in paths:
+            try:
+                found += _shares(json.loads(read_regular(path)))
+            except (ValueError, TypeError, RecursionError):
+                told.append(f"{path} is damaged")
+            except OSError as failed:
+                told.append(f"cannot read {path}: {failed.strerror}")
+        if told and say is not None:
+            more = f" ({len(told)} such files)" if len(told) > 1 else ""
+            say(f"{told[0]}{more}: the ranks' times of that run are left out")
+        return found
 
-
-def why_stopped(folder: Path, run: int) -> str:
-    """Return why a run stopped early, "" if it did not or if unknown."""
-    try:
-        found = json.loads(read_regular(folder / "runs" / f"{run:04d}.json"))
-    except (OSError, ValueError, RecursionError):  # killed runs leave no whole file
-        return ""
-    told = found.get("stopped") if isinstance(found, dict) else ""
-    return told if isinstance(told, str) else ""
+    def why_stopped(self, run: int) -> str:
+        """Return why a run stopped early, "" if it did not or if unknown."""
+        try:
+            found = json.loads(read_regular(self.place / f"{run:04d}.json"))
+        except (OSError, ValueError, RecursionError):  # killed runs leave no whole file
+            return ""
+        told = found.get("stopped") if isinstance(found, dict) else ""
+        return told if isinstance(told, str) else ""
 
 
 def _shares(data: Any) -> list[Share]:

@@ -35,10 +35,10 @@ class States:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder / "states"
+        self.folder, self.place = folder, folder / "states"
 
     def _path(self, digest: str) -> Path:
-        return self.folder / f"{digest}.state"
+        return self.place / f"{digest}.state"
 
     def write(self, digest: str, belongs: Record, arrays: Arrays) -> None:
         """Write the state of a case, replacing an older one.
@@ -113,7 +113,7 @@ class States:
 
     def names(self) -> set[str]:
         """Return the digests of the cases with a saved state."""
-        return {path.stem for path in listed(self.folder, ".state")}
+        return {path.stem for path in listed(self.place, ".state")}
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:

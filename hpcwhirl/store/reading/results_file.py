@@ -19,6 +19,7 @@ from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import OVER_SPEED, PERFORMANCE, ROW, STATUS, TRACES
 from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.directory.campaign_directory import RESULTS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import plan_of_results
 from hpcwhirl.store.hdf5 import DAMAGE, reading
@@ -37,7 +38,7 @@ def results_of(place: Path) -> Path:
     The file need not exist.
     """
     named = place.suffix == ".h5" and not place.is_dir()
-    return place if named or place.is_file() else place / "results.h5"
+    return place if named or place.is_file() else place / RESULTS
 
 
 def opened(path: Path) -> h5py.File:

@@ -15,7 +15,6 @@ from hpcwhirl.scene.rules import end_time
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.blades import amplification
-from hpcwhirl.store.directory.journal import read_traces
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.reader import Rows
 from hpcwhirl.store.directory.record import Record
@@ -203,7 +202,7 @@ def _traces(contents: Contents, count: int, parts: Parts) -> Block:
     for at, rows in parts:
         for number in np.flatnonzero(rows.has_any("traces")).tolist():
             block = rows.record(number)["traces"]
-            for name, values in read_traces(contents.folder, block).items():
+            for name, values in contents.journals.traces(block).items():
                 if name in out:
                     into = out[name][at[number]]
                     into[tuple(map(slice, values.shape))] = values

@@ -17,13 +17,15 @@ from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.directory.blades import asked_quantities, tuned_cases
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.completions import stages_in
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.reader import Rows, rows_at, rows_of, samples_of
+from hpcwhirl.store.directory.reader import Rows, rows_at, samples_of
 from hpcwhirl.store.directory.record import Header
 from hpcwhirl.store.directory.refined import columns_of, full_plan, with_twins
-from hpcwhirl.store.directory.runs import Share, read_runs
+from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.reading.shares import words_of
 from hpcwhirl.store.results.freshness import source_of
 from hpcwhirl.store.results.measured import bytes_measured
@@ -38,8 +40,8 @@ class Contents:
 
     Attributes
     ----------
-    folder, plan : directory and plan of the campaign
-    journals : (file, header) of each journal
+    journals, plan : those of the campaign
+    files : (file, header) of each journal
     place : (cases, 1 + twins, 2), for each case and twin: number of the journal, -1 for
         none, and first byte of the record
     samples : (cases,), number of samples of the traces
@@ -52,9 +54,9 @@ class Contents:
     source : digest of the files read, see `freshness`
     """
 
-    folder: Path
+    journals: Journals
     plan: Manifest
-    journals: list[tuple[Path, Header]] = field(default_factory=list)
+    files: list[tuple[Path, Header]] = field(default_factory=list)
     place: NDArray[np.int64] = field(init=False)
     samples: NDArray[np.int64] = field(init=False)
     interval: NDArray[np.float64] = field(init=False)
@@ -139,38 +141,28 @@ def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
     return sizes
 
 
-def contents_of(folder: Path, say: Callable[[str], None] | None = None) -> Contents:
-    """Return the index of a campaign directory; reads its journals once.
+def contents_of(
+    directory: Directory, say: Callable[[str], None] | None = None
+) -> Contents:
+    """Return the index of a campaign's directory; reads its journals once.
 
-    Parameters
-    ----------
-    folder : the campaign's directory
     say : prints one line about damaged files on which no result depends; None: silent
     """
-    index = _Index(_begun(folder, say))
-    contents = index.contents
-    for rows in rows_of(folder):
+    source = source_of(directory)  # first, so that later changes are noticed
+    shares, plan = directory.runs.shares(say), full_plan(directory)
+    contents = Contents(directory.journals, plan, shares=shares, source=source)
+    index = _Index(contents)
+    for rows in directory.journals.rows():
         index.take(rows)
-    _tell_refined(contents)
+    contents.columns = columns_of(contents.plan)
+    if contents.columns:
+        contents.found = _spoken(contents)
     if contents.plan.twins:
         contents.place[~with_twins(contents.plan, index.words.tolist()), 1:] = -1
     kinds = [index.kinds[number] for number in np.unique(index.kind) if number >= 0]
     contents.kept = tuple(n for n in TRACES if any(n in kind for kind in kinds))
     contents.sizes = sizes_of(kinds)
     return contents
-
-
-def _begun(folder: Path, say: Callable[[str], None] | None) -> Contents:
-    source = source_of(folder)  # first, so that later changes are noticed
-    shares = read_runs(folder, say)
-    return Contents(folder, full_plan(folder), shares=shares, source=source)
-
-
-def _tell_refined(contents: Contents) -> None:
-    """Add the columns of a refined campaign."""
-    contents.columns = columns_of(contents.plan)
-    if contents.columns:
-        contents.found = _spoken(contents)
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
@@ -236,14 +228,14 @@ class _Index:
         self._take_cases(case[own], rows.take(own))
 
     def _number(self, rows: Rows) -> int:
-        """Return the index of the records' journal in `Contents.journals`, adding it.
+        """Return the index of the records' journal in `Contents.files`, adding it.
 
         Successive records of one journal get one index.
         """
-        journals = self.contents.journals
-        if not journals or journals[-1][0] != rows.journal:
-            journals.append((rows.journal, rows.header))
-        return len(journals) - 1
+        files = self.contents.files
+        if not files or files[-1][0] != rows.journal:
+            files.append((rows.journal, rows.header))
+        return len(files) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
         """Enter the sampling interval, samples, shapes of traces and word of cases."""
@@ -281,5 +273,5 @@ def parts_of(
     place = contents.place[np.asarray(cases, dtype=np.int64), twin]
     for number in np.unique(place[:, 0][place[:, 0] >= 0]).tolist():
         mine = np.flatnonzero(place[:, 0] == number)
-        path, header = contents.journals[number]
+        path, header = contents.files[number]
         yield mine, rows_at(path, header, place[mine, 1])

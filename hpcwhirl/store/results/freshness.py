@@ -13,6 +13,7 @@ import hashlib
 import os
 from collections.abc import Mapping
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 
 from hpcwhirl import __version__
@@ -20,23 +21,22 @@ from hpcwhirl.errors import WhirlError
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.directory.listing import listed
-from hpcwhirl.store.directory.manifest import NAME
+from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.hdf5 import DAMAGE
 from hpcwhirl.store.reading.results_file import opened
 
 SOURCE = "gathered_from"  # attribute of the group `performance`
 STAMP = "results.stamp"  # in `runs`
-PARTS = {"journal": ".log", "traces": ".bin", "runs": ".json"}
 
 
-def source_of(folder: Path) -> str:
+def source_of(directory: Directory) -> str:
     """Return a digest of the files that results are gathered from, "" if unknown."""
     told = [__version__, *ROW, *STATUS, *PERFORMANCE]
     try:
-        told.append(hashlib.sha256(read_regular(folder / NAME)).hexdigest())
-        for part, ending in PARTS.items():
-            told += filter(None, map(_told, listed(folder / part, ending)))
+        told.append(hashlib.sha256(read_regular(directory.plan.path)).hexdigest())
+        journals = directory.journals
+        files = (journals.files(), journals.trace_files(), directory.runs.files())
+        told += filter(None, map(_told, chain.from_iterable(files)))
     except (OSError, WhirlError):  # the error is raised when the file is read
         return ""
     return hashlib.sha256(os.fsencode("\n".join(told))).hexdigest()
@@ -50,32 +50,30 @@ def _told(path: Path) -> str:
     return f"{path.parent.name}/{path.name} {state.st_size} {state.st_mtime_ns}"
 
 
-def stamp(path: Path) -> None:
-    """Write the stamp (size and time) of a results file that was just gathered."""
-    with suppress(WhirlError):  # without a stamp it is gathered again
-        write_whole(path.parent / "runs" / STAMP, _told(path).encode())
+def stamp(directory: Directory) -> None:
+    """Write the stamp (size and time) of results that were just gathered."""
+    with suppress(WhirlError):  # without a stamp they are gathered again
+        write_whole(directory.runs.place / STAMP, _told(directory.results).encode())
 
 
-def _is_stamped(path: Path) -> bool:
+def _is_stamped(directory: Directory) -> bool:
     try:
-        return read_regular(path.parent / "runs" / STAMP) == _told(path).encode()
+        found = read_regular(directory.runs.place / STAMP)
+        return found == _told(directory.results).encode()
     except (OSError, WhirlError):
         return False
 
 
-def is_current(path: Path, words: Mapping[str, float]) -> bool:
+def is_current(directory: Directory, words: Mapping[str, float]) -> bool:
     """Return whether gathering again would write the same results file.
 
-    Parameters
-    ----------
-    path : `results.h5`
     words : {root attribute: threshold} in use
     """
     try:
-        with opened(path) as file:
+        with opened(directory.results) as file:
             same = all(file.attrs.get(n) == limit for n, limit in words.items())
             known = bytes(file["performance"].attrs.get(SOURCE, b"")).decode()
-        same = same and known != "" and _is_stamped(path)
-        return bool(same and known == source_of(path.parent))
+        same = same and known != "" and _is_stamped(directory)
+        return bool(same and known == source_of(directory))
     except (WhirlError, KeyError, *DAMAGE):
         return False

@@ -25,9 +25,9 @@ import numpy as np
 from hpcwhirl.errors import NoRoomError, WhirlError
 from hpcwhirl.launch import ALONE, Communicator, end_all, rest_until_root
 from hpcwhirl.store.atomic import part_of, publish, sweep
-from hpcwhirl.store.directory.manifest import read_manifest
+from hpcwhirl.store.directory.campaign_directory import RESULTS, Directory
 from hpcwhirl.store.directory.owner import RESULTS as OWNER_OF_RESULTS
-from hpcwhirl.store.directory.owner import Asking, Claim, claimed
+from hpcwhirl.store.directory.owner import Asking, Claim
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
 from hpcwhirl.store.results.contents import Contents, contents_of
@@ -35,7 +35,6 @@ from hpcwhirl.store.results.freshness import STAMP, stamp
 from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
-RESULTS = "results.h5"
 STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later, or not
 MORE = 1 << 16  # bytes of free space required beyond the known need
 
@@ -46,21 +45,21 @@ def has_mpi_io() -> bool:
 
 
 def gather(
-    folder: Path,
+    directory: Directory,
     facts: Mapping[str, str | float],
     comm: Communicator = ALONE,
     *,
     compress: int = 0,
     asking: Asking | None = None,
 ) -> Path:
-    """Write `results.h5` of a campaign directory and return its path.
+    """Write `results.h5` of a campaign's directory and return its path.
 
     Processes gather one at a time and wait for each other, so that the last file
     published has the newest content.
 
     Parameters
     ----------
-    folder : the campaign's directory
+    directory : that of the campaign
     facts : further root attributes
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise rank 0
         alone. Every rank must call
@@ -74,12 +73,12 @@ def gather(
         on every rank, if any rank cannot read or write; an older file stays
     """
     rank, parallel = comm.rank, comm.size > 1 and has_mpi_io()
-    final = folder / RESULTS
+    final = directory.results
     with ExitStack() as stack:
         asking = asking or Asking()
         told = {**facts, "gather": _how(parallel, comm.size)}
-        fit = partial(_fitting, folder, told if parallel else None, asking.say)
-        begin = partial(_begin, folder, stack, asking, fit) if rank == 0 else None
+        fit = partial(_fitting, directory, told if parallel else None, asking.say)
+        begin = partial(_begin, directory, stack, asking, fit) if rank == 0 else None
         begun = _agreed(begin, final, comm, of_root=True)
         write = end = None
         if parallel or rank == 0:
@@ -89,19 +88,19 @@ def gather(
             write = partial(_or_all_end, write, part, final, among)
         _agreed(write, final, comm, of_root=not parallel)
         if rank == 0:
-            end = partial(_end, begun[0], begun[1], final)
+            end = partial(_end, begun[0], begun[1], directory)
         _agreed(end, final, comm, of_root=True)
     return final
 
 
 def _begin(
-    folder: Path, stack: ExitStack, asking: Asking, fit: Callable[[], Contents]
+    directory: Directory, stack: ExitStack, asking: Asking, fit: Callable[[], Contents]
 ) -> tuple[Claim, Path, Contents]:
     """Claim the results of a directory and make the temporary file to be written.
 
     Parameters
     ----------
-    folder : the campaign's directory
+    directory : that of the campaign
     stack : releases the claim at its end, and removes the file if it still exists
     asking : how to wait for other processes
     fit : returns the contents, or raises if the disk has no room for them
@@ -110,21 +109,21 @@ def _begin(
     -------
     claim, path of the file, contents
     """
-    if not folder.is_dir():
-        read_manifest(folder)  # raises if there is no campaign
-    own = stack.enter_context(claimed(folder, OWNER_OF_RESULTS, asking))
+    if not directory.path.is_dir():
+        directory.plan.read()  # raises if there is no campaign
+    own = stack.enter_context(directory.claims.make(OWNER_OF_RESULTS, asking))
     content = fit()
-    sweep(folder, RESULTS)
-    sweep(folder / "runs", STAMP)
-    part = part_of(folder / RESULTS)
+    sweep(directory.path, RESULTS)
+    sweep(directory.runs.place, STAMP)
+    part = part_of(directory.results)
     stack.callback(part.unlink, missing_ok=True)
     return own, part, content
 
 
-def _end(own: Claim, part: Path, final: Path) -> None:
-    """Rename the temporary file `part` to `final`, unless the claim was lost."""
-    publish(part, final, own.check)
-    stamp(final)
+def _end(own: Claim, part: Path, directory: Directory) -> None:
+    """Rename the temporary file `part` to the results, unless the claim was lost."""
+    publish(part, directory.results, own.check)
+    stamp(directory)
 
 
 def _agreed(
@@ -267,21 +266,23 @@ def _cause(part: Path, failed: Exception) -> Exception:
 
 
 def _fitting(
-    folder: Path, facts: Mapping[str, str | float] | None, say: Callable[[str], None]
+    directory: Directory,
+    facts: Mapping[str, str | float] | None,
+    say: Callable[[str], None],
 ) -> Contents:
     """Return the contents to write; raise if the disk has no room for them.
 
     With MPI-IO, which crashes on a full disk, the whole file with its `facts` must fit;
     otherwise (`facts` None) only its values. Quotas are not known beforehand.
     """
-    contents = contents_of(folder, say)
+    contents = contents_of(directory, say)
     size = contents.size
     if facts is not None:
         size = int(1.01 * results_bytes(contents, facts)) + MORE
-    free = shutil.disk_usage(folder).free
+    free = shutil.disk_usage(directory.path).free
     if size > free:
         need, have = size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
-        msg = f"cannot write {folder / RESULTS}: {why}"
+        msg = f"cannot write {directory.results}: {why}"
         raise NoRoomError(msg)
     return contents

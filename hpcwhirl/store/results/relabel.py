@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError, WhirlError
 from hpcwhirl.scene.quantities import CHAOS, ROW
 from hpcwhirl.store.atomic import replacing, sweep
-from hpcwhirl.store.directory.owner import RESULTS, Asking, claimed
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.owner import RESULTS, Asking
 from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
 from hpcwhirl.store.reading.results_file import opened, words_in
 from hpcwhirl.store.reading.shares import GROUP, shares, words_of
@@ -30,7 +31,7 @@ Words = tuple[NDArray[np.str_], ...]  # (cases,) each
 
 
 def relabel(
-    path: Path,
+    directory: Directory,
     name: Callable[[dict[str, Any]], Words],
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
@@ -39,16 +40,17 @@ def relabel(
 
     Parameters
     ----------
-    path : `results.h5`
+    directory : that of the campaign
     name : function from {variable: (cases,)} to words, (cases,) each: those of `WORDS`,
         and that of `MOTION` if the variables of `CHAOS` are given
     thresholds : {name: value}, stored as root attributes
     asking : options of the claim, see `store.directory.owner.Asking`
     """
+    path = directory.results
     opened(path).close()
     try:
-        with claimed(path.parent, RESULTS, asking) as own:
-            sweep(path.parent, path.name)  # left by processes that died
+        with directory.claims.make(RESULTS, asking) as own:
+            sweep(directory.path, path.name)  # left by processes that died
             with replacing(path, own.check) as part:
                 shutil.copyfile(path, part)
                 changes = _renamed(part, name, thresholds)

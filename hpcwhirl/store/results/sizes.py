@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.scene.table import listed
 from hpcwhirl.store.directory.blades import DETAIL, details_of
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
 from hpcwhirl.store.directory.record import fields_of, header_of
 from hpcwhirl.store.directory.runs import Share
@@ -73,7 +74,7 @@ def bytes_of(
     sizes : {axis: largest size}, axes of traces other than samples
     facts : root attributes of the results
     """
-    contents = Contents(Path(), plan, sizes=dict(sizes), shares=[ONE_RANK])
+    contents = Contents(Journals(Path()), plan, sizes=dict(sizes), shares=[ONE_RANK])
     contents.samples[:], contents.interval[:] = samples, intervals
     details = details_of(plan)
     if samples.any():

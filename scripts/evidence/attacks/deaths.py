@@ -107,10 +107,11 @@ def _left_over(out: Path, struck: int, shards: int) -> str:
     written: another may be writing them, until they are old.
     """
     from hpcwhirl.scene.words import is_open
-    from hpcwhirl.store.directory.journal import scan
+    from hpcwhirl.store.directory.journal import Journals
 
     halves = sorted(p.name for p in out.rglob("*.part*"))[struck * (shards > 1) :]
-    going = scan(out, lambda record: is_open(record.get("row", {})))
+    ended = Journals(out).records()
+    going = {record["digest"]: is_open(record.get("row", {})) for record in ended}
     kept = sorted((out / "states").glob("*.state"), key=lambda p: not going.get(p.stem))
     undecided = sum(bool(going.get(p.stem)) for p in kept)
     states = [p.name for p in kept[min(struck, undecided) :]]

@@ -108,9 +108,9 @@ def _shards(shared: Pair, chance: Chance, out: Path) -> str:
 
 def _once(specimen: Specimen, out: Path) -> str:
     """Return what differs from the truth, or that cases were computed twice."""
-    from hpcwhirl.store.directory.journal import read_journals
+    from hpcwhirl.store.directory.journal import Journals
 
-    rows = [row["digest"] for log in read_journals(out).values() for row in log]
+    rows = [row["digest"] for log in Journals(out).by_file().values() for row in log]
     twice = len(rows) != len(set(rows))
     wrong = differs(out, specimen.truth, out.parent)
     return wrong or (f"{len(rows)} results of {len(set(rows))} cases" if twice else "")

@@ -186,12 +186,13 @@ def _attributes(item: Any) -> list[tuple[str, str]]:
 def left_over(out: Path) -> str:
     """Return what a complete campaign should not have in its directory."""
     from hpcwhirl.scene.words import is_open
-    from hpcwhirl.store.directory.journal import scan
+    from hpcwhirl.store.directory.journal import Journals
 
     found = [str(p.relative_to(out)) for p in out.rglob("*.part*")]
     found += [f"owners/{p.name}" for p in (out / "owners").glob("*")]
     found += [f"running/{p.name}" for p in (out / "running").glob("*")]
-    going = scan(out, lambda record: is_open(record.get("row", {})))
+    ended = Journals(out).records()
+    going = {record["digest"]: is_open(record.get("row", {})) for record in ended}
     kept = {path.stem for path in (out / "states").glob("*")}
     found += [f"states/{n}" for n in sorted(kept) if not going.get(n)]
     found += [str(p.name) for p in out.parent.glob(".hpcwhirl-*")]
@@ -300,11 +301,12 @@ def differs(found: Record) -> str:
 def _rows(out: Path) -> set[tuple[str, ...]]:
     """Return the cases of a directory that have ended, and how."""
     from hpcwhirl.errors import WhirlError
-    from hpcwhirl.store.directory.journal import read_journals
+    from hpcwhirl.store.directory.journal import Journals
 
     try:
+        found = Journals(out).by_file().items()
         return {(str(r["digest"]), str(r["status"]), name)
-                for name, rows in read_journals(out).items() for r in rows}  # fmt: skip
+                for name, rows in found for r in rows}  # fmt: skip
     except WhirlError:
         return set()
 

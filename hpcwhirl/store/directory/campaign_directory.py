@@ -1,0 +1,95 @@
+"""The directory of a campaign: an object that knows its files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.store.atomic import keep_names, sweep
+from hpcwhirl.store.directory.heartbeats import Notes
+from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.manifest import NAME, PlanFile
+from hpcwhirl.store.directory.owner import Claims
+from hpcwhirl.store.directory.runs import Runs
+from hpcwhirl.store.directory.states import States
+
+RESULTS, PAGE = "results.h5", "report.html"
+STOP = "STOP"  # a file that a user makes
+
+
+class Directory:
+    """The directory of a campaign, which need not exist.
+
+    It is made where a user names a path; functions take it, or the part that they need.
+
+    Attributes
+    ----------
+    path : the directory
+    plan : file of the plan
+    journals : journals and traces of all runs
+    states : saved states of unfinished cases
+    notes : notes of the cases that ranks compute now
+    runs : how the ranks of each run used their time
+    claims : claims of the processes that compute or gather here
+    results, page : files of the results and of the page
+    stop_file : file that stops the campaign if a user makes it
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.plan, self.journals = path, PlanFile(path), Journals(path)
+        self.states, self.notes = States(path), Notes(path)
+        self.runs, self.claims = Runs(path), Claims(path)
+        self.results, self.page = path / RESULTS, path / PAGE
+        self.stop_file = path / STOP
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+    def sweep(self, older: float) -> None:
+        """Remove incomplete files that earlier runs left when they died.
+
+        older : only files last written before this time, s since 1970 by the clock of
+            the file system
+        """
+        for place in (self.states.place, self.runs.place):
+            sweep(place, older=older)
+        sweep(self.path, NAME, older)
+        self.notes.sweep(older)
+
+    def check_usable(self) -> None:
+        """Raise InputError if the directory cannot be made or written."""
+        place = Path(os.path.realpath(self.path))  # resolve raises for circular links
+        if place.exists() and not place.is_dir():
+            msg = f"--out must be a directory, got the file {self}"
+            raise InputError(msg)
+        while not os.path.lexists(place):
+            place = place.parent
+        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+            msg = f"--out {self}: {place} cannot be written"
+            raise InputError(msg)
+
+    def put_aside(self) -> Directory | None:
+        """Rename the directory, with a number added; return the new one or None.
+
+        Raises
+        ------
+        InputError, MissingFileError
+            if it is the working directory, or cannot be renamed
+        """
+        if not self.plan.path.exists():
+            return None
+        place = self.path.resolve()
+        if Path.cwd().is_relative_to(place):
+            msg = f"--fresh: --out must not be the working directory, got {self}"
+            raise InputError(msg)
+        number = 1
+        while os.path.lexists(aside := place.with_name(f"{place.name}.{number}")):
+            number += 1
+        try:
+            place.rename(aside)
+            keep_names(place.parent)
+        except OSError as failed:
+            msg = f"--fresh: cannot rename {self} to {aside}: {failed.strerror}"
+            raise MissingFileError(msg) from None
+        return Directory(aside)
