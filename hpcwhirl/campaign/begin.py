@@ -18,41 +18,36 @@ from hpcwhirl.store.directory.owner import CAMPAIGN, Claim
 LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
 
 
-class StartOptions(NamedTuple):
-    """Options for the start of a campaign.
+class Prepared(NamedTuple):
+    """The campaign that rank 0 has prepared for all ranks.
 
     Attributes
     ----------
+    design, directory, policy : design, directory and options of the campaign
     fresh : whether an existing directory is renamed, so that the campaign starts over
     extend : s, end time to which undecided cases are extended; None: no extension
     """
 
+    design: Design
+    directory: Directory
+    policy: Policy
     fresh: bool = False
     extend: float | None = None
 
 
-def begin(
-    design: Design,
-    directory: Directory,
-    policy: Policy,
-    stopping: Stopping,
-    start: StartOptions,
-) -> Claim:
+def begin(prepared: Prepared, stopping: Stopping) -> Claim:
     """Claim and prepare a campaign's directory; return the claim. Only rank 0 calls.
 
-    Parameters
-    ----------
-    design, directory, policy : design, directory and options of the campaign
     stopping : ends the wait for other processes
-    start : options for the start
 
     Raises
     ------
     InputError
         if the directory belongs to another campaign, or another run computes there
     """
+    design, directory, policy, fresh, extend = prepared
     asking = asking_of(stopping, take_over=policy.take_over)
-    if start.fresh and directory.path.exists():
+    if fresh and directory.path.exists():
         with directory.claims.make(CAMPAIGN, asking) as old:  # until no shard uses it
             old.check()
             aside = directory.put_aside()
@@ -62,8 +57,8 @@ def begin(
     own = directory.claims.make(claim_of(policy.shard), asking)
     try:
         mends = "failed" in policy.retry
-        prepare(design, directory, start.extend, mends=mends, check=own.check)
-        if start.extend is not None:
+        prepare(design, directory, extend, mends=mends, check=own.check)
+        if extend is not None:
             _tell_stopped(directory.journals, design)
     except BaseException:
         own.release()

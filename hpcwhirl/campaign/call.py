@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import hpcwhirl
-from hpcwhirl.campaign.begin import StartOptions
+from hpcwhirl.campaign.begin import Prepared
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.log import say
@@ -18,7 +18,7 @@ from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import as_begun
-from hpcwhirl.campaign.session import Prepared, Session
+from hpcwhirl.campaign.session import Session
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.errors import (
     InputError,
@@ -98,13 +98,12 @@ class Call:
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
-        # absolute: a measure may change the working directory
-        directory = Directory(Path(given).absolute())
+        directory = Directory(Path(given).absolute())  # a measure may go elsewhere
         policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
         directory.check_usable()
-        start = StartOptions(fresh=bool(self.options.get("fresh")))
-        design = design if start.fresh else as_begun(design, directory.plan)
-        return Prepared(design, directory, policy, start)
+        fresh = bool(self.options.get("fresh"))
+        design = design if fresh else as_begun(design, directory.plan)
+        return Prepared(design, directory, policy, fresh)
 
     def _options(self) -> Campaign:
         """Return the keyword options as a table [campaign], checked."""

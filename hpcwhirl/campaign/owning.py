@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stopping
@@ -75,14 +75,11 @@ def owned(
     error = from_root(comm, error)
     if error is not None:
         raise error
-    try:
+    with new or nullcontext():
         if own is not None:
             own.when_lost = stopping.ask
             _tidy(directory, own, shared=shard is not None)
         yield
-    finally:
-        if new is not None:
-            new.release()
 
 
 def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self, TypeVar
+from typing import Self, TypeVar
 
-from hpcwhirl.campaign.begin import StartOptions, begin
+from hpcwhirl.campaign.begin import Prepared, begin
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
@@ -26,25 +26,6 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import Claim
 
 T = TypeVar("T")
-
-
-def nothing(_design: Design) -> None:
-    """Do nothing; the default of `begun`."""
-
-
-class Prepared(NamedTuple):
-    """The campaign that rank 0 has prepared for all ranks.
-
-    Attributes
-    ----------
-    design, directory, policy : design, directory and options of the campaign
-    start : options for the start
-    """
-
-    design: Design
-    directory: Directory
-    policy: Policy
-    start: StartOptions
 
 
 @dataclass
@@ -88,7 +69,7 @@ class Session:
         prepare: Callable[[], Prepared],
         conclude: Callable[[Ending, Prepared], T],
         measure: Measure | None = None,
-        begun: Callable[[Design], None] = nothing,
+        begun: Callable[[Design], None] = lambda _: None,
     ) -> T | WhirlError:
         """Run a campaign; every rank must call.
 
@@ -107,17 +88,17 @@ class Session:
         with ExitStack() as stack:
 
             def opened() -> Prepared:
-                design, directory, policy, start = prepared = prepare()
-                own = replace(design, measure=measure)
-                self.claim = begin(own, directory, policy, self.stopping, start)
-                stack.callback(self.claim.release)
-                begun(design)
+                prepared = prepare()
+                own = replace(prepared.design, measure=measure)
+                self.claim = begin(prepared._replace(design=own), self.stopping)
+                stack.enter_context(self.claim)
+                begun(prepared.design)
                 return prepared
 
             prepared = self.on_root(opened)
             if isinstance(prepared, WhirlError):
                 return prepared
-            design, self.directory, policy, _ = prepared
+            design, self.directory, policy, *_ = prepared
             if self.watchdog is not None:
                 self.watchdog.seconds = policy.patience
                 if self.claim is not None:

@@ -45,7 +45,8 @@ from hpcwhirl.scene import load_document
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 
 if TYPE_CHECKING:
-    from hpcwhirl.campaign.session import Prepared, Session
+    from hpcwhirl.campaign.begin import Prepared
+    from hpcwhirl.campaign.session import Session
     from hpcwhirl.store.directory.campaign_directory import Directory
 
 __all__ = ["arguments", "run"]
@@ -100,8 +101,8 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
 
-    design, directory, policy, start = prepared
-    times = extended_by(design, directory.plan, start.extend)
+    design, directory, policy, _, extend = prepared
+    times = extended_by(design, directory.plan, extend)
     loaded = age() - (time.monotonic() - session.stopping.began)
     cost = forecast(design, directory, policy.shard, times, args.started, loaded)
     tell(cost, design, args.ranks, as_json=args.json)
@@ -128,9 +129,8 @@ def _tell_inputs(design: Design) -> None:
 
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
     """Return the campaign that all ranks will run; `ranks` is their number."""
-    from hpcwhirl.campaign.begin import StartOptions
+    from hpcwhirl.campaign.begin import Prepared
     from hpcwhirl.campaign.resume import as_begun, check_steps
-    from hpcwhirl.campaign.session import Prepared
     from hpcwhirl.store.directory.campaign_directory import Directory
 
     settings = parsed(args.settings)
@@ -155,7 +155,7 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
         from hpcwhirl.campaign.foresight.forecast import age
 
         args.started = age()
-    return Prepared(design, directory, policy, StartOptions(args.fresh, args.to))
+    return Prepared(design, directory, policy, args.fresh, args.to)
 
 
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:

@@ -14,7 +14,7 @@ from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.analysis.rules import words_by_table
 from hpcwhirl.campaign import begin as beginning
 from hpcwhirl.campaign import resume
-from hpcwhirl.campaign.begin import StartOptions
+from hpcwhirl.campaign.begin import Prepared
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare
@@ -74,7 +74,7 @@ def test_a_longer_plan_of_who_took_over_stays(tmp_path, monkeypatch, moment):
         around(monkeypatch, atomic.os, "fsync", act)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):
         beginning.begin(
-            design(300, 310), Directory(tmp_path), Policy(), stopping, StartOptions()
+            Prepared(design(300, 310), Directory(tmp_path), Policy()), stopping
         )
     assert len(PlanFile(tmp_path).read().settings) == 3
     assert not list(tmp_path.glob("*.part"))
@@ -92,10 +92,9 @@ def test_a_directory_of_who_took_over_is_not_put_aside(tmp_path, monkeypatch):
         return own
 
     monkeypatch.setattr(Claim, "__enter__", stopped)
+    prepared = Prepared(design(400), Directory(out), Policy(), fresh=True)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):
-        beginning.begin(
-            design(400), Directory(out), Policy(), stopping, StartOptions(fresh=True)
-        )
+        beginning.begin(prepared, stopping)
     assert len(PlanFile(out).read().settings) == 3
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
@@ -134,9 +133,8 @@ def test_words_of_who_took_over_stay(tmp_path, monkeypatch):
 
 def test_who_has_lost_its_directory_before_it_computes_says_so(tmp_path):
     with Stopping() as stopping:
-        own = beginning.begin(
-            design(300), Directory(tmp_path), Policy(), stopping, StartOptions()
-        )
+        prepared = Prepared(design(300), Directory(tmp_path), Policy())
+        own = beginning.begin(prepared, stopping)
         own.path.unlink()
         with pytest.raises(StoreError, match=LOST):
             run_campaign(design(300), Directory(tmp_path), stopping=stopping, own=own)
