@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
@@ -19,6 +18,7 @@ from hpcwhirl.dynamics.snapshot import (
     steps_of,
 )
 from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.store.atomic import Say
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 
@@ -41,9 +41,7 @@ class Checkpoints:
     say : function that prints one line about a state that is unusable or not written
     """
 
-    def __init__(
-        self, states: States, every: float, say: Callable[[str], None]
-    ) -> None:
+    def __init__(self, states: States, every: float, say: Say) -> None:
         self.states, self.every, self.say = states, every, say
         self.kept = self.states.names()  # the directory is listed only once
         self.mute = False

@@ -38,8 +38,7 @@ class Server:
     def __init__(self, source: int, sink: BinaryIO) -> None:
         self._source, self._sink, self._come = source, sink, b""
         first = self._next() or {}
-        states = States(Path(first["folder"]))
-        self.checkpoints = Checkpoints(states, first["every"], say)
+        self.checkpoints = Checkpoints(States(Path(first["path"])), first["every"], say)
 
     def serve(self) -> None:
         """Answer one request after the other."""

@@ -42,7 +42,7 @@ class Child:
     """
 
     def __init__(self, states: States, save_every: float) -> None:
-        self._first = {"folder": str(states.folder.resolve()), "every": save_every}
+        self._first = {"path": str(states.folder.resolve()), "every": save_every}
         self._process: subprocess.Popen[bytes] | None = None
         self._come = bytearray()
         self._head: Record | None = None

@@ -86,16 +86,15 @@ def _stale(directory: Directory) -> str:
     """Return the command that renews report.html if it is out of date; else ""."""
     from hpcwhirl.errors import WhirlError
 
-    page = directory.page
-    if not page.exists() or not directory.results.exists():
+    if not directory.page.exists() or not directory.results.exists():
         return ""
     from hpcwhirl.report.page.build import is_stale
+    from hpcwhirl.store.directory.campaign_directory import PAGE
 
     try:
-        again = f"{page.name}: hpcwhirl report {directory}"
-        return again if is_stale(directory) else ""
+        return f"{PAGE}: hpcwhirl report {directory}" if is_stale(directory) else ""
     except WhirlError as failed:
-        return f"{page.name} cannot be checked: {failed}"
+        return f"{PAGE} cannot be checked: {failed}"
 
 
 def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> int:

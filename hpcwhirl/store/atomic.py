@@ -21,6 +21,7 @@ from hpcwhirl.safe_open import open_regular
 
 NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 Check = Callable[[], None]
+Say = Callable[[str], None]  # prints one line
 YOUNG = 2.0  # s, age from which a file being written is certain to be locked
 LONGEST = 200  # bytes of a file's name that its temporary name repeats
 # Temporary names, those of older versions too.

@@ -25,14 +25,13 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
 from hpcwhirl.errors import InputError, MissingFileError, StoreError
-from hpcwhirl.store.atomic import NEW, make_folders, telling
+from hpcwhirl.store.atomic import NEW, Check, Say, make_folders, telling
 from hpcwhirl.store.directory.listing import unreadable
 from hpcwhirl.store.directory.process import begun, is_alive, machine
 
@@ -110,7 +109,7 @@ class Claim:
     def __init__(self, claims: Claims, kind: str) -> None:
         self.claims, self.kind = claims, kind
         self.path = claims.place / f"{kind}.{uuid.uuid4().hex}.claim"
-        self.when_lost: Callable[[str], None] = lambda _: None
+        self.when_lost: Say = lambda _: None
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._beat, daemon=True)
         self._made: list[Path] = []
@@ -227,8 +226,8 @@ class Asking:
     """
 
     take_over: bool = False
-    say: Callable[[str], None] = lambda _: None
-    check: Callable[[], None] = lambda: None
+    say: Say = lambda _: None
+    check: Check = lambda: None
     _seen: dict[Path, tuple[int, float]] = field(default_factory=dict)
     _begun: float = field(default_factory=time.monotonic)
     _told: bool = False

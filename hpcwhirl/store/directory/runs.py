@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.safe_open import read_regular
-from hpcwhirl.store.atomic import write_whole
+from hpcwhirl.store.atomic import Say, write_whole
 from hpcwhirl.store.directory.listing import listed
 
 Share = dict[str, Any]
@@ -37,7 +36,7 @@ class Runs:
         text = json.dumps(told, indent=1) + "\n"
         write_whole(self.place / f"{run:04d}.json", text.encode())
 
-    def shares(self, say: Callable[[str], None] | None = None) -> list[Share]:
+    def shares(self, say: Say | None = None) -> list[Share]:
         """Return {run, rank, host, cases, busy, span} of each rank of each run.
 
         In the order of the runs; busy, span in s. A rank may also have `beside`, the

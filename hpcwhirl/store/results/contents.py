@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ from hpcwhirl.refinement.words import ATTRACTOR, NUMBERS
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
+from hpcwhirl.store.atomic import Say
 from hpcwhirl.store.directory.blades import asked_quantities, tuned_cases
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.case_index import CaseIndex
@@ -141,9 +142,7 @@ def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
     return sizes
 
 
-def contents_of(
-    directory: Directory, say: Callable[[str], None] | None = None
-) -> Contents:
+def contents_of(directory: Directory, say: Say | None = None) -> Contents:
     """Return the index of a campaign's directory; reads its journals once.
 
     say : prints one line about damaged files on which no result depends; None: silent

@@ -13,7 +13,6 @@ import hashlib
 import os
 from collections.abc import Mapping
 from contextlib import suppress
-from itertools import chain
 from pathlib import Path
 
 from hpcwhirl import __version__
@@ -35,8 +34,8 @@ def source_of(directory: Directory) -> str:
     try:
         told.append(hashlib.sha256(read_regular(directory.plan.path)).hexdigest())
         journals = directory.journals
-        files = (journals.files(), journals.trace_files(), directory.runs.files())
-        told += filter(None, map(_told, chain.from_iterable(files)))
+        files = [*journals.files(), *journals.trace_files(), *directory.runs.files()]
+        told += filter(None, map(_told, files))
     except (OSError, WhirlError):  # the error is raised when the file is read
         return ""
     return hashlib.sha256(os.fsencode("\n".join(told))).hexdigest()

@@ -24,10 +24,9 @@ import numpy as np
 
 from hpcwhirl.errors import NoRoomError, WhirlError
 from hpcwhirl.launch import ALONE, Communicator, end_all, rest_until_root
-from hpcwhirl.store.atomic import part_of, publish, sweep
-from hpcwhirl.store.directory.campaign_directory import RESULTS, Directory
-from hpcwhirl.store.directory.owner import RESULTS as OWNER_OF_RESULTS
-from hpcwhirl.store.directory.owner import Asking, Claim
+from hpcwhirl.store.atomic import Say, part_of, publish, sweep
+from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.owner import RESULTS, Asking, Claim
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
 from hpcwhirl.store.results.contents import Contents, contents_of
@@ -111,9 +110,9 @@ def _begin(
     """
     if not directory.path.is_dir():
         directory.plan.read()  # raises if there is no campaign
-    own = stack.enter_context(directory.claims.make(OWNER_OF_RESULTS, asking))
+    own = stack.enter_context(directory.claims.make(RESULTS, asking))
     content = fit()
-    sweep(directory.path, RESULTS)
+    sweep(directory.path, directory.results.name)
     sweep(directory.runs.place, STAMP)
     part = part_of(directory.results)
     stack.callback(part.unlink, missing_ok=True)
@@ -266,9 +265,7 @@ def _cause(part: Path, failed: Exception) -> Exception:
 
 
 def _fitting(
-    directory: Directory,
-    facts: Mapping[str, str | float] | None,
-    say: Callable[[str], None],
+    directory: Directory, facts: Mapping[str, str | float] | None, say: Say
 ) -> Contents:
     """Return the contents to write; raise if the disk has no room for them.
 
