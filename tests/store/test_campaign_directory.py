@@ -1,0 +1,36 @@
+"""A campaign's directory sweeps and renames all that belongs to it."""
+
+import os
+
+from specimen import begin
+
+from hpcwhirl.store.atomic import part_of
+from hpcwhirl.store.directory.campaign_directory import Directory
+
+
+def test_what_is_half_written_is_removed_once_it_is_old(tmp_path):
+    directory = Directory(tmp_path)
+    whole = [directory.states.place / "a.state", directory.runs.place / "0001.json"]
+    whole.append(directory.plan.path)
+    for path in whole:
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    halves = [part_of(path) for path in whole]
+    for half in halves:
+        os.utime(half, (100.0, 100.0))
+    directory.sweep(100.0)
+    assert all(half.exists() for half in halves)
+    directory.sweep(101.0)
+    assert not any(half.exists() for half in halves)
+    assert all(path.exists() for path in whole)
+
+
+def test_a_directory_put_aside_is_the_same_campaign_elsewhere(tmp_path):
+    directory = Directory(tmp_path / "out")
+    assert directory.put_aside() is None
+    begin(directory.path, one_interval=True)
+    plan, records = directory.plan.read(), directory.journals.newest()
+    aside = directory.put_aside()
+    assert aside.path == tmp_path / "out.1"
+    assert not directory.path.exists()
+    assert (aside.plan.read(), aside.journals.newest()) == (plan, records)
