@@ -21,7 +21,6 @@ from hpcwhirl.benchmark.bench import (
     time_marches,
 )
 from hpcwhirl.dynamics.kernels import cyclic, passes
-from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.point_types import PointsRotor, SectorRows
 from hpcwhirl.dynamics.kernels.transform import products, span_of
@@ -195,11 +194,11 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
     a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
     `general` also 2 for an entry of the matrix of tips by modes. A wave takes 12 with
-    rotation, one of a whole rotor 8, whose tips are read every `LOOK_EVERY` steps.
-    Equal sectors without rotation have no transform far from the casing. A blade in
-    contact adds its rows of tips, forces and works; not counted are the search for the
-    multipliers and further reads of a pass over modes. For several points a tip see
-    `_of_points`.
+    rotation, one of a whole rotor 8, whose tips are read only near the casing. Equal
+    sectors without rotation have no transform far from the casing. A blade in contact
+    adds its rows of tips, forces and works; not counted are tips that are read without
+    contact, the search for the multipliers and further reads of a pass over modes. For
+    several points a tip see `_of_points`.
 
     Raises
     ------
@@ -262,11 +261,11 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
     """Return the entries read in each step, and in the rows used by blades in contact.
 
-    Tips near the casing are read again in each step.
+    Of waves, tips far from the casing are not read.
     """
     if isinstance(rotor, WholeRotor | UncoupledRotor):
         rows = rotor.read, rotor.push, rotor.slides, rotor.ring
-        return len(rotor.read) / LOOK_EVERY, sum(map(len, rows))
+        return 0.0, sum(map(len, rows))
     if isinstance(rotor, GeneralRotor):
         return len(rotor.read), len(rotor.radial) + len(rotor.tangential)
     return 0.0, 0

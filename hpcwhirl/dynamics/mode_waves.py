@@ -138,7 +138,7 @@ def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRo
     arrays = (
         parts(waves.ahead), padded(waves.drift(radial)), padded(radial),
         padded(radial), padded(along), padded(centre_rows(model.rotor, blades)),
-        padded(np.abs(along).max(axis=0)), padded(forces), parts(waves.gives),
+        padded(np.hypot(radial, along).max(axis=0)), padded(forces), parts(waves.gives),
         np.concatenate([padded(moves.real), padded(-moves.imag)]),
         contact(radial, given), contact(along, given),
         opened_by_ring(model, scene), padded(waves.form),

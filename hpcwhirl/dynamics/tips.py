@@ -58,7 +58,7 @@ def _rotor(model: Model, scene: Scene) -> GeneralRotor:
     rows = radial[folded(blades, widths(blades)[1])]
     read = rows.T.reshape(size, -1, EIGHT).transpose(1, 0, 2)
     items = _items(body, scene.solver.time_step, friction_with_sign(scene), size)
-    reach = np.abs(tangential).max(axis=0)
+    reach = np.hypot(radial, tangential).max(axis=0)
     arrays = (aligned(a.ravel()) for a in (read, radial, tangential, hub, reach))
     return GeneralRotor(passes.packed(items), *arrays)
 

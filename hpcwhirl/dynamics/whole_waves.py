@@ -326,7 +326,8 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     drift[: len(waves.ahead)] = waves.drift(radial)
     arrays = (
         ahead, drift, read, outward,
-        sideways, spread(hub @ moved, centre), np.abs(sideways).max(axis=0),
+        sideways, spread(hub @ moved, centre),
+        np.hypot(outward, sideways).max(axis=0),
         spread(waves.amplitudes(more, more).T),
         contact(radial @ waves.passing, radial @ more),
         contact(along @ waves.passing, along @ more),

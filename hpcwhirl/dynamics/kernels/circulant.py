@@ -232,7 +232,7 @@ def guess(gaps, row, lowest, blades, wide, space):
     lowest : lowest of the gaps, < 0
     """
     size = space.known[blades + SIZE]
-    if size == 0 or space.known[blades + SOUND] == 0:
+    if not is_usable(blades, space.known):
         return -1
     if not multipliers(gaps, row, size, blades, wide, space) >= 0.0:
         return -1
@@ -241,36 +241,57 @@ def guess(gaps, row, lowest, blades, wide, space):
     return settle(gaps, row, size, blades, wide, space)
 
 
-@rare
-def seek(gaps, row, lowest, blades, wide, space):
-    """Solve as `guess`, from sets that are likely once the last one was wrong.
+@inlined
+def first_set(gaps, row, blades, wide, space):
+    """Choose the set after the last one; return how many sets may be tried.
 
-    For few blades, or a small wheel, it is the set of penetrating blades. Otherwise the
-    last set is corrected: blades that would pull leave, blades left penetrating enter.
+    For few blades, or a small wheel, it is the set of penetrating blades, the only one
+    to be tried. Otherwise the last set is tried again, to be corrected.
     """
-    known, active, where = space.known, space.fallback.active, space.where
-    push, again = space.push, space.again
-    penetrate, tries = penetrating(gaps, row, blades, wide, where), TRIES + 1
+    known, where = space.known, space.where
+    penetrate = penetrating(gaps, row, blades, wide, where)
     few = blades <= SMALL or max(known[blades + SIZE], penetrate) <= FEW
     if few or known[blades + SOUND] == 0:
         remember(
-            where, penetrate, blades, wide, known, space.inverse, space.rows, len(push)
-        )
-        tries = 1
+            where, penetrate, blades, wide, known, space.inverse, space.rows,
+            len(space.push),
+        )  # fmt: skip
+        return 1
+    return TRIES + 1
+
+
+@inlined
+def is_usable(blades, known):
+    """Return whether a set is known, with a sound inverse."""
+    return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
+
+
+@inlined
+def correct(limit, blades, wide, space):
+    """Correct a set: blades that pull leave, blades left below a limit enter."""
+    known, active = space.known, space.fallback.active
+    for j in range(blades):
+        active[j] = space.again[place_of(j, blades, wide)] < limit
+    for s in range(known[blades + SIZE]):
+        active[known[s]] = space.push[s] >= 0.0
+    turn_to(active, space.where, blades, wide, space)
+
+
+@rare
+def seek(gaps, row, lowest, blades, wide, space):
+    """Solve as `guess`, from sets that are likely once the last one was wrong."""
+    known, limit = space.known, CLOSED * lowest
+    tries = first_set(gaps, row, blades, wide, space)
     for _ in range(tries):
-        size = known[blades + SIZE]
-        if size == 0 or known[blades + SOUND] == 0:
+        if not is_usable(blades, known):
             return -1
+        size = known[blades + SIZE]
         pull = multipliers(gaps, row, size, blades, wide, space)
         below = openings(gaps, row, size, wide, space)
-        if pull >= 0.0 and below >= CLOSED * lowest:
+        if pull >= 0.0 and below >= limit:
             return settle(gaps, row, size, blades, wide, space)
         if tries > 1:
-            for j in range(blades):
-                active[j] = again[place_of(j, blades, wide)] < CLOSED * lowest
-            for s in range(size):
-                active[known[s]] = push[s] >= 0.0
-            turn_to(active, where, blades, wide, space)
+            correct(limit, blades, wide, space)
     return -1
 
 

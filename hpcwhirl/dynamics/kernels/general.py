@@ -86,6 +86,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     higher_of,
     load,
     lower_of,
+    magnitude,
     store,
 )
 from hpcwhirl.dynamics.kernels.wave_types import (
@@ -104,6 +105,7 @@ from hpcwhirl.dynamics.kernels.whole import (
     push_waves,
     read_all,
     read_near,
+    seek_near,
     settle_whole,
     turn_waves,
     yield_apart,
@@ -189,21 +191,17 @@ def tip_of(rows, blade, q, modes):
 
 
 @rare
-def farthest(limit, q, rotor, out):
+def farthest(limit, q, rotor):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
     If a bound of all tips is below `NEAR` of the limit, the bound is returned.
 
-    q, out : predicted amplitudes, and the tips' radial displacements from them, folded
+    q : predicted amplitudes
     """
-    most, reach, modes = broadcast(0.0), broadcast(0.0), len(rotor.reach)
-    for v in range(0, len(out), FOUR):
-        tip = load(out, v)
-        most = higher_of(most, higher_of(tip, broadcast(0.0) - tip))
+    reach, modes = broadcast(0.0), len(rotor.reach)
     for m in range(0, modes, FOUR):
-        size = higher_of(load(q, m), broadcast(0.0) - load(q, m))
-        reach = fma(load(rotor.reach, m), size, reach)
-    bound = math.hypot(total_of(most), total_of(reach))
+        reach = fma(load(rotor.reach, m), magnitude(load(q, m)), reach)
+    bound = total_of(reach)
     if not bound > NEAR * limit:
         return bound
     far = 0.0
@@ -379,7 +377,7 @@ def marching(waves):
         ring_rows, driven = ring_size // k, is_shaped(wall)
         lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
         recall(blades, wide, solver)
-        drift, ready, fresh, active = 0.0, False, True, blades - blades
+        drift, fresh, active = 0.0, True, blades - blades
         whole = space.opened if waves else gaps
         goal = counter[STEP] + steps
         while counter[STEP] < goal and counter[STOP] == RUNNING:
@@ -418,27 +416,31 @@ def marching(waves):
             looks = counter[STEP] >= counter[NEXT_LOOK]
             judge = counter[STEP] % strides.evidence == 0
             if waves:
-                ready, every = False, looks or judge or fresh
+                every = judge or fresh
                 lowest = lower_all(out, drift, gaps, row, whole)
                 if not every and not lowest > 0.0:
-                    lowest, ready = read_near(
-                        gamma, s_b, blades, gaps, row, known, out, whole
+                    lowest = read_near(
+                        gamma, s_b, blades, gaps, row, known, out, whole, where
                     )
-                    if lowest < 0.0 and ready:
-                        active = guess(whole, place, lowest, blades, wide, solver)
-                        ready = active > 0
-                    every = lowest < 0.0 and not ready
                 if every:
                     read_all(gamma, s_b, blades, out)
                     lowest = open_whole(out, gaps, row, whole)
-                    fresh, drift = False, drift_of(s_b, rotor.drift)
+                    fresh = False
+                if every or looks:
+                    drift = drift_of(s_b, rotor.drift)
             else:
                 read_tips(s_b, gamma, out)
                 lowest, _ = close_gaps(out, gaps, row)
             if looks:
-                watch(farthest(limit, s_b, rotor, out), limit, counter)
+                watch(farthest(limit, s_b, rotor), limit, counter)
             if lowest < 0.0:
-                if not ready:
+                if waves:
+                    active = guess(whole, place, lowest, blades, wide, solver)
+                    if active < 0:
+                        active = seek_near(
+                            gamma, s_b, gaps, row, out, whole, lowest, blades, solver
+                        )
+                else:
                     active = solved(whole, place, lowest, blades, wide, solver)
                 if active < 0:
                     counter[STOP] = COMPLEMENTARITY

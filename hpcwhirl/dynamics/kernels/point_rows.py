@@ -36,8 +36,11 @@ def read_every(rows, q, points, tips, spectra):
 
 
 @verb
-def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra):
-    """Compute tips and gaps of points that might touch; return as `whole.read_near`.
+def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
+               where):  # fmt: skip
+    """Compute tips and gaps of points that might touch, as `whole.read_near`.
+
+    Return the lowest of their gaps, m, and whether there was a solution before.
 
     near, spectra : as in `turn_points`
     """
@@ -98,9 +101,11 @@ def read_every_row(rows, q, points, tips, _):
 
 @does(read_close, PointRows)
 @inlined
-def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _):
+def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
+                    where):  # fmt: skip
     """Implement `read_close` for unequal sectors."""
-    return read_near(rows.read, q, points, gaps, row, known, tips, whole)
+    lowest = read_near(rows.read, q, points, gaps, row, known, tips, whole, where)
+    return lowest, known[points] > 0
 
 
 @does(book_points, PointRows)

@@ -287,7 +287,7 @@ def march_points(
         if not every and not lowest > 0.0:
             lowest, ready = read_close(
                 rotor.rows, s_b, points, gaps, row, known, out, whole, near,
-                space.spectra,
+                space.spectra, where,
             )  # fmt: skip
             if lowest < 0.0 and ready:
                 active = guess(whole, row - row, lowest, points, wide, solver)

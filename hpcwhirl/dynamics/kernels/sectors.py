@@ -294,7 +294,8 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 
 @does(read_close, SectorRows)
 @part
-def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spectra):
+def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spectra,
+                      _):  # fmt: skip
     """Implement `read_close` for equal sectors, four blades at once."""
     wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
     for i in range(flags, len(spectra) - FOUR):

@@ -79,7 +79,7 @@ class GeneralRotor(NamedTuple):
     read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
     radial, tangential : (N, m) flat, of each tip
     hub : (2, m) flat, x_o, y_o
-    reach : (m,), |tangential| of the tip that each mode moves most
+    reach : (m,), displacement of the tip that each mode moves most, its magnitude
     """
 
     items: Floats

@@ -11,9 +11,9 @@ forces have half the length (`dynamics.mode_waves`). Only two verbs differ.
 
 Only tips that might touch are computed: a sum over the waves bounds the motion of any
 tip in a step, so that each tip has a lower bound until it is computed again. If, by
-these bounds, the solution on the blades of the last solution leaves all other gaps
-open, it is the solution; otherwise all tips are computed. So the choice of tips changes
-no bit.
+these bounds, a solution on some blades leaves all other gaps open, it is the solution;
+tips whose bounds it does not leave open are computed before anything follows from them.
+So the choice of tips changes no bit.
 
 As in `waves`, the rotor's loss is what contact has added to energy and loss, which is
 its work (checked by `whole_waves.WholeWaves.books`), less the energy that is left.
@@ -23,10 +23,21 @@ from __future__ import annotations
 
 import math
 
+from hpcwhirl.dynamics.kernels.circulant import (
+    CLOSED,
+    correct,
+    first_set,
+    is_usable,
+    multipliers,
+    openings,
+    settle,
+    solve_any,
+)
 from hpcwhirl.dynamics.kernels.compiled import (
     does,
     inlined,
     kernel,
+    part,
     rare,
     rare_kernel,
     verb,
@@ -37,7 +48,7 @@ from hpcwhirl.dynamics.kernels.differences import (
     energy_of_ring,
     settle_ring,
 )
-from hpcwhirl.dynamics.kernels.keep_inverse import place_of
+from hpcwhirl.dynamics.kernels.keep_inverse import SIZE, place_of
 from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     load_both,
@@ -102,19 +113,46 @@ def open_whole(tips, gaps, row, whole):
 
 
 @inlined
-def tip_by_waves(rows, blade, q, modes):
-    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q.
-
-    modes : a multiple of 16
-    """
-    at, zero = blade * modes, broadcast(0.0)
+def four_sums(rows, at, q, modes):
+    """Return four partial sums of a row, begun at `at`, times q[:modes]."""
+    zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
         a = fma(load(rows, at + m), load(q, m), a)
         b = fma(load(rows, at + m + 4), load(q, m + 4), b)
         c = fma(load(rows, at + m + 8), load(q, m + 8), c)
         d = fma(load(rows, at + m + 12), load(q, m + 12), d)
-    return total_of((a + b) + (c + d))
+    return a, b, c, d
+
+
+@inlined
+def eight_sums(rows, at, on, q, modes):
+    """Return `four_sums` of two rows: four at once would wait for each other's end."""
+    zero = broadcast(0.0)
+    a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
+    for m in range(0, modes, 2 * EIGHT):
+        i, j, k = m + 4, m + 8, m + 12
+        first, second, third, last = load(q, m), load(q, i), load(q, j), load(q, k)
+        a, e = fma(load(rows, at + m), first, a), fma(load(rows, on + m), first, e)
+        b, f = fma(load(rows, at + i), second, b), fma(load(rows, on + i), second, f)
+        c, g = fma(load(rows, at + j), third, c), fma(load(rows, on + j), third, g)
+        d, h = fma(load(rows, at + k), last, d), fma(load(rows, on + k), last, h)
+    return (a, b, c, d), (e, f, g, h)
+
+
+@inlined
+def sum_four(sums):
+    """Return the sum of four vectors' numbers."""
+    return total_of((sums[0] + sums[1]) + (sums[2] + sums[3]))
+
+
+@inlined
+def tip_by_waves(rows, blade, q, modes):
+    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q.
+
+    modes : a multiple of 16
+    """
+    return sum_four(four_sums(rows, blade * modes, q, modes))
 
 
 @inlined
@@ -130,7 +168,7 @@ def put(values, blade, blades, wide, value):
             values[wide + i] = value
 
 
-@inlined
+@part
 def read_all(rows, q, blades, tips):
     """Set tips to the rotor's part of each blade's gap, m: its row times q.
 
@@ -146,9 +184,9 @@ def read_all(rows, q, blades, tips):
 
 
 @inlined
-def read_tip(rows, j, q, modes, blades, gaps, row, tips, whole):
+def put_tip(tip, j, blades, gaps, row, tips, whole):
     """Set a blade's tip and its gap among folded ones; return the gap, m."""
-    wide, tip = len(tips) // 2, tip_by_waves(rows, j, q, modes)
+    wide = len(tips) // 2
     gap = gaps[row + place_of(j, blades, wide)] + tip
     put(tips, j, blades, wide, tip)
     put(whole, j, blades, wide, gap)
@@ -156,27 +194,97 @@ def read_tip(rows, j, q, modes, blades, gaps, row, tips, whole):
 
 
 @inlined
-def read_near(rows, q, blades, gaps, row, known, tips, whole):
-    """Compute the tips that might touch; return (lowest of their gaps, `known`).
+def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
+    """Compute the tips of blades where[:size], two at once; return their lowest gap."""
+    modes, least = len(rows) // blades, math.inf
+    for i in range(0, size, 2):
+        one, other = where[i], where[min(i + 1, size - 1)]
+        both = eight_sums(rows, one * modes, other * modes, q, modes)
+        gap = put_tip(sum_four(both[0]), one, blades, gaps, row, tips, whole)
+        least = min(least, gap)
+        gap = put_tip(sum_four(both[1]), other, blades, gaps, row, tips, whole)
+        least = min(least, gap)
+    return least
+
+
+@part
+def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
+    """Compute the tips that might touch; return the lowest of their gaps, m.
 
     Parameters
     ----------
     gaps, row : gaps without the rotor's part
     tips, whole : (2 wide,), lower bounds of tips and of gaps; those computed are set
+    where : (N + 1,), work space
 
-    The second value says whether the last solution had active blades, `known`; if a gap
-    is negative, they are all computed.
+    If a gap is negative, the tips of the last solution, `known`, are all computed.
     """
-    modes, wide, least = len(rows) // blades, len(tips) // 2, math.inf
+    wide, size = len(tips) // 2, blades - blades
     for j in range(blades):
-        if not whole[place_of(j, blades, wide)] > 0.0:
-            gap = read_tip(rows, j, q, modes, blades, gaps, row, tips, whole)
-            least = min(least, gap)
+        where[size] = j
+        size += not whole[place_of(j, blades, wide)] > 0.0
+    least = read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole)
     if least < 0.0:
+        size = blades - blades
         for s in range(known[blades]):
-            if whole[place_of(known[s], blades, wide)] > 0.0:
-                read_tip(rows, known[s], q, modes, blades, gaps, row, tips, whole)
-    return least, known[blades] > 0
+            where[size] = known[s]
+            size += whole[place_of(known[s], blades, wide)] > 0.0
+        read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole)
+    return least
+
+
+@inlined
+def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
+    """Compute the tips whose gaps, `again`, are below a limit; others' are as before.
+
+    Return whether any gap in `whole` has changed: it was a bound.
+    """
+    modes, wide, changed = len(rows) // blades, len(tips) // 2, False
+    for j in range(blades):
+        place = place_of(j, blades, wide)
+        if again[place] < limit:
+            before, tip = whole[place], tip_by_waves(rows, j, q, modes)
+            gap = put_tip(tip, j, blades, gaps, row, tips, whole)
+            changed = changed or gap != before
+    return changed
+
+
+@rare
+def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
+    """Solve as `circulant.solved`, where tips may be lower bounds, see `read_near`.
+
+    Tips that decide on a set are computed before: the sets are the same as with all
+    tips computed, and so are the bits.
+
+    lowest : lowest of the gaps in `whole`, < 0
+    """
+    wide, known, limit = len(tips) // 2, space.known, CLOSED * lowest
+    first = row - row  # a literal 0 would be compiled for by itself
+    left = -1  # sets to be tried beside the last one; negative: not yet chosen
+    while left != 0:
+        usable, size = is_usable(blades, known), known[blades + SIZE]
+        pull = below = -1.0
+        if usable:
+            pull = multipliers(whole, first, size, blades, wide, space)
+        more = usable and (pull >= 0.0 or left > 1)
+        while more:
+            below = openings(whole, first, size, wide, space)
+            more = below < limit and read_below(
+                limit, rows, q, blades, gaps, row, space.again, tips, whole
+            )
+        if pull >= 0.0 and below >= limit:
+            return settle(whole, first, size, blades, wide, space)
+        if left < 0:
+            left = first_set(whole, first, blades, wide, space)
+        elif usable:
+            left -= 1
+            if left > 0:
+                correct(limit, blades, wide, space)
+        else:
+            left = 0
+    read_all(rows, q, blades, tips)
+    open_whole(tips, gaps, row, whole)
+    return solve_any(whole, first, blades, wide, space)
 
 
 @inlined
@@ -216,19 +324,30 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 
 @inlined
-def moved_by(rows, at, s, modes):
-    """Return a row of `opens` or `slides`, begun at `at`, times s (modes + padded,)."""
-    zero = broadcast(0.0)
-    a, b, c, d = zero, zero, zero, zero
-    for m in range(0, modes, 2 * EIGHT):
-        a = fma(load(rows, at + m), load(s, m), a)
-        b = fma(load(rows, at + m + 4), load(s, m + 4), b)
-        c = fma(load(rows, at + m + 8), load(s, m + 8), c)
-        d = fma(load(rows, at + m + 12), load(s, m + 12), d)
+def with_rest(rows, at, s, modes, sums):
+    """Return the sum of `four_sums` and of the rest of the row times s[modes:]."""
+    a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
         b = fma(load(rows, at + m + FOUR), load(s, m + FOUR), b)
-    return total_of((a + b) + (c + d))
+    return sum_four((a, b, sums[2], sums[3]))
+
+
+@inlined
+def moved_by(rows, at, s, modes):
+    """Return a row of `opens` or `slides`, begun at `at`, times s (modes + padded,)."""
+    return with_rest(rows, at, s, modes, four_sums(rows, at, s, modes))
+
+
+@inlined
+def slide(rows, where, active, s, modes, held):
+    """Set `held` of the active blades to their rows times s, as `moved_by`."""
+    for i in range(0, active, 2):
+        one, other = where[i], where[min(i + 1, active - 1)]
+        at, on = one * len(s), other * len(s)
+        both = eight_sums(rows, at, on, s, modes)
+        held[one] = with_rest(rows, at, s, modes, both[0])
+        held[other] = with_rest(rows, on, s, modes, both[1])
 
 
 @inlined
@@ -242,12 +361,16 @@ def add_one(rows, at, force, s, modes):
 
 
 @inlined
-def add_two(rows, at, force, other, beside, s, modes):
-    """Add two rows, each times a force, to s[:modes]; as `add_one` twice."""
-    force, beside = broadcast(force), broadcast(beside)
+def add_four(rows, where, push, i, s, modes):
+    """Add the rows of blades where[i : i + 4] times their push, as `add_one`."""
+    a, b = where[i] * modes, where[i + 1] * modes
+    c, d = where[i + 2] * modes, where[i + 3] * modes
+    first, second = broadcast(push[i]), broadcast(push[i + 1])
+    third, last = broadcast(push[i + 2]), broadcast(push[i + 3])
     for m in range(0, modes, FOUR):
-        one = fma(load(rows, at + m), force, load(s, m))
-        store(s, m, fma(load(rows, other + m), beside, one))
+        two = fma(load(rows, b + m), second, fma(load(rows, a + m), first, load(s, m)))
+        three = fma(load(rows, c + m), third, two)
+        store(s, m, fma(load(rows, d + m), last, three))
 
 
 @inlined
@@ -256,12 +379,11 @@ def add_rows(rows, push, where, active, s, modes):
 
     modes : a multiple of 8
     """
-    for i in range(0, active - 1, 2):
-        add_two(
-            rows, where[i] * modes, push[i], where[i + 1] * modes, push[i + 1], s, modes
-        )
-    if active % 2 == 1:
-        add_one(rows, where[active - 1] * modes, push[active - 1], s, modes)
+    fours = active - active % 4
+    for i in range(0, fours, 4):
+        add_four(rows, where, push, i, s, modes)
+    for i in range(fours, active):
+        add_one(rows, where[i] * modes, push[i], s, modes)
 
 
 @inlined
@@ -288,6 +410,7 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
         s[i] = 0.0
     for i in range(active):
         s[modes + where[i]] = push[i]
+    slide(rotor.slides, where, active, s, modes, held)
     for i in range(active):
         j = where[i]
         place = place_of(j, blades, len(tips) // 2)
@@ -298,7 +421,6 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
             opened = moved_by(rotor.opens, j * width, s, modes)
             before[j] += tips[place] - opened
         held[now + j] = step + 2
-        held[j] = moved_by(rotor.slides, j * width, s, modes)
         sums[0] += push[i] * opened
         sums[1] += push[i] * held[j]
         sums[2] += 0.5 * push[i] * (opened + mu * held[j])
