@@ -15,7 +15,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
-from hpcwhirl.dynamics.kernels import circulant, contact, whole
+from hpcwhirl.dynamics.kernels import circulant, contact, general, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
@@ -31,10 +31,11 @@ from hpcwhirl.store.results.single import write_arrays
 
 KINDS = {"modal": UncoupledRotor, "general": GeneralRotor}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}
-place_of, recall, guess, seek, read_near = (  # parts, for Python
+place_of, recall, guess, seek, read_near, farthest = (  # parts, for Python
     kernel(part.py_func)
     for part in (
-        keep.place_of, keep.recall, circulant.guess, circulant.seek, whole.read_near
+        keep.place_of, keep.recall, circulant.guess, circulant.seek, whole.read_near,
+        general.farthest,
     )
 )  # fmt: skip
 
@@ -318,6 +319,15 @@ def test_a_guess_takes_no_lower_bound_for_the_gap_of_a_blade_in_contact_before()
     wanted = np.array([3.0, 2.0, -1.0, 3.0, 4.0]) * 1e-5  # others keep their bounds
     assert lowest == pytest.approx(-1e-5)
     assert seen == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("scheme", KINDS)
+def test_tips_are_within_a_bound_that_each_mode_alone_reaches(scheme):
+    rotor = march_of(7, scheme=scheme).scheme.arrays.rotor
+    for q in np.eye(len(rotor.reach)):
+        assert farthest(1e9, q, rotor) == pytest.approx(farthest(0.0, q, rotor))
+    for q in np.random.default_rng(4).normal(size=(20, len(rotor.reach))):
+        assert 0.0 < farthest(0.0, q, rotor) < farthest(1e9, q, rotor)
 
 
 def test_amplitudes_that_die_out_become_zero():
