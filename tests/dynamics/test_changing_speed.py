@@ -19,6 +19,7 @@ from hpcwhirl.analysis.regimes import evidence
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.case.unbalance import share_at_start
 from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
@@ -163,6 +164,14 @@ def test_contact_adds_to_the_motion_without_it():
     assert np.array_equal(one.circle, other.circle)
     away = np.hypot(*(one.judged.centre - one.circle).T)
     assert away[0] < 1e-3 * away.max()
+
+
+def test_a_circle_beyond_the_gap_is_all_beside_whatever_the_gap():
+    given = KINDS["driven"] | {"unbalance": 0.1, "duration": 1e-3}
+    near, far = march_of(**given), march_of(**given, gap=5e-2, force=0.0)
+    shares = [share_at_start(march.model, march.scene) for march in (near, far)]
+    assert shares[0] < shares[1] == 1.0
+    assert np.array_equal(near.run().circle, far.run().circle)
 
 
 @pytest.mark.parametrize("touches", [True, False])
