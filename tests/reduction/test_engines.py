@@ -282,6 +282,8 @@ def put(place, value):
          "shapes must be mass-orthonormal to 1e-06, got 0.002"),
         ((*MATRICES, "shapes", "omega"), spoilt("omega", lambda w: 1.001 * w),
          "omega must be the frequencies of rotor/shapes"),
+        ((*MATRICES, "shapes", "omega"), spoilt("shapes", lambda s: s[1:]),
+         "shapes must be (32, 32), got (31, 32)"),
         (MATRICES[1:], spoilt("damping", lambda d: d), "has no rotor/mass"),
         (MATRICES[:1], spoilt("mass", lambda m: m), "has no rotor/stiffness"),
         (MODAL[1:], spoilt("modal_centre", lambda c: c), "has no rotor/omega"),
