@@ -14,6 +14,9 @@ from launch import (
     MPIRUN,
     ROOT,
     SIX,
+    SLOW,
+    finish,
+    held,
     inputs,
     kill,
     launch,
@@ -38,7 +41,7 @@ sweep = {time_step = [2e-5, 1e-6, 2e-6]}
 """
 
 
-def finished(place, text, ranks):
+def completed(place, text, ranks):
     """Run a campaign to its end and return its directory."""
     out = place / "out"
     done = launch("campaign", inputs(place, text), "--out", out, ranks=ranks)
@@ -54,12 +57,12 @@ def status(folder):
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
-    return finished(tmp_path_factory.mktemp("alone"), SHORT, ranks=0)
+    return completed(tmp_path_factory.mktemp("alone"), SHORT, ranks=0)
 
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    return finished(tmp_path_factory.mktemp("undisturbed"), SIX, ranks=0)
+    return completed(tmp_path_factory.mktemp("undisturbed"), SIX, ranks=0)
 
 
 @pytest.mark.mpi
@@ -72,7 +75,7 @@ def undisturbed(tmp_path_factory):
     ],
 )
 def test_any_number_of_ranks_gives_the_bits_of_one_process(alone, tmp_path, ranks):
-    together = finished(tmp_path, SHORT, ranks)
+    together = completed(tmp_path, SHORT, ranks)
     assert root_variables(together) == root_variables(alone)
     found = records(together)
     assert sorted(record["case"] for record in found) == list(range(6))
@@ -85,7 +88,9 @@ def test_any_number_of_ranks_gives_the_bits_of_one_process(alone, tmp_path, rank
 @pytest.mark.mpi
 @pytest.mark.slow
 def test_every_rank_computes_rank_0_too(tmp_path):
-    out = finished(tmp_path, SIX, ranks=2)
+    out = tmp_path / "out"
+    words = ["campaign", inputs(tmp_path, SHORT), "--out", out]
+    assert finish(start(words, ranks=2, first=SLOW)).returncode == 0
     assert {record["performance"]["rank"] for record in records(out)} == {0, 1}
 
 
@@ -95,7 +100,7 @@ def test_every_rank_computes_rank_0_too(tmp_path):
 def test_a_killed_campaign_continues_to_the_same_bits(undisturbed, tmp_path, ranks):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start(words, ranks, env=ENVIRONMENT)
+    process = start(words, ranks, first=held(out, 1))
     wait_for(lambda: records(out), process)
     kill(process)
     kept = records(out)
@@ -148,7 +153,7 @@ def test_a_signal_after_the_end_does_not_change_the_exit_code(tmp_path):
 def test_a_stopped_campaign_says_75_and_continues(undisturbed, tmp_path, ranks, wish):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start(words, ranks, env=ENVIRONMENT)
+    process = start(words, ranks, held(out, 1, pause=0.01), real=True)
     wait_for(lambda: records(out), process)
     process.send_signal(wish)
     _, told = process.communicate(timeout=LIMIT)

@@ -8,7 +8,7 @@ from typing import get_args
 import h5py
 import numpy as np
 import pytest
-from launch import kill, launch, records, root_variables, start, wait_for
+from launch import held, kill, launch, records, root_variables, start, wait_for
 
 import hpcwhirl
 from hpcwhirl.analysis.shares import shares
@@ -337,9 +337,10 @@ def test_a_sampled_campaign_has_the_same_bits_for_any_ranks_and_kills(tmp_path):
     path.write_text(SMALL)
     assert launch("campaign", path, "--out", tmp_path / "alone").returncode == 0
     words = ["campaign", path, "--out", tmp_path / "killed"]
-    process = start(words, 2)
+    process = start(words, 2, first=held(tmp_path / "killed", 1))
     wait_for(lambda: records(tmp_path / "killed"), process)
     kill(process)
+    assert 0 < len(records(tmp_path / "killed")) <= 2
     assert launch(*words, ranks=2).returncode == 0
     both = [root_variables(tmp_path / name) for name in ("alone", "killed")]
     assert both[0] == both[1]

@@ -12,6 +12,7 @@ from launch import (
     ENVIRONMENT,
     LIMIT,
     ROOT,
+    SLOW,
     inputs,
     kill,
     launch,
@@ -23,20 +24,13 @@ from launch import (
 
 from hpcwhirl.scene.words import ENUMS
 
-# three long cases of different schemes, which a stop finds on their way
+# cases of different schemes, which a stop finds on their way where they are slowed
 LONG = """
-scene = {duration = 4.0}
+scene = {duration = 0.4}
 solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
 campaign = {save_every = 0.02}
 sweep = {scheme = ["modal", "exact"], speed = [410, 430]}
-"""
-EIGHT = """
-scene = {duration = 3.0}
-solver = {time_step = 2e-6, plan = "everything"}
-output = {interval = 1e-2}
-campaign = {save_every = 0.02}
-sweep = {speed = {start = 300, stop = 440, step = 20}}
 """
 SHORT = """
 scene = {duration = 4e-3}
@@ -49,15 +43,6 @@ scene = {duration = 0.05}
 solver = {time_step = 2e-6}
 output = {interval = 2e-5, traces = "full"}
 sweep = {speed = {start = 300, stop = 500, step = 20}}
-"""
-# every slice of a case takes a while, so that no stop comes after the last
-SLOW = """
-import time
-from hpcwhirl.dynamics.march import March
-def advance(march, steps, own=March.advance):
-    own(march, steps)
-    time.sleep(0.01)
-March.advance = advance
 """
 # what a defect in a library would do to the second case of SHORT
 SEGFAULT = """
@@ -77,6 +62,14 @@ def planted(place, script):
     return ENVIRONMENT | {
         "PYTHONPATH": f"{place}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
     }
+
+
+def crashing(place):
+    """Return options of a start in which the second case of SHORT kills its process.
+
+    That is a fork, or the interpreter of isolated cases, which it begins.
+    """
+    return {"first": SEGFAULT, "real": False, "env": planted(place, SEGFAULT)}
 
 
 def undisturbed(place, text, *words):
@@ -128,11 +121,12 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     (out / "STOP").unlink()
     assert states(out) == kept
 
-    soon = [*words, "--walltime", "00:00:01"]  # over before a new process computes
-    told = stopped(start(soon, ranks=3, env=ENVIRONMENT), lambda _: None)
+    soon = [*words, "--walltime", "00:00:01"]
+    told = stopped(start(soon, ranks=3, first=SLOW), lambda _: None)
     assert "wall-time" in told
     soon = ENVIRONMENT | {"SLURM_JOB_END_TIME": str(int(time.time()) + 2)}
-    assert "wall-time" in stopped(start(words, env=soon), lambda _: None)
+    process = start(words, first=SLOW, real=False, env=soon)
+    assert "wall-time" in stopped(process, lambda _: None)
 
     done = launch(*words, ranks=3)
     assert done.returncode == 0, done.err
@@ -152,18 +146,18 @@ def statuses(folder):
 def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
     whole, out = undisturbed(tmp_path, SHORT), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SHORT), "--out", out]
-    env = planted(tmp_path, SEGFAULT)
+    crashes = crashing(tmp_path)
     for _ in range(2):
-        assert launch(*words, env=env).returncode == -signal.SIGSEGV
+        assert launch(*words, **crashes).returncode == -signal.SIGSEGV
         assert 1 not in [record["case"] for record in records(out)]
-    done = launch(*words, env=env)
+    done = launch(*words, **crashes)
     assert done.returncode == 1, done.err
     assert "1 isolated after two crashes" in done.err
     words_of, messages, ranks = statuses(out)
     assert words_of == ["ok", "crashed", "ok", "ok"]
     assert messages[1] == b"the case's process died of SIGSEGV"
     assert ranks == [0, 0, 0, 0]
-    assert launch(*words, env=env).returncode == 1
+    assert launch(*words, **crashes).returncode == 1
     assert len(records(out)) == 4
     assert launch(*words, "--retry", "crashed").returncode == 0
     assert root_variables(out) == whole
@@ -175,7 +169,7 @@ def test_a_case_that_kills_its_process_twice_is_set_aside(tmp_path):
 def test_isolated_cases_crash_alone_and_have_the_same_bits(tmp_path):
     whole, out = undisturbed(tmp_path, SHORT), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SHORT), "--out", out, "--isolate"]
-    done = launch(*words, ranks=2, env=planted(tmp_path, SEGFAULT))
+    done = launch(*words, ranks=2, **crashing(tmp_path))
     assert done.returncode == 1, done.err
     assert statuses(out)[0] == ["ok", "crashed", "ok", "ok"]
     assert "case 1 crashed on " in done.err
@@ -189,7 +183,8 @@ def test_an_isolated_case_stops_and_continues_to_the_same_bits(tmp_path):
     text = LONG.replace("[410, 430]", "[430]")
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
-    process = start([*words, "--isolate"], env=planted(tmp_path, SLOW))
+    slowed = planted(tmp_path, SLOW)  # that which computes the cases
+    process = start([*words, "--isolate"], real=False, env=slowed)
     wait_for(lambda: states(out), process)
     stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
     assert states(out)

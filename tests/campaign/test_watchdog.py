@@ -7,10 +7,9 @@ import time
 
 import pytest
 from launch import (
-    ENVIRONMENT,
     LIMIT,
-    ROOT,
     SIX,
+    held,
     inputs,
     launch,
     pid_of,
@@ -29,7 +28,7 @@ import pathlib, time
 from hpcwhirl.campaign import evaluate
 compute = evaluate.compute
 def hang(case, *others, **named):
-    if case.given.speed == 420 and pathlib.Path("PLACE/hang").exists():
+    if case.given.speed == 420:
         pathlib.Path("PLACE/hangs").touch()
         while True:
             time.sleep(3600)
@@ -53,7 +52,7 @@ def undisturbed(tmp_path_factory):
 def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, hung):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start([*words, "--patience", "1"], ranks=3, env=ENVIRONMENT)
+    process = start([*words, "--patience", "1"], 3, held(out, 1, pause=0.01))
     wait_for(lambda: records(out), process)
     os.kill(pid_of(process, hung), signal.SIGSTOP)
     kept = records(out)
@@ -72,12 +71,9 @@ def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, 
 @pytest.mark.parametrize("ranks", [0, 2])
 def test_a_case_that_hangs_does_not_keep_the_job(undisturbed, tmp_path, ranks):
     out = tmp_path / "out"
-    (tmp_path / "sitecustomize.py").write_text(HANG.replace("PLACE", str(tmp_path)))
-    (tmp_path / "hang").touch()
-    path = f"{tmp_path}:{ROOT}:{os.environ.get('PYTHONPATH', '')}"
     file = inputs(tmp_path, SIX + "campaign = {patience = 0.5}\n")
     words = ["campaign", file, "--out", out]
-    process = start(words, ranks, env=ENVIRONMENT | {"PYTHONPATH": path})
+    process = start(words, ranks, HANG.replace("PLACE", str(tmp_path)))
     wait_for((tmp_path / "hangs").exists, process)
     process.send_signal(signal.SIGUSR1)
     _, told = process.communicate(timeout=LIMIT)

@@ -68,10 +68,8 @@ def tools(tmp_path):
     passes = 'while [ "$1" != hpcwhirl ]; do shift; done; exec "$@"'
     notes = 'printf "%s\\n" "$(basename "$0") $*" >>noted'
     campaign = 'printf "%s\\n" "$@" >words; trap "exit 75" USR1; echo begun >begun\n'
-    campaign += (
-        "for i in $(seq 200); do sleep 0.05; [ -e finish ] && exit $(cat finish); "
-    )
-    campaign += "done; exit 70"
+    campaign += f"for i in $(seq {20 * LIMIT}); do sleep 0.05; "
+    campaign += "[ -e finish ] && exit $(cat finish); done; exit 70"
     texts = dict.fromkeys(("mpirun", "srun", "flux"), passes)
     texts |= {"scontrol": notes, "qsub": f"{notes}; cat >>submitted"}
     texts["hpcwhirl"] = campaign
@@ -285,7 +283,7 @@ def test_an_element_of_a_pbs_array_comes_again_by_itself(tools):
 
 @pytest.mark.parametrize("scheduler", ["pbs", "sge"])
 def test_a_script_warns_itself_where_its_scheduler_does_not(scheduler, tools):
-    process = begin(scheduler, tools, time="00:01:00", warning=59, script="job.sh")
+    process = begin(scheduler, tools, time="00:01:00", warning=55, script="job.sh")
     process.communicate(timeout=LIMIT)
     assert (process.returncode, noted(tools)) == COMES_AGAIN[scheduler]
 

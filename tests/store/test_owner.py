@@ -15,6 +15,7 @@ from launch import (
     ENVIRONMENT,
     LIMIT,
     ROOT,
+    SLOW,
     finish,
     fork_of,
     kill,
@@ -527,7 +528,7 @@ def test_a_campaign_goes_on_after_a_kill_of_its_owner(tmp_path):
     text = SHORT.replace("2e-3", "3.0").replace("[300, 410]", "[300, 410, 420, 430]")
     (tmp_path / "long.toml").write_text(text)
     words = ["campaign", tmp_path / "long.toml", "--out", out]
-    process = start(words)
+    process = start(words, first=SLOW)
     wait(lambda: list(out.glob("running/*")), process)
     pid = fork_of(process.pid)
     os.kill(pid, signal.SIGSTOP)  # it lives, however fast this machine is

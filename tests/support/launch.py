@@ -20,14 +20,48 @@ LIMIT = 600  # s, of any process, on a busy machine, too; numba may have to comp
 ROOT = Path(__file__).parents[2]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 RANK = (b"PMI_RANK=", b"OMPI_COMM_WORLD_RANK=", b"PMIX_RANK=")
-# a campaign of six cases, each of which takes a moment
+# a campaign of six cases
 SIX = """
-scene = {duration = 0.6}
+scene = {duration = 0.05}
 solver = {time_step = 2e-6}
 output = {interval = 1e-3}
 sweep = {speed = [300, 340, 380, 420, 460, 500]}
 """
 ENVIRONMENT = dict(os.environ)  # before an MPI in this process adds to it
+# every slice of a case takes a while, so that no stop comes after the last
+SLOW = """
+import time
+from hpcwhirl.dynamics.march import March
+def advance(march, steps, own=March.advance):
+    own(march, steps)
+    time.sleep(0.01)
+March.advance = advance
+"""
+# with so many records all cases wait, so that no stop comes after the last; once as
+# many cases have been begun, each is written as it ends, and records are counted
+HELD = """
+import sys, time
+from pathlib import Path
+sys.path.append({support!r})
+from launch import records
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.store.directory import journal
+OUT, LAST = Path({out!r}), []
+OLD = len(records(OUT))
+BEGUN = OUT.with_name(f"{{OUT.name}}.begun-{{OLD}}")
+def advance(march, steps, own=March.advance):
+    own(march, steps)
+    if march not in LAST:
+        LAST[:] = [march]
+        with BEGUN.open("a") as file:
+            file.write(".")
+    if OLD + BEGUN.stat().st_size >= {count}:
+        journal.EVERY = 0.0
+        if len(records(OUT)) >= {count}:
+            time.sleep({pause})
+March.advance = advance
+"""
+MAIN = "import sys\nfrom hpcwhirl.cli import main\nsys.exit(main())\n"
 
 
 def words_of(settings):
@@ -35,22 +69,32 @@ def words_of(settings):
     return [w for name, value in settings.items() for w in ("--set", f"{name}={value}")]
 
 
-def start(words, ranks=0, first="", **options):
+def held(out, count, pause=2 * LIMIT):
+    """Return a script by which a campaign with `count` records waits for its end.
+
+    pause : time that a slice then takes, s; a short one lets the campaign see a stop
+    """
+    own = {"support": str(Path(__file__).parent), "out": str(out)}
+    return HELD.format(**own, count=count, pause=pause)
+
+
+def start(words, ranks=0, first="", real=None, **options):
     """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0.
 
-    first : script that a fork runs before its words
-
-    With options such as `env`, and where HDF5 is parallel, which begins MPI as it is
-    imported, these are real starts; else forks of one process, which cost nothing.
+    first : script that its process runs before the words
+    real : whether its process is a new interpreter; by default with options such as
+        `env`, and always where HDF5 is parallel, which begins MPI as it is imported;
+        else it is a fork of one process, which costs nothing
     """
     front = [*MPIRUN, "-n", str(ranks)] if ranks else []
-    real = options or h5py.get_config().mpi
-    tool = [sys.executable, "-m", "hpcwhirl"] if real else server().starter()
-    assert not (real and first)
+    real = h5py.get_config().mpi or (bool(options) if real is None else real)
+    plain = [sys.executable, *(["-c", first + MAIN] if first else ["-m", "hpcwhirl"])]
+    tool = plain if real else server().starter()
     call = [*front, *tool, *map(str, words)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    env = ENVIRONMENT | {FIRST: first}
-    return subprocess.Popen(call, cwd=ROOT, **pipes, **{"env": env, **options})
+    own = {"cwd": ROOT} | options
+    own["env"] = own.get("env", ENVIRONMENT) | {FIRST: first}
+    return subprocess.Popen(call, **pipes, **own)
 
 
 def spent():
