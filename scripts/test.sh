@@ -36,7 +36,8 @@ on_wheels() (
   (system_packages "CalculiX's wheel" calculix-ccx) || say "it is skipped"
   # First: what it compiles is in the cache for all others.
   pytest --processor=1 tests/dynamics/test_compiling.py -k "$warms"
-  pytest -n 2 --processor=40 -m "not mpi and not evidence" -k "not $warms"
+  # a file's fixtures and servers of forks are made by one worker, not by both
+  pytest -n 2 --dist loadfile --processor=40 -m "not mpi and not evidence" -k "not $warms"
   pytest --processor=40 -m "mpi and not evidence"  # alone: ranks need the cores
 )
 
