@@ -315,9 +315,9 @@ def test_ranks_do_not_wait_for_one_that_cannot_write(tmp_path):
 def test_a_full_disk_leaves_the_old_file_and_nothing_half_written(tmp_path):
     begin(tmp_path, one_interval=True)
     (tmp_path / "results.h5").write_text("old")
-    limit = (30_000, 30_000)  # bytes of any file
+    limit = (30_000, 30_000)  # bytes of any file, of which Python writes none
     done = launch(
-        "gather", tmp_path,
+        "gather", tmp_path, env=ENVIRONMENT | {"PYTHONDONTWRITEBYTECODE": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit),
     )  # fmt: skip
     assert done.returncode != 0  # HDF5 itself may crash on the way out
