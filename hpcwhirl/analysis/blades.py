@@ -30,7 +30,7 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     size = blade_amplitudes(tips[late])
     return {
         "blade_amplitude": float(size.max()),
-        "blade_peak": float(np.sqrt((tips**2).sum(axis=2).max())),
+        "blade_peak": float(np.sqrt(_squares(tips).max())),
         "localisation": localisation(size),
     }
 
@@ -43,7 +43,12 @@ def blade_amplitudes(tips: Floats) -> Floats:
     tips : (n, N, 2), m, rotating frame: radial, tangential
     """
     away = tips - tips.mean(axis=0)
-    return np.asarray(np.sqrt((away**2).sum(axis=2).mean(axis=0)))
+    return np.asarray(np.sqrt(_squares(away).mean(axis=0)))
+
+
+def _squares(tips: Floats) -> Floats:
+    """Return the squared magnitudes (n, N) of displacements (n, N, 2)."""
+    return np.asarray(tips[..., 0] ** 2 + tips[..., 1] ** 2)
 
 
 def localisation(size: Floats) -> float:

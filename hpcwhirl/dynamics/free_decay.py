@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -121,8 +122,12 @@ class FreeDecay:
 
     def farthest(self, state: CyclicState) -> float:
         """Return a bound of the magnitude of all later displacements of tips, m."""
-        shapes = np.hypot(np.abs(self.shapes.radial), np.abs(self.shapes.tangential))
-        return float((shapes @ self.motion(state).rotor.most).max(initial=0.0))
+        return float((self._moved @ self.motion(state).rotor.most).max(initial=0.0))
+
+    @cached_property
+    def _moved(self) -> Floats:
+        """Largest displacement of each tip by a unit amplitude, (N, modes), m."""
+        return np.hypot(np.abs(self.shapes.radial), np.abs(self.shapes.tangential))
 
     def finish(
         self, state: CyclicState, tracks: Tracks, total: int, strides: Strides

@@ -200,8 +200,8 @@ class March:
         reach, room = float(sizes.sum(axis=1).max()), self.wall.room
         if self.schedule is not None:
             room += self.schedule.least_gap(self.steps) - self.scene.gap
-        far = self.coast.farthest(self.state)
-        if not (reach < LESS * room and far < LESS * self._limit):
+        near = reach < LESS * room
+        if not (near and self.coast.farthest(self.state) < LESS * self._limit):
             pause = LOOKS * self.beat
             self._look_after(next_look(sizes, decays, room, pause, PATIENCE * pause))
             return

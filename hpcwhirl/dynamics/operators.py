@@ -27,7 +27,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import FRICTION
-from hpcwhirl.structure import FourierOperator
+from hpcwhirl.structure import FourierOperator, RingOperator
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -143,17 +143,19 @@ def points_of(model: Model) -> Points:
     return Points(model.angles, turn, model.clearances(0.0), weight)
 
 
-def lobe_load(model: Model, lobes: int, direction: str) -> Floats:
+def lobe_load(
+    ring: RingOperator | FourierOperator, lobes: int, direction: str
+) -> Floats:
     """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes."""
-    if model.ring is None:
-        return np.zeros(0)
     sign = -1.0 if direction == "squeeze" else 1.0
-    return sign * model.ring.lobes(lobes)
+    return sign * ring.lobes(lobes)
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
     """Return the ring's load vector (n,), dimensionless, of a scene's unit force."""
-    return lobe_load(model, scene.nodal_diameter, scene.direction)
+    if model.ring is None:
+        return np.zeros(0)
+    return lobe_load(model.ring, scene.nodal_diameter, scene.direction)
 
 
 def ring_kind(model: Model) -> Ring:

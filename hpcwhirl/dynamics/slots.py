@@ -28,6 +28,7 @@ from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
@@ -216,15 +217,32 @@ class _Ring(NamedTuple):
     turns: Floats
 
 
-@lru_cache(maxsize=MOST_KEPT)
-def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
-    """Return the part of a ring's arrays that is independent of speed and friction."""
+class _Round(NamedTuple):
+    """A ring of harmonics as N blades see it; engines that share one share its arrays.
+
+    body, operator, blades : modes, contact operator, N
+    """
+
+    body: ModalModel
+    operator: FourierOperator
+    blades: int
+
+
+def _round(model: Model) -> _Round:
+    """Return the ring of a model."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         msg = "only a ring of harmonics has slots"
         raise TypeError(msg)
-    slots, _ = widths(model.blades)
-    places, ratios = _ring_modes(model), body.ratios
+    return _Round(body, operator, model.blades)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
+    """Return the part of a ring's arrays that is independent of speed and friction."""
+    body, operator, blades = given
+    slots, _ = widths(blades)
+    places, ratios = _modes_in_slots(body, blades), body.ratios
     rows = 1 + max(place.row for place in places)
     items = np.zeros((passes.ITEMS, rows, slots))
     for place in places:
@@ -241,36 +259,35 @@ def _ring(model: Model, step: float, *, flies: bool) -> _Ring:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _lobes(model: Model, diameter: int, direction: str) -> Floats:
+def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
     """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes."""
-    if model.casing is None:
-        return np.zeros(0)
-    return np.asarray(lobe_load(model, diameter, direction) @ model.casing.shapes)
+    load = lobe_load(given.operator, diameter, direction)
+    return np.asarray(load @ given.body.shapes)
 
 
 @lru_cache(maxsize=MOST_RUBBED)
-def _rubbed_ring(model: Model, step: float, mu: str, *, flies: bool) -> Floats:
+def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
     """Return a ring's items, including those that depend on friction.
 
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
-    return _pushed(_ring(model, step, flies=flies).items, float.fromhex(mu))
+    return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
 
 
 def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     """Return a ring's (items (ITEMS size,), load (size,), rows); empty if rigid."""
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0), 0
-    step = scene.solver.time_step
-    ring, mu = _ring(model, step, flies=_flies(scene)), friction_with_sign(scene).hex()
-    items = _rubbed_ring(model, step, mu, flies=_flies(scene)).copy()
+    step, given = scene.solver.time_step, _round(model)
+    ring, mu = _ring(given, step, flies=_flies(scene)), friction_with_sign(scene).hex()
+    items = _rubbed_ring(given, step, mu, flies=_flies(scene)).copy()
     spin = ring.turns * scene.speed
     turn = np.exp(1j * (spin * step))
     items[passes.TURN_RE, ring.row, ring.slot] = turn.real
     items[passes.TURN_IM, ring.row, ring.slot] = turn.imag
     items[passes.SPIN, ring.row, ring.slot] = spin
     load = np.zeros(items.shape[1:])
-    force = _lobes(model, scene.nodal_diameter, scene.direction)
+    force = _lobes(given, scene.nodal_diameter, scene.direction)
     load[ring.row, ring.slot] = force[ring.column]
     return items.ravel(), load.ravel(), items.shape[1]
 
@@ -286,7 +303,7 @@ def turn_ring(
     if not len(items):
         return
     step = scene.solver.time_step
-    ring = _ring(model, step, flies=_flies(scene))
+    ring = _ring(_round(model), step, flies=_flies(scene))
     modes = ring.row * ring.items.shape[2] + ring.slot
     place = (modes - modes % FOUR) * passes.ITEMS + modes % FOUR  # as `passes.item`
     real, imag = (place + FOUR * w for w in (passes.TURN_RE, passes.TURN_IM))
@@ -321,13 +338,15 @@ class _RingMode:
     members: tuple[int, ...]
 
 
-@lru_cache(maxsize=MOST_KEPT)
 def _ring_modes(model: Model) -> list[_RingMode]:
-    body, used, out = model.casing, dict[int, int](), []
-    if body is None:
-        return []
+    return [] if model.casing is None else _modes_in_slots(model.casing, model.blades)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _modes_in_slots(body: ModalModel, blades: int) -> list[_RingMode]:
+    used, out = dict[int, int](), []
     for h in range(int(body.diameter.max()) + 1):
-        slot, sign = fold(h, model.blades)
+        slot, sign = fold(h, blades)
         for rank in np.unique(body.rank[body.diameter == h]):
             same = (body.diameter == h) & (body.rank == rank)
             members = tuple(np.flatnonzero(same)[np.argsort(body.phase[same])])
@@ -432,7 +451,7 @@ def _rubbed(
     rotor = _pushed(items, float.fromhex(mu))
     symbol = _symbol(rotor[:, :, 0])
     if model.casing is not None and isinstance(model.ring, FourierOperator):
-        symbol = symbol + _symbol(_rubbed_ring(model, step, mu, flies=flies))
+        symbol = symbol + _symbol(_rubbed_ring(_round(model), step, mu, flies=flies))
     half = model.blades // 2 + 1
     column = (blade_waves(model.blades) @ symbol[:half]).real.copy()
     return passes.packed(rotor.ravel()), hub, column, rows
@@ -466,11 +485,17 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
     Its entry (i - j) mod N is that of W at i, j.
     """
-    items, _, rows = ring_arrays(model, scene)
-    if not rows:
+    if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(model.blades)
-    symbol = _symbol(items.reshape(passes.ITEMS, rows, -1))
-    waves = blade_waves(model.blades)
+    step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
+    return _ring_column(_round(model), step, mu, flies=_flies(scene))
+
+
+@lru_cache(maxsize=MOST_RUBBED)
+def _ring_column(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
+    """Return `ring_column`; mu, flies : as for `_rubbed_ring`."""
+    symbol = _symbol(_rubbed_ring(given, step, mu, flies=flies))
+    waves = blade_waves(given.blades)
     return np.asarray((waves @ symbol[: waves.shape[1]]).real)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from hpcwhirl.reduction.nearby import modes_near
 
 Matrix = NDArray[Any]
 TOLERANCE = 1e-9  # largest error of mass-orthonormality
+MOST_KEPT = 8  # patterns, some 100 kB each
 NEW = 1e-3  # least part of a unit-mass shape outside a basis that extends it
 
 
@@ -74,13 +75,44 @@ def craig_bampton(
     return basis, np.sqrt(np.maximum(squared, 0.0))
 
 
+class _Pattern(NamedTuple):
+    """Where a matrix (n, n) is not 0, and its submatrix of interior DoF.
+
+    Attributes
+    ----------
+    places : (c,), of the whole matrix, flat
+    inner : (d,), those of the submatrix, in the order of its compressed columns
+    indices, pointers : row indices (d,) and column pointers of the submatrix
+    """
+
+    places: NDArray[np.intp]
+    inner: NDArray[np.intp]
+    indices: NDArray[np.int32]
+    pointers: NDArray[np.int32]
+
+
+_patterns: dict[tuple[int, bytes], _Pattern] = {}  # last ones; mistuned engines share
+
+
 def _within(matrix: Matrix, inner: NDArray[np.intp]) -> sparse.csc_array:
     """Return the submatrix of DoF `inner` (i,), sparse, of a matrix with many zeros."""
-    places = (matrix != 0.0).nonzero()  # of Booleans, ten times as fast as of numbers
-    whole = sparse.csc_array((matrix[places], places), matrix.shape)
-    out = whole[inner][:, inner]
-    out.sort_indices()
-    return out
+    key = int(np.count_nonzero(matrix)), inner.tobytes()
+    kept = _patterns.get(key)
+    if kept is None or not matrix.take(kept.places).all():  # as many, but elsewhere
+        kept = _patterns[key] = _pattern_of(matrix, inner)
+        if len(_patterns) > MOST_KEPT:
+            del _patterns[next(iter(_patterns))]
+    shape = len(inner), len(inner)
+    values = matrix.take(kept.inner), kept.indices, kept.pointers
+    return sparse.csc_array(values, shape)
+
+
+def _pattern_of(matrix: Matrix, inner: NDArray[np.intp]) -> _Pattern:
+    places = np.flatnonzero(matrix)
+    numbers = np.arange(1, len(places) + 1), np.divmod(places, len(matrix))
+    own = sparse.csc_array(numbers, matrix.shape)[inner][:, inner]
+    own.sort_indices()
+    return _Pattern(places, places[own.data - 1], own.indices, own.indptr)
 
 
 def enriched(

@@ -117,8 +117,8 @@ def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel
     away = np.log(np.divide.outer(model.omega, tuned.omega)) / NEAR
     _, assigned = linear_sum_assignment(shares * np.exp(-(away**2)), maximize=True)
     diameter, rank = tuned.diameter[assigned], tuned.rank[assigned]
-    pairs = list(zip(diameter, rank, strict=True))
-    phase = np.array([pairs[:m].count(pair) for m, pair in enumerate(pairs)])
+    pair = np.stack([diameter, rank], axis=1)
+    phase = np.tril((pair[:, None] == pair).all(axis=2), -1).sum(axis=1)
     return replace(model, diameter=diameter, rank=rank, phase=phase)
 
 

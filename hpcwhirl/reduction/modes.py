@@ -122,7 +122,7 @@ def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
     return first if spin.quartic is None else first + speed**4 * spin.quartic
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # a key of caches by itself, not by its arrays
 class ModalModel:
     """A body in reduced physical coordinates, with its modes.
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.linalg import eigh
 
-from hpcwhirl.reduction import bodies
+from hpcwhirl.reduction import bodies, craig_bampton
 from hpcwhirl.reduction.factors import factored, negative_pivots
 from hpcwhirl.reduction.mistuned import boundary_of, whole_model
 from hpcwhirl.reduction.nearby import ROUGH, modes_near, rough_modes
@@ -139,3 +139,14 @@ def test_engines_have_the_same_bits_in_any_order():
     assert bodies._held_modes.cache_info().misses == 1  # not by dense matrices
     assert bits([3, 1, 0, 2]) == asked
     assert bits([2]) == asked[2:3]
+
+
+def test_a_submatrix_is_that_of_its_own_places():
+    # as many entries, elsewhere or at the same places, after one that is kept
+    first = np.diag([1.0, 2.0, 3.0, 4.0]) + np.eye(4, k=1)
+    inner = np.array([0, 1, 3])
+    for matrix in (first, 3.0 * first, first.T, first[::-1], np.eye(4)):
+        for _ in range(2):
+            found = craig_bampton._within(matrix, inner)
+            np.testing.assert_array_equal(found.toarray(), matrix[np.ix_(inner, inner)])
+            assert found.nnz == np.count_nonzero(found.toarray())

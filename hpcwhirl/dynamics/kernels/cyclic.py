@@ -62,6 +62,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     RING_STATE,
     ROTOR_STATE,
     copy_to,
+    filled_rows,
     one_norm,
     pulse_work,
     push_pulse,
@@ -201,6 +202,7 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
             blades, wide, arrays.contact.column, state.known, arrays.contact.wave
         ),
         aside_space(state), seen, np.zeros(STEPS, np.int64),
+        filled_rows(arrays.casing.items, k),
     )  # fmt: skip
 
 
@@ -369,6 +371,7 @@ def marching(passes):
             _,
             seen,
             skipped,
+            _,
         ) = space
         outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
         between = strides.traces % strides.evidence != 0  # traces end no jump
@@ -391,7 +394,7 @@ def marching(passes):
                     rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
                 )
                 passes.pass_ring(
-                    s_c, c_c, lam, ring_rows, k, counter, out_c, sums_c, slips[1]
+                    s_c, c_c, lam, space.filled, k, counter, out_c, sums_c, slips[1]
                 )
                 if slips_now(counter):
                     note_slips(

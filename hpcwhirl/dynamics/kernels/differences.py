@@ -27,6 +27,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     ahead_rotor,
     book_ring,
     book_rotor,
+    holds,
     item,
     keep_slip,
     load_both,
@@ -39,7 +40,14 @@ from hpcwhirl.dynamics.kernels.passes import (
     work_ring,
     work_rotor,
 )
-from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, fma, load, store
+from hpcwhirl.dynamics.kernels.vectors import (
+    FOUR,
+    broadcast,
+    element,
+    fma,
+    load,
+    store,
+)
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 
@@ -101,15 +109,15 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
 
 
 @inlined
-def ring_columns(s, c, lam, rows, k, now, then, touched, out, sums,
+def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
                  slip):  # fmt: skip
     """Implement `pass_ring`, for a pending step with or without contact."""
-    size = rows * k
+    size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
         real, imag, works = zero, zero, (zero, zero, zero, zero)
-        for r in range(rows):
+        for r in range(filled[col // FOUR]):
             m = r * k + col
             at = m * ITEMS
             y, d, loss, works = end_ring(
@@ -165,17 +173,18 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 
 @inlined
-def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
+def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
     """Complete the pending step of the ring and predict the next, as `pass_modes` does.
 
     s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
-    2 k; out : (2 k,), re and im of sum psi y; sums : (4 k,); slip : (2 k,)
+    2 k; filled : see `passes.filled_rows`; out : (2 k,), re and im of sum psi y; sums :
+    (4 k,); slip : (2 k,)
     """
-    now, then = places(counter, 2 * rows * k)
+    now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[LAST] == counter[STEP]:
-        ring_columns(s, c, lam, rows, k, now, then, True, out, sums, slip)
+        ring_columns(s, c, lam, filled, k, now, then, True, out, sums, slip)
     else:
-        ring_columns(s, c, lam, rows, k, now, then, False, out, sums, slip)
+        ring_columns(s, c, lam, filled, k, now, then, False, out, sums, slip)
 
 
 @inlined
@@ -201,7 +210,10 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, k, counter, sums):
-    """Copy the ring to t with its pending step completed, as `settle_rotor`."""
+    """Copy the ring to t with its pending step completed, as `settle_rotor`.
+
+    t : 0 where four slots hold no mode
+    """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // RING_STATE
     now, then = places(counter, 2 * size)
@@ -209,12 +221,13 @@ def settle_ring(s, t, c, lam, k, counter, sums):
         push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
         works = zero, zero, zero, zero
         for m in range(col, size, k):
-            y, d, loss, works = end_ring(
-                c, m * ITEMS, load_both(s, size, m), load_both(s, size, now + m),
-                load_both(s, size, then + m), push, touched, loss, works,
-            )  # fmt: skip
-            store_both(t, size, m, y)
-            store_both(t, size, now + m, d)
+            if holds(c, m):
+                y, d, loss, works = end_ring(
+                    c, m * ITEMS, load_both(s, size, m), load_both(s, size, now + m),
+                    load_both(s, size, then + m), push, touched, loss, works,
+                )  # fmt: skip
+                store_both(t, size, m, y)
+                store_both(t, size, now + m, d)
         store(sums, 2 * k + col, loss)
         if touched:
             book_ring(sums, k, col, push, works)
@@ -249,13 +262,34 @@ def energy_of(s, c, place, increment, size, step):
     return total
 
 
+@inlined
+def energies_of_four(q, d, stiff, step):
+    """Return what `energy_of` adds for four modes: kinetic, potential energies."""
+    half, speed = broadcast(0.5), d / broadcast(step)
+    return half * speed * speed, stiff * q * (q - d)
+
+
 @rare
 def energy_of_ring(t, c, now, step):
-    """Return the energy of the ring from its completed state, J."""
-    n = len(t) // RING_STATE
+    """Return the energy of the ring from its completed state, J.
+
+    Re and im are summed as by `energy_of`, at once, since a sum waits for the last.
+    """
+    n, first, second = len(t) // RING_STATE, 0.0, 0.0
     at = 2 * n * (1 + now)
-    ring = energy_of(t, c, n - n, at, n, step)
-    return ring + energy_of(t, c, n, at + n, n, step)
+    for m in range(0, n, FOUR):
+        if holds(c, m):
+            q, d = load_both(t, n, m), load_both(t, n, at + m)
+            omega = load(c, m * ITEMS + OMEGA * FOUR)
+            stiff = broadcast(0.5) * omega * omega
+            one = energies_of_four(q[0], d[0], stiff, step)
+            two = energies_of_four(q[1], d[1], stiff, step)
+            for i in range(FOUR):
+                first += element(one[0], i)
+                first += element(one[1], i)
+                second += element(two[0], i)
+                second += element(two[1], i)
+    return first + second
 
 
 @verb

@@ -152,15 +152,15 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 
 
 @inlined
-def ring_columns(s, c, lam, rows, k, now, then, ended, touched, out, sums,
+def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
     """Implement `pass_ring`, with or without a pending step and contact."""
-    size = rows * k
+    size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, k, col), load(sums, 2 * k + col)
         real, imag, works, passing = zero, zero, (zero, zero, zero, zero), (zero, zero)
-        for r in range(rows):
+        for r in range(filled[col // FOUR]):
             m = r * k + col
             at = m * ITEMS
             y, d = load_both(s, size, m), load_both(s, size, now + m)
@@ -203,15 +203,15 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 
 @inlined
-def pass_ring(s, c, lam, rows, k, counter, out, sums, slip):
+def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
     """Complete the ring's pending step, if any, and predict; see `differences`."""
-    now, then = places(counter, 2 * rows * k)
+    now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[ENDED] == counter[STEP]:
-        ring_columns(s, c, lam, rows, k, now, then, False, False, out, sums, slip)
+        ring_columns(s, c, lam, filled, k, now, then, False, False, out, sums, slip)
     elif counter[LAST] == counter[STEP]:
-        ring_columns(s, c, lam, rows, k, now, then, True, True, out, sums, slip)
+        ring_columns(s, c, lam, filled, k, now, then, True, True, out, sums, slip)
     else:
-        ring_columns(s, c, lam, rows, k, now, then, True, False, out, sums, slip)
+        ring_columns(s, c, lam, filled, k, now, then, True, False, out, sums, slip)
 
 
 @verb

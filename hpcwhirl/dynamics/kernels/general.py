@@ -70,6 +70,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     RING_STATE,
     ROTOR_STATE,
     copy_to,
+    filled_rows,
     pulse_work,
     push_pulse,
     to_gaps,
@@ -258,7 +259,9 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
     less : amount by which the sums of losses are too large, J
     """
     counter, ledger = state.counter, state.ledger
-    _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _ = space
+    _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _, _ = (
+        space
+    )
     m, n = len(rotor.hub) // 2, len(t_c) // RING_STATE
     q = t_b[:m]
     if judge and counter[LAST] == counter[STEP]:
@@ -295,7 +298,8 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     solver = constant_space(blades, wide, arrays.contact.w, state.known)
     tips, ledger = np.zeros((blades + 1, 2)), np.zeros_like(state.ledger)
     step = spare, spectrum, slip_b, slip_c, before
-    return GeneralSpace._make([*step, solver, *sample, tips, ledger, opened])
+    filled = filled_rows(arrays.casing.items, width // 2)
+    return GeneralSpace._make([*step, solver, *sample, tips, ledger, opened, filled])
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
@@ -374,7 +378,7 @@ def marching(waves):
         )
         blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
         ring_size = len(s_c) // RING_STATE
-        ring_rows, driven = ring_size // k, is_shaped(wall)
+        driven = is_shaped(wall)
         lam_b, lam_c = lam[: len(lam) - 4 * k], lam[len(lam) - 4 * k :]
         recall(blades, wide, solver)
         drift, fresh, active = 0.0, True, blades - blades
@@ -388,7 +392,9 @@ def marching(waves):
                 pass_modes(
                     s_b, rotor.items, lam_b, 1, size, counter, spare, sums_b, slip_b
                 )
-            pass_ring(s_c, c_c, lam_c, ring_rows, k, counter, spectrum, sums_c, slip_c)
+            pass_ring(
+                s_c, c_c, lam_c, space.filled, k, counter, spectrum, sums_c, slip_c
+            )
             if slips_now(counter):
                 if waves:
                     note_slips_of_waves(

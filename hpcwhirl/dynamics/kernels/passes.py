@@ -46,6 +46,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 ROTOR_STATE, RING_STATE = 3, 6
 # items of a mode
 KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, TURN_RE, TURN_IM = range(10)
@@ -66,6 +67,23 @@ def packed(items: Floats) -> Floats:
 def unpacked(items: Floats) -> Floats:
     """Return packed items as (ITEMS, size), a copy."""
     return items.reshape(-1, ITEMS, FOUR).transpose(1, 0, 2).reshape(ITEMS, -1)
+
+
+def filled_rows(items: Floats, k: int) -> Integers:
+    """Return the rows of a ring with a mode in any of four neighbouring slots, (k/4,).
+
+    items : packed; slots have their modes in the first rows
+    """
+    there = (unpacked(items)[KEEP] != 0.0).reshape(-1, k // FOUR, FOUR).any(axis=2)
+    rows = np.arange(1, len(there) + 1)[:, None]
+    return np.asarray((rows * there).max(axis=0, initial=0))
+
+
+@inlined
+def holds(c, m):
+    """Return whether any of four slots m .. m + 3 holds a mode."""
+    at = m * ITEMS + KEEP * FOUR
+    return c[at] != 0.0 or c[at + 1] != 0.0 or c[at + 2] != 0.0 or c[at + 3] != 0.0
 
 
 @inlined

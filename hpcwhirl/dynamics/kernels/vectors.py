@@ -297,5 +297,6 @@ for _symbol, _instruction in (
     (operator.isub, "fsub"),
     (operator.mul, "fmul"),
     (operator.imul, "fmul"),
+    (operator.truediv, "fdiv"),
 ):
     _arithmetic(_symbol, _instruction)

@@ -101,7 +101,8 @@ class WholeRotor(NamedTuple):
     ahead : (m,), re and im of z - 1
     drift : (m / 2,), bound of the motion of any tip in a step, per unit amplitude
     read : (N, m) flat, like `radial`, but a lost blade is at `bodies.NOWHERE`
-    radial, tangential, hub, reach : as in `GeneralRotor`
+    radial, tangential, hub : as in `GeneralRotor`
+    reach : (m,), displacement of the tip that each amplitude moves most
     push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
     opens, slides : (N, m + padded) flat: d' + d of a tip's radial and of its tangential
         displacement, from amplitudes after a step without contact and from multipliers
@@ -187,6 +188,7 @@ class GeneralSpace(NamedTuple):
     tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     opened : (2 wide,), for waves: solved gaps, or lower bounds where tips are not read
+    filled : (k / 4,), rows of the ring, see `passes.filled_rows`
     """
 
     spare: Floats
@@ -205,6 +207,7 @@ class GeneralSpace(NamedTuple):
     tips: Floats
     ledger: Floats
     opened: Floats
+    filled: Integers
 
 
 class SampleSpace(NamedTuple):
@@ -254,6 +257,7 @@ class CyclicSpace(NamedTuple):
     sample, contact : work space of `samples` and `circulant`
     aside : for the exact flow, a state with copies of what a jump changes
     seen, skipped : (8 k + 8,), (3,), see `skipped`
+    filled : (k / 4,), rows of the ring, see `passes.filled_rows`
     """
 
     out_b: Floats
@@ -268,6 +272,7 @@ class CyclicSpace(NamedTuple):
     aside: CyclicState
     seen: Floats
     skipped: Integers
+    filled: Integers
 
 
 class Flight(NamedTuple):
