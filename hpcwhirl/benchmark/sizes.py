@@ -131,16 +131,9 @@ def _of_size(
     peak: float,
     several: Sequence[Callable[[Scene], Scene]],
 ) -> list[Row]:
-    motions, asked = [FLIGHT], [asked_of(scene, blades, CYCLIC, FLIGHT, "exact")]
-    for sectors in (CYCLIC, UNEQUAL):
-        # of equal sectors all that press are one
-        more = [FLIGHT, GIVEN, RUBS] + [PRESSED] * (sectors == UNEQUAL)
-        motions += more
-        single = [asked_of(scene, blades, sectors, motion) for motion in more]
-        asked += single
-        for points in several if blades <= MOST_SEVERAL else ():
-            motions += more[:3]
-            asked += [replace(one, scene=points(one.scene)) for one in single[:3]]
+    first = CYCLIC, FLIGHT, asked_of(scene, blades, CYCLIC, FLIGHT, "exact")
+    requests = [first, *requests_of(scene, blades, several)]
+    _, motions, asked = zip(*requests, strict=True)
     marches = settled_all(asked)
     timings = time_marches(asked, marches, repeats)
     flights = {
@@ -157,6 +150,28 @@ def _of_size(
             counts = counts_of(march, timing.contact * timing.touching)
         rows.append(_row(march.model, motion, timing, spent, counts, peak))
     return rows
+
+
+def requests_of(
+    scene: Scene, blades: int, several: Sequence[Callable[[Scene], Scene]]
+) -> list[tuple[str, str, Asked]]:
+    """Return sectors, motion and timing of the rows of one size by scheme `modal`.
+
+    several : as of `rows_of`
+    """
+    found = []
+    for sectors in (CYCLIC, UNEQUAL):
+        # of equal sectors all that press are one
+        more = [FLIGHT, GIVEN, RUBS] + [PRESSED] * (sectors == UNEQUAL)
+        single = [asked_of(scene, blades, sectors, motion) for motion in more]
+        for points in (None, *(several if blades <= MOST_SEVERAL else ())):
+            for motion, one in zip(more, single, strict=True):
+                if points is None:
+                    found.append((sectors, motion, one))
+                elif motion != PRESSED:
+                    own = replace(one, scene=points(one.scene))
+                    found.append((sectors, motion, own))
+    return found
 
 
 def asked_of(

@@ -25,7 +25,7 @@ from typing import NamedTuple
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import table
 
-from hpcwhirl.benchmark.bench import Timing, fma_peak, time_steps
+from hpcwhirl.benchmark.bench import Timing, settled_all, time_marches
 from hpcwhirl.benchmark.sizes import (
     CYCLIC,
     FLIGHT,
@@ -33,7 +33,7 @@ from hpcwhirl.benchmark.sizes import (
     RUBS,
     UNEQUAL,
     asked_of,
-    rows_of,
+    requests_of,
 )
 from hpcwhirl.cli.bench import with_points
 from hpcwhirl.scene import Scene, apply_settings
@@ -63,19 +63,23 @@ def timed(
 ) -> list[Row]:
     """Return the steps of `modal` and, of equal sectors, those of the other schemes.
 
+    All rows take turns in each repeat, so that a machine that gets slower meanwhile
+    makes no scheme or size look dearer than another.
+
     several : each returns a scene whose engine has several contact points a tip
     """
-    found = [
-        Row(row.blades, row.points, row.sectors, row.motion, row.timing)
-        for row in rows_of(scene, sizes, repeats, fma_peak(repeats), several)
-        if row.timing.scheme == DEFAULT
-    ]
+    requests = [row for n in sizes for row in requests_of(scene, n, several)]
     others = [name for name in NAMES if name != DEFAULT]
-    kinds = list(product(others, sizes, (FLIGHT, GIVEN, RUBS)))
-    asked = [asked_of(scene, n, CYCLIC, motion, name) for name, n, motion in kinds]
-    for (_, n, motion), timing in zip(kinds, time_steps(asked, repeats), strict=True):
-        found.append(Row(n, 1, CYCLIC, motion, timing))
-    return found
+    for name, n, motion in product(others, sizes, (FLIGHT, GIVEN, RUBS)):
+        requests.append((CYCLIC, motion, asked_of(scene, n, CYCLIC, motion, name)))
+    sectors, motions, asked = zip(*requests, strict=True)
+    marches = settled_all(asked)
+    timings = time_marches(asked, marches, repeats)
+    models = [march.model for march in marches]
+    return [
+        Row(model.blades, model.each, *of_row)
+        for model, *of_row in zip(models, sectors, motions, timings, strict=True)
+    ]
 
 
 def foretold(row: Row) -> float:
