@@ -1,5 +1,16 @@
 """All compiled code.
 
+Terms used in these modules, besides those of the manual:
+
+- slot: a nodal diameter 0 .. N // 2 as an index of spectra, which have k slots, padded
+- row, column: the f-th modes of all slots; a slot's real or imaginary part
+- items: coefficients of one mode or wave, in a fixed order
+- folded: in the order of blades 0 .. N // 2, then N - j, (2 wide,), see
+  `circulant.folded`; `row` is the index at which such a row begins in a flat array
+- pending: of a step, that its contact forces are found, but not yet applied
+- push, where: multipliers, N, and indices of the blades in contact (active blades)
+- tips: displacements of the blades' tips; known: the active blades of the last solution
+
 Numba's cache identifies a function by its file and does not notice edits in the
 functions that it calls. So the cache is in a directory named by a digest of these
 files, under NUMBA_CACHE_DIR or the user's cache directory. If that cannot be written,
@@ -36,7 +47,7 @@ def _cache_base(chosen: str) -> Path:
 
 
 def _may_write(place: Path) -> bool:
-    """Return whether a file can be made in a directory, itself made if missing."""
+    """Return whether files can be written to a directory; create it if missing."""
     try:
         place.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=place):
@@ -46,9 +57,9 @@ def _may_write(place: Path) -> bool:
 
 
 def _own() -> str:
-    """Return a new directory of this process, removed when the process ends.
+    """Create a directory for this process alone, removed at its end; return its path.
 
-    Numba executes what it loads from its cache, so the directory must be nobody else's.
+    Numba executes what it loads from its cache, so that no other user may write to it.
     """
     place = tempfile.mkdtemp(prefix="hpcwhirl-numba-")
     atexit.register(shutil.rmtree, place, ignore_errors=True)

@@ -76,7 +76,7 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set `index`, `shape`: the weights by which the contact points read the ring."""
+    """Set index, shape (N, w): coordinates of the ring at each point, and weights."""
     kind, size, length = ring
     if kind == ELEMENTS:
         place_on_elements(turned, size, length, points.turn, index, shape)
@@ -86,9 +86,9 @@ def place_blades(ring, turned, points, index, shape):
 
 @njit(cache=True)
 def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
-    """Set the gaps (N,) from tips and radial coordinates; return the lowest.
+    """Set gaps (N,) from tips u and the ring's coordinates `radial`; return the lowest.
 
-    lost : blade that is lost, whose gap is `NOWHERE`; -1: none
+    lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)
     lowest = 1.0
@@ -115,7 +115,7 @@ def farthest(tips):
 
 @njit(cache=True)
 def pulse_work(push, modal, ahead, increments):
-    """Return the loading's work in a step, J."""
+    """Return the work of the pulse in a step, J; ahead, increments : d', d."""
     total = 0.0
     for m in range(len(ahead)):
         total += push * modal[m] * 0.5 * (ahead[m] + increments[m])
@@ -167,7 +167,8 @@ def march_bodies(
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : both `body_types.ModalBody` or both `body_types.DenseBody`
+    rotor, casing : types of `body_types`: two `DenseBody`; or a `ModalBody`,
+        `CoupledBody` or `DrivenBody`, and a `ModalBody`
     contact, state, tracks : `body_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """

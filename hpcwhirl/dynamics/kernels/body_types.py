@@ -1,4 +1,4 @@
-"""Types of arguments of the kernels of two bodies, in the static frame."""
+"""Types of arguments of the loop `bodies`, whose casing is in the static frame."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Points(NamedTuple):
 
     Attributes
     ----------
-    angle, turn : (N,), angle beyond that of blade 0, in rad and in turns
+    angle, turn : (N,), angle from blade 0 to the point, in rad and in turns
     gap : (N,), m, clearance beyond that of the scene
-    weight : (N, L), values of the casing's axial functions at the points
+    weight : (N, L), values of the casing's L axial functions at the points
     """
 
     angle: Floats
@@ -34,10 +34,10 @@ class Layer(NamedTuple):
 
     Attributes
     ----------
-    flex : m/N, of the elastic rod
-    soft, rub : wear in a step per force beyond the limit, m/N; the same per rad/s of
-        the speed, m s/(N rad)
-    limit, growth : N, force at which an unworn rod wears; N/m, by which wear raises it
+    flex : m/N, elastic compliance of a rod
+    soft, rub : wear in a step per force beyond the limit, m/N; a further part of it per
+        rad/s of the speed, m s/(N rad)
+    limit, growth : N, force above which an unworn rod wears; N/m, its rise with wear
     under : number of rods under the edge of a tip
     """
 
@@ -55,9 +55,9 @@ class LayerSpace(NamedTuple):
     Attributes
     ----------
     rod, left : (N,), first rod under each tip at the end and at the start of a step
-    sunk : (N,), m, depth s of tips below the surface as made
-    give, shifted : (N,), m/N and m, 1 / P' and the gaps of the linear problem
-    w : (N, N), m/N, W of the rotor with the rods
+    sunk : (N,), m, depth s of tips below the unworn surface
+    give, shifted : (N,), m/N, m: 1 / P'(s), and the gaps of the linearised problem
+    w : (N, N), m/N, W of the rotor plus diag(give)
     """
 
     rod: Integers
@@ -71,10 +71,11 @@ class LayerSpace(NamedTuple):
 class Contact(NamedTuple):
     """Contact of two bodies.
 
-    w_rotor, compliance : (N, N), the rotor's W; (R, R), compliance of the ring, m/N
-    ring, lost : kind of the ring; the blade that is lost, -1 for none
+    w_rotor, compliance : (N, N), the rotor's part of W; (R, R), compliance of the
+        ring's radial coordinates, m/N
+    ring, lost : kind of the ring; index of the lost blade, -1 for none
     points : positions of the contact points
-    layer : rods on the casing; not read where the state has none
+    layer : rods on the casing; unused if the state has no rods
     """
 
     w_rotor: Floats
@@ -90,13 +91,13 @@ class ContactSpace(NamedTuple):
 
     Attributes
     ----------
-    response : (R,), m/N
+    response : (R,), m/N, radial displacements of the ring due to a unit multiplier
     w : (N, N), W transposed, m/N
-    have : (N,), whether a row of `w` is known
+    have : (N,), 1 if a row of `w` has been computed, else 0
     small, right : (N, N + 1), (N,), matrix and right side of the equations of the
         active blades; the latter becomes their multipliers
-    active, where : (N,), whether a blade is active; (N + 1,), the active blades
-    chosen, held, left : (N,), (N,), (N + 1,), used only by `lemke`
+    active, where : (N,), 1 if a blade is active, else 0; (N + 1,), the active blades
+    chosen, held, left : (N,), (N,), (N + 1,), see `lemke.set_out`
     """
 
     response: Floats
@@ -117,19 +118,21 @@ class ConstantSpace(NamedTuple):
     Attributes
     ----------
     push : (padded,), multipliers of the active blades, N
-    known : (N + 3 + CHANGES,), in the state: the blades of the last solution; their
-        number, whether their inverse is sound, the number of changes made to it since
-        blades were inverted, and these changes, see `keep_inverse`
-    inverse : (padded, padded) flat, inverse of the part of W of these blades
-    rows : (N, 2 wide) flat, what each blade's multiplier opens, folded, m/N
+    known : (N + 3 + CHANGES,), array of the state: the active blades of the last
+        solution; their number, whether their inverse is sound, the number of changes
+        since it was computed anew, and these changes, see `keep_inverse`
+    inverse : (padded, padded) flat, N/m, inverse of the part of W of these blades,
+        transposed
+    rows : (N, 2 wide) flat, row j: folded opening of the gaps by a unit multiplier on
+        blade j, m/N
     where : (N + 1,), the active blades
-    fallback, near, lam, opened : work space and arguments of `contact.complementarity`
+    fallback, near, lam, opened : work space and arguments of `circulant.pivot`
     work : (4 padded,), work space of `keep_inverse`
-    again : (2 wide,), folded gaps that the multipliers leave, m
+    again : (2 wide,), folded gaps with the multipliers acting, m
     symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (simple slots:
         1 / N); argument of `passes.to_gaps`. Empty for other W or an unsplit transform
-    spectrum, spread : (4 k,), of many multipliers, then of what they open, and work
-        space of `transform.to_slots`, or empty
+    spectrum, spread : (4 k,), spectra of many multipliers, then of the gaps' opening by
+        them, and work space of `transform.to_slots`; or empty
     """
 
     push: Floats
@@ -150,14 +153,16 @@ class ConstantSpace(NamedTuple):
 
 
 class ModalBody(NamedTuple):
-    """A body as modes, see `timestep.recursion`.
+    """A body as modes.
 
     Attributes
     ----------
-    keep, pull, give, rate, omega : (m,)
-    read : (m, r), radial coordinates from modes; of the rotor: tips, then x_o, y_o
-    radial, tangential : (r, m), coordinates on which multipliers act; of the rotor:
-        tips
+    keep, pull, give : (m,), coefficients of a step, see `timestep.recursion`
+    rate : (m,), damping loss of a step over (d' + d)^2, J
+    omega : (m,), rad/s
+    read : (m, r), radial coordinates for unit amplitudes; of the rotor: tips, x_o, y_o
+    radial, tangential : (r, m), coordinates on which multipliers act, for unit
+        amplitudes; of the rotor: tips
     """
 
     keep: Floats
@@ -175,10 +180,11 @@ class Stand(NamedTuple):
 
     Attributes
     ----------
-    hub : (2, n), x_o and y_o from a body's coordinates; (0, 0) without such forces
+    hub : (2, n), x_o, y_o for unit coordinates of the body; (0, 0) if there are no
+        such forces
     moved : (2, n), change of d' by a unit force at x_o, y_o
     give : (2, 2), change of the velocity of x_o, y_o by a unit force, m/(N s)
-    stiffness, damping : k_d, N/m; c_d, N s/m
+    stiffness, damping : k_d, N/m; c_d, N s/m, see `reduction.supports`
     speed, step : Omega, rad/s; dt, s
     film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none
     circle : z_s, m, of an unbalanced rotor, about which the film force is taken
@@ -201,13 +207,14 @@ class CoupledBody(NamedTuple):
 
     Attributes
     ----------
-    keep, pull, give, stiffness, damping, push : blocks of each diameter, one after the
-        other, each by columns, flat
+    keep, pull, give, stiffness, damping, push : blocks of the matrices of
+        `turning.Turning`, one for each nodal diameter, each by columns, flat
     starts : (b + 1,), the first mode of each block, and m
-    own : number of modes that move; further ones represent an unbalanced rotor's circle
-    read : (m, N + 2), radial coordinates from modes: tips, then x_o, y_o
-    radial, tangential : (N, m), motion of the tips from modes
-    stand : forces of supports beyond constant matrices
+    own : number of modes that contact moves; further ones represent the circle of an
+        unbalanced rotor
+    read : (m, N + 2), radial displacements of tips, x_o, y_o, for unit amplitudes
+    radial, tangential : (N, m), displacements of the tips for unit amplitudes
+    stand : forces of supports that no constant matrix represents
     """
 
     keep: Floats
@@ -227,15 +234,15 @@ class CoupledBody(NamedTuple):
 class DrivenBody(NamedTuple):
     """A `CoupledBody` whose speed changes, see `dynamics.varying`.
 
-    The first `own` modes have the motion y that contact causes; the further ones, in
-    equal blocks, have the motion without contact.
+    The amplitudes of the first `own` modes are those of y, the motion that contact
+    causes; the further ones are those of the motion without contact, mode by mode.
 
     Attributes
     ----------
-    swerve : blocks of (dOmega/dt) C, as `keep`
+    swerve : blocks of (dOmega/dt) C, stored like `keep`
     force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes
-    work : (m,), N/sqrt(kg), of `force` and `swerve` in the present step: work space
-    alike : (m - own,), the first modes that the further ones repeat
+    work : (m,), N/sqrt(kg), work space for the forces of the present step
+    alike : (m - own,), index among the first modes of each further one
     blocks : b, number of blocks of the first modes
     """
 
@@ -259,15 +266,16 @@ class DrivenBody(NamedTuple):
 
 
 class DenseBody(NamedTuple):
-    """A body as matrices (n, n), each stored transposed, A = M/dt^2 + D/2dt.
+    """A body as matrices (n, n), all stored transposed, with A = M/dt^2 + D/2dt.
 
     Attributes
     ----------
     keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
     mass, stiffness, damping : M, K, D
     push : S (n, n), circulatory; (0, 0) for a body without it
-    stand : forces of supports beyond constant matrices
-    radial, tangential, centre : indices of coordinates; the last of x_o, y_o, if any
+    stand : forces of supports that no constant matrix represents
+    radial, tangential, centre : indices of the coordinates that are radial, tangential,
+        and x_o, y_o, if the body has them
     """
 
     keep: Floats

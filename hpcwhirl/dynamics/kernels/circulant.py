@@ -2,8 +2,8 @@
 
 In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
 
-Nearly always the blades in contact are the same as in the step before: the inverse of
-their part of W is kept, see `keep_inverse`.
+In nearly all steps the same blades are in contact as in the last solution, so that the
+inverse of their part of W is kept, see `keep_inverse`.
 """
 
 from __future__ import annotations
@@ -49,18 +49,20 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-MOST_KEPT = 8  # numbers of blades
-MANY = 48  # blades: beyond, a circulant W is applied slot by slot
-SMALL = 24  # blades of a wheel whose sets are all soon inverted
-TRIES = 8  # sets from the last one on, before all is pivoted
-CLOSED = 1e-13  # of the lowest gap: how far blades may penetrate
+MOST_KEPT = 8  # cached numbers of blades
+MANY = 48  # active blades beyond which a circulant W is applied slot by slot
+SMALL = 24  # N up to which any set of blades is inverted anew, which is fast enough
+TRIES = 8  # further sets of blades that are tried before pivoting from the beginning
+CLOSED = 1e-13  # penetration that is allowed in a solution, over the lowest gap
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def folded(blades: int, wide: int) -> Integers:
-    """Return the blades (2 wide,) of a folded row: 0 .. N // 2, then N - j.
+    """Return the blade at each place of a folded row (2 wide,).
 
-    Each half is padded with blade 0.
+    The first half has blades j = 0 .. N // 2, the second N - j (mod N) for the same j;
+    both are padded with blade 0. So the transform from a spectrum computes the cosine
+    and sine parts at j once for two blades.
     """
     i = np.arange(wide)
     half = np.where(2 * i > blades, 0, i)
@@ -119,7 +121,7 @@ def _apart(blades: int) -> NDArray[np.intp]:
 @inlined
 def penetrating(gaps, row, blades, wide, where):
     """Set `where` to the penetrating blades of a folded row; return their number."""
-    size = blades - blades  # a literal 0 would be compiled for by itself
+    size = blades - blades  # 0, but no literal, which numba would specialise on
     for j in range(blades // 2 + 1):
         where[size] = j
         size += gaps[row + j] < 0.0
@@ -131,7 +133,7 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set push to the multipliers that close the gaps of the blades in `known`.
+    """Set push to the multipliers that close the gaps of the blades `known`.
 
     Return the lowest multiplier, N; 0 if none is negative.
     """
@@ -163,13 +165,13 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether the gaps that `size` multipliers open are found by spectra."""
+    """Return whether W is applied to `size` multipliers by spectra, slot by slot."""
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Set space.again as `openings`, by spectra; return the lowest of each lane."""
+    """Do `openings` by spectra; return the lowest gaps, one for each vector lane."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -188,7 +190,7 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again to the gaps that multipliers leave; return the lowest, or 0."""
+    """Set space.again to the gaps with multipliers acting; return the lowest, or 0."""
     if by_slots(size, space):
         return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
     push, known, rows, again = space.push, space.known, space.rows, space.again
@@ -212,7 +214,7 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Set row to the corrected gaps, `where` to the active blades; return `size`."""
+    """Accept space.again as the corrected gaps; set `where`; return `size`."""
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(again, v))
@@ -224,12 +226,13 @@ def settle(gaps, row, size, blades, wide, space):
 
 @inlined
 def guess(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of a folded row on the blades of the last solution.
+    """Solve the contact problem with the active blades of the last solution.
 
-    Sets the corrected gaps, and the multipliers in `push`; returns the number of
-    active blades. Returns -1, and leaves the row as it is, if that set does not give
-    the solution, which is unique.
-    lowest : lowest of the gaps, < 0
+    Sets the folded row to the corrected gaps, and `push` to the multipliers; returns
+    the number of active blades. Returns -1, and leaves the row as it is, if that set
+    does not give the solution, which is unique.
+
+    lowest : lowest of the gaps, m, < 0
     """
     size = space.known[blades + SIZE]
     if not is_usable(blades, space.known):
@@ -297,9 +300,9 @@ def seek(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def solved(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of a folded row by `guess`, else in any way.
+    """Solve the contact problem of a folded row by `guess`, `seek` or `solve_any`.
 
-    Returns as `guess`, or -1 where no solution was found.
+    Returns as `guess`; -1 only if no solution was found.
     """
     size = guess(gaps, row, lowest, blades, wide, space)
     if size < 0:
@@ -317,7 +320,7 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve as `contact.complementarity` does, with all rows of W known."""
+    """Solve as `contact.complementarity` does, where W is complete."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)
@@ -331,7 +334,7 @@ def pivot(gaps, lam, opened, space):
 
 @rare_kernel
 def solve_any(gaps, row, blades, wide, space):
-    """Solve as `guess`, by pivoting; return the number of active blades, or -1."""
+    """Solve as `guess`, but by pivoting from the set of penetrating blades."""
     push, known, inverse, rows, where, fallback, near, lam, opened = space[:9]
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]

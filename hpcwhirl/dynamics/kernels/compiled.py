@@ -1,4 +1,4 @@
-"""How functions of kernels are compiled: callable from Python, as a part, or inline.
+"""Ways to compile the kernels' functions: callable from Python, as a part, or inline.
 
 For every function numba makes an entry for Python, another for C, and machine code that
 is optimised together with everything it calls, again at each level of calls. A part has
@@ -43,9 +43,9 @@ def _no_collection() -> Iterator[None]:
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Code without reference counts, for which one pass of optimisation is enough.
+    """Compiled code without reference counts, optimised in a single pass.
 
-    Numba's further passes look for reference counts that cancel.
+    Numba's further passes only look for reference counts that cancel.
     """
 
     def _optimize_functions(self, ll_module: Any) -> None:
@@ -63,7 +63,7 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
 
 
 class PartLibrary(KernelLibrary):
-    """Code to be linked in the form in which it was lowered, not executable."""
+    """Code that is linked into callers as it was lowered, and not executable itself."""
 
     def _optimize_final_module(self) -> None:
         pass

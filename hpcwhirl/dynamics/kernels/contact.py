@@ -30,12 +30,13 @@ WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
 ENTRIES = 9
 # energy, damping, pulse, impact, friction, rotation, wear at the last sample, J
 CLOSED = 7
-# counter slots
+# counter slots: steps taken, touchdowns, last step with contact, samples written,
+# reason to stop, steps with contact
 STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
-# of the exact scheme: step already ended, next try of a flight, steps between tries,
-# step of the certificate, steps jumped over, jumps
+# of the exact scheme: step that has been completed (not pending), step of the next try
+# of a jump, steps between tries, step of the certificate, steps jumped over, jumps
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
-JUDGED = 12  # rows of evidence
+JUDGED = 12  # rows of evidence written
 NEXT_LOOK = 13  # step of the next check of the amplitude limit, see `watch`
 COUNTERS = 14
 # columns of the evidence: centre, energies, cumulative works; see `History.judged`
@@ -53,14 +54,15 @@ RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 @kernel
 def place_on_elements(turned, size, length, turns, index, shape):
-    """Set the weights by which contact points read a ring of `size` elements.
+    """Set the weights that give a ring's displacement at the contact points.
 
     Parameters
     ----------
     turned : rad, angle of blade 0
-    size, length : elements; length of one, m
-    turns : (N,), angles of the points beyond that of blade 0, in turns
-    index, shape : (N, 4): places in the list of radial nodal DoF, Hermite shapes
+    size, length : number of elements; length of one, m
+    turns : (N,), angles from blade 0 to the points, in turns
+    index, shape : (N, 4), out: indices in the list of radial nodal DoF, and the values
+        of their Hermite functions
     """
     for j in range(len(index)):
         part = turned / (2.0 * math.pi) + turns[j]
@@ -77,15 +79,15 @@ def place_on_elements(turned, size, length, turns, index, shape):
 
 @kernel
 def place_on_waves(turned, size, angles, weight, index, shape):
-    """Set the weights by which contact points read harmonics 0 .. `size`.
+    """Set the weights that give a ring of harmonics' displacement at contact points.
 
-    They are 1, cos h theta, sin h theta, times those of each axial function.
+    They are 1, cos h theta, sin h theta, times the value of each axial function.
 
     Parameters
     ----------
     turned, size : rad, angle of blade 0; highest harmonic
-    angles, weight : (N,), rad, of the points beyond `turned`; (N, L), axial functions
-    index, shape : (N, L (2 size + 1))
+    angles, weight : (N,), rad, from blade 0 to the points; (N, L), axial functions
+    index, shape : (N, L (2 size + 1)), out: indices of the radial coordinates, weights
     """
     wide = 2 * size + 1
     for j in range(len(index)):
@@ -168,7 +170,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     gaps : (N,), m, predicted
     w_rotor, compliance, index, shape : as in `delassus_row`
     lam, opened : (N,), out: multipliers, N, and corrected gaps, m
-    space : of `contact_space`; its transposed W is used as it is where `have` says so
+    space : result of `contact_space`; rows of its `w` are reused where `have` is 1
     """
     response, w, have, _, _, active, where, _, _, _ = space
     largest = begin(gaps, lam, active)
@@ -250,7 +252,7 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the slip of the last step is to be noted; only with contact."""
+    """Return whether the last step had contact and its slip is to be noted."""
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 
@@ -279,7 +281,7 @@ def write_sample(
     a row of evidence.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
-    casing : (n,), the scheme's own coordinates of the casing
+    casing : (n,), coordinates of the casing, which depend on the scheme
     energies : (2,), J, of rotor and casing
     keep, judge : whether a sample of the traces is due; whether a row of evidence is
     """

@@ -1,7 +1,7 @@
 """A rotor's modes that are coupled by its rotation, in the loop of `bodies`.
 
-Modes of one nodal diameter are contiguous, and of matrices only their blocks are
-stored, each by columns.
+Modes of one nodal diameter are contiguous. Of each matrix only the blocks of nodal
+diameters are stored, each by columns.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_blocks(matrix, starts, vector, sign, out):
-    """Add sign * matrix @ vector to out."""
+    """Add sign * matrix @ vector to out; matrix : blocks, flat, see the module."""
     at = 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
@@ -33,7 +33,7 @@ def apply_blocks(matrix, starts, vector, sign, out):
 
 @njit(cache=True)
 def form(matrix, starts, left, right):
-    """Return left @ matrix @ right."""
+    """Return left @ matrix @ right; matrix : blocks, flat, as in `apply_blocks`."""
     total, at = 0.0, 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
@@ -72,7 +72,7 @@ OF_MODES: list[tuple[Any, Any]] = [
     (verbs.read_tips, modes.read_tips),
     (verbs.collect, modes.collect),
     (verbs.slide, modes.slide),
-]  # a row of modes is read and loaded alike, coupled or not
+]  # shared with uncoupled modes: displacements of tips, and forces on modes
 for _verb, _function in OF_MODES:
     does(_verb, CoupledBody)(_function.py_func)
 
@@ -81,8 +81,8 @@ for _verb, _function in OF_MODES:
 def meet(body, motion, mu, ledger):
     """Correct the first `own` modes by the contact forces, by blocks; enter their work.
 
-    They move neither the modes that represent a circle or an ellipse, nor those of a
-    motion without contact. `following` is work space.
+    Contact forces act neither on modes that represent a circle or an ellipse nor on
+    those of the motion without contact. `following` is used as work space.
     """
     _, d, _, ahead, push, normal, drag = motion
     push[:] = 0.0

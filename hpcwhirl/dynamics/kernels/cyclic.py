@@ -111,7 +111,10 @@ def turn_quarter(lam, k):
 
 @inlined
 def to_spectrum(push, where, size, turns, width, lam):
-    """Set lam (2 width,): sum of push e^{-2 pi i kappa j / N}, then as (im, -re)."""
+    """Set lam (2 width,) to the multipliers' spectrum, as (re, im), then (im, -re).
+
+    push, where, size : multipliers of the blades where[:size]; turns : (N, width) flat
+    """
     half, whole = width // 2, width - width % (6 * FOUR)
     none = broadcast(-0.0)  # x + (-0) is x, and so are its zeros
     for v in range(0, whole, 6 * FOUR):
@@ -256,7 +259,7 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Note the slip of each blade that was in contact in the completed step.
 
-    slips : of rotor and ring, see `slip_of`; known : see `circulant`; work : (2 k,)
+    slips : of rotor and ring, see `slip_of`; known : see `ConstantSpace`; work : (2 k,)
     """
     slip_of(slips[0], slips[1], k, work)
     for s in range(known[len(last)]):
@@ -270,7 +273,7 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Set `before` to a row's gaps of the active blades, for the impact loss."""
+    """Set `before` (N,) to the active blades' gaps in a row, for the impact loss."""
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 
@@ -374,7 +377,7 @@ def marching(passes):
             _,
         ) = space
         outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
-        between = strides.traces % strides.evidence != 0  # traces end no jump
+        between = strides.traces % strides.evidence != 0  # else jumps end at samples
         push, known, where = solver.push, solver.known, solver.where
         sizes = sizes_of(rotor, state)
         blades, rows, ring_rows, k, wide = sizes
@@ -431,7 +434,7 @@ def marching(passes):
                     elif is_shaped(wall):
                         carried = carried_by_shape(
                             push, where, active, blades, wall, speed, time, step
-                        )  # what the columns take for impact
+                        )  # missing in the columns' sums
                         ledger[ROTATION] += carried
                         ledger[IMPACT] += carried
                     if by_slots(active, solver):

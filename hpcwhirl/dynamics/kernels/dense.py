@@ -1,4 +1,4 @@
-"""The bodies of scheme `paper`: Algorithm 1 on dense reduced matrices, slow, simple."""
+"""The bodies of scheme `paper`: Algorithm 1 with dense reduced matrices."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,) to the radial coordinates among all coordinates."""
+    """Set out (r,) to the radial ones of all coordinates (n,)."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -75,7 +75,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add the coordinates' d' + d along the rotation, m, at each contact."""
+    """Add d' + d along the rotation, m, of each tip in contact, from coordinates."""
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -102,7 +102,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """Complete the step; add its loss by D and S. `following` is overwritten."""
+    """Complete the step; add its loss by D and S; `following` is used as work space."""
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]

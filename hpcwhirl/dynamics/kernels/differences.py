@@ -53,7 +53,7 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 @inlined
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
-    """Complete a step of four modes; return (q, d), and its loss and works."""
+    """Complete a step of four modes; return q, d, and the sums `loss` and `works`."""
     if touched:
         change = push_rotor(c, at, push)
         q, d = q + change, d + change
@@ -66,7 +66,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
 @inlined
 def end_ring(c, at, y, d, old, push, touched, loss, works):
-    """Complete a step of four modes, as `end_rotor`; y, d, old : re and im."""
+    """Do `end_rotor` for four modes of the ring; y, d, old : re and im."""
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
@@ -140,7 +140,7 @@ def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the pending step of a rotor and predict the next; see `pass_modes`."""
+    """Complete a rotor's pending step and predict the next, see `pass_modes`."""
 
 
 @inlined
@@ -154,8 +154,8 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
     lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
     counter : counters of the pending step
     out : (width,), out: sum over rows of gamma q
-    sums : (3 width,), in and out: works of normal forces and of drag (twice, over mu),
-        and the damping loss, by column
+    sums : (3 width,), in and out, by column, J: twice the work of normal forces, twice
+        that of drag over mu, damping loss
     slip : (2 width,), out after a step with contact: factors of the drag, see `slip_of`
     """
     now, then = places(counter, rows * width)
@@ -313,7 +313,7 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
 def column_sums(sums_b, sums_c, _):
     """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
 
-    They are those not entered by `book_contacts`, so that the impact is 0.
+    Impact losses are 0 here: `contact.book_contacts` enters them in the ledger.
     """
     normal, drag, loss = sums_of(sums_b, sums_c)
     return normal, 0.0, drag, loss

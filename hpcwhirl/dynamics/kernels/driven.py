@@ -1,18 +1,17 @@
 """A rotor whose speed changes: modes coupled by rotation, and forces of the change.
 
 The motion is the sum of y, which contact causes, and r, the motion without contact, in
-the same modes. The first amplitudes of the state are those of y; the further ones, in
-blocks of the same form, are those of r, of the blocks that a force moves. The motion of
-tips and centre is that of y + r. Energies, losses and the work of contact are those of
-y, which only contact sets in motion.
+the same modes. In the state the amplitudes of y come first, then those of r, which has
+only the blocks of modes that a force moves. Tips and centre move by y + r. Energies,
+losses and the work of contact are those of y, which only contact sets in motion.
 
-Within an interval of steps the matrices of `coupled` belong to its mean speed. What
-the change adds at step n is explicit:
+Within an interval of steps the matrices of `coupled` belong to its mean speed. The
+force that the change of speed adds at step n is explicit:
 
 f = f_0 - (dOmega/dt) C q_n,
 
-f_0, of r alone, has the unbalance's force and Euler's force on the blades. The work
-(d' + d) f / 2 on y is entered as work of the loading.
+where f_0, the force of the unbalance and Euler's force on the blades, acts on r alone.
+The work (d' + d) f / 2 on y is entered as work of the loading.
 """
 
 from __future__ import annotations
@@ -41,9 +40,9 @@ for _verb, _function in (
 
 @does(verbs.stand, DrivenBody)
 def stand(body, motion, _, __):
-    """Add the increments by the forces of the changing speed.
+    """Add the increments due to the forces of the changing speed.
 
-    `normal`, which contact sets later, is work space.
+    `normal` of `motion` is used as work space; contact sets it later.
     """
     q, _, _, ahead, following, change, _ = motion
     body.work[:] = body.force
@@ -57,7 +56,7 @@ def stand(body, motion, _, __):
 
 @does(verbs.yielded, DrivenBody)
 def yielded(body, motion, _, ledger):
-    """Enter the work of the changing speed's forces on y, J, in a step."""
+    """Enter the work in a step, J, of the changing speed's forces on y."""
     for m in range(body.own):
         both = motion.d[m] + motion.ahead[m]
         ledger[PULSE] += 0.5 * body.work[m] * both
@@ -65,7 +64,7 @@ def yielded(body, motion, _, ledger):
 
 @does(verbs.note_beside, DrivenBody)
 def note_beside(body, motion, step, row):
-    """Write the centre of r, m, and the energy of y + r, J, to a row of evidence."""
+    """Write x_o, y_o of r, m, and the energy of y + r, J, to a row of evidence."""
     q, d, _, values, before, _, _ = motion
     values[:], before[:] = q, d
     row[BESIDE_X], row[BESIDE_Y] = 0.0, 0.0

@@ -10,9 +10,9 @@ g_j(t) >= g_j + g_j' t - A t^2 / 2
 
 is positive up to a time that is found for each blade. A casing that is not round adds
 its harmonics c_h, which move past the blades in the same way, |y''| = (h Omega)^2
-|c_h|. Likewise the sum of all
-amplitudes bounds every gap for all time: if it is below the least clearance of all
-angles, contact cannot recur, which is the certificate.
+|c_h|. Likewise the sum of all amplitudes bounds the change of every gap for all time:
+if it is below the least clearance of all angles, contact cannot recur, which is the
+certificate.
 """
 
 from __future__ import annotations
@@ -55,23 +55,24 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
-# items of a jump: q' and d' from q and d, loss from q^2, q d and d^2, turn of the ring
+# items of a jump: q' and d' from q and d; loss from q^2, q d and d^2; e^{i h Omega t}
 QQ, QD, DQ, DD, LQQ, LQD, LDD, TURNED_RE, TURNED_IM = range(9)
 JUMP_ITEMS = 9
-# items of the bound: v^2 = stiff q^2 + mixed q q' + one q'^2; A from v and |C|; reach
+# items of the bound: v^2 = stiff q^2 + mixed q q' + one q'^2; A from v and |C|; bound
+# of the displacement from v
 STIFF, MIXED, ONE, RISE, RISE_HELD, REACH = range(6)
 BOUND_ITEMS = 6
 SHORTEST = 4  # least number of steps that is worth a jump
 LONGEST_PATIENCE = 32  # steps between two tries while blades are near
-PASSES = 2  # largest number of jumps over powers of two that make up one jump
+PASSES = 2  # largest number of jumps by tables that `leap` combines
 LESS = 1.0 - 1e-9  # factor that covers the rounding of the bounds
 
 
 @verb
 def bound_rotor(rotor, s, bound, rows, k, counter, rate):
-    """Return the rotor's part of A and a bound of its tips' displacements, m.
+    """Return the rotor's part of A, m/s^2, and a bound of its tips' displacements, m.
 
-    rate : (2 k,), out: spectrum of its velocity
+    rate : (2 k,), out: spectrum of the rotor's part of the gaps' rates, m/s
     """
 
 
@@ -110,7 +111,7 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 
 @kernel
 def bound_ring(s, c, bound, rows, k, counter, rate):
-    """Return the ring's part of A and a bound of its displacements, m; add to rate."""
+    """Return the ring's part of A and a bound of its displacement, m; add to `rate`."""
     size = rows * k
     now, _ = places(counter, 2 * size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -166,16 +167,17 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
-    """Jump by `table`; set out, the spectrum (2 k,); add the damping loss to sums.
+    """Jump over the steps of `table`; set the spectrum out (2 k,); add loss to sums.
 
-    now, then : 1 if the number of steps is odd before, and after the jump, else 0
+    table : items of a jump, (JUMP_ITEMS size,)
+    now, then : 1 if the step number is odd, else 0: before, and after the jump
     """
 
 
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Implement `jump_rotor` for cyclic modes; `then` tells where d is written."""
+    """Implement `jump_rotor` for cyclic modes."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):
@@ -199,7 +201,7 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Jump as `jump_rotor`, and turn to the rotating frame at its end; out (2 k,)."""
+    """Do `jump_rotor` for the ring, turned to the rotating frame at the jump's end."""
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
@@ -235,7 +237,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
                ring_rows, k, wide):  # fmt: skip
-    """Complete the step; return the number of free steps ahead; certify if possible."""
+    """Complete the step; return how many free steps follow; certify if possible."""
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]
@@ -287,6 +289,7 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
 
     Parameters
     ----------
+    beat : steps between rows of evidence
     wall, load, state : `kernel_types.Wall`, `kernel_types.Load`, the march's state
     flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
     outs : spectra of rotor, ring and gaps, (2 k,), and rates of the gaps, (2 wide,)

@@ -2,7 +2,7 @@
 
 Works and losses are quadratic in (d', q') and the previous d (`timestep.exact_flow`).
 After a jump no step is pending. The sums of the ring have a fourth part: the normal
-forces times the rate at which the ring's shape passes the blades.
+forces times `passing`, the rate at which the ring's deformed shape passes the blades.
 """
 
 from __future__ import annotations
@@ -76,7 +76,10 @@ def lose_ring(c, at, y, d, loss):
 
 @inlined
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
-    """Complete a step of four modes; s, old : state and place of the previous d."""
+    """Complete a step of four modes; return (q, d), its loss and works.
+
+    s, old : state, and index at which the previous d of these modes begins
+    """
     if touched:
         change = push_rotor(c, at, push)
         q, d = q + change, d + change
@@ -91,7 +94,7 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
 
 @inlined
 def mean_ring(c, at, y, d, old):
-    """Return dt (v- + v+) of four modes: re, im."""
+    """Return dt (v- + v+), see `passes.work_rotor`, of four modes: re, im."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     br, bi = turn(er, ei, old[0], old[1])
     was, new = load(c, at + MEAN_OLD * FOUR), load(c, at + MEAN_NEW * FOUR)
@@ -102,12 +105,12 @@ def mean_ring(c, at, y, d, old):
 
 @inlined
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
-    """Complete a step of four modes, as `end_rotor`; y, d, passing : re and im."""
+    """Do `end_rotor` for the ring, and add to `passing`; y, d, passing : re and im."""
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
     loss = lose_ring(c, at, y, d, loss)
-    if touched:  # at the step's end: first order in dt, of impact against rotation
+    if touched:  # at the step's end: splits impact and rotation with an error O(dt)
         spin = load(c, at + SPIN * FOUR) * load(c, at + RADIAL * FOUR)
         passing = fnma(spin, y[1], passing[0]), fma(spin, y[0], passing[1])
         br, bi = mean_ring(c, at, y, d, load_both(s, size, old))
@@ -117,7 +120,7 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Add a column's normal forces times `passing` to the fourth of the ring's sums."""
+    """Add a column's normal forces times `passing` to the ring's fourth sum."""
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 
@@ -282,7 +285,7 @@ def settle_ring(s, t, c, lam, counter, sums):
 
 @rare
 def energy_of(s, c, place, increment, size):
-    """Return the energy of modes, J; place, increment : where q and d begin in s."""
+    """Return the energy of modes, J; place, increment : indices in s of q and d."""
     total = 0.0
     for m in range(size):
         q, d = s[place + m], s[increment + m]
@@ -304,7 +307,7 @@ def energy_of_ring(t, c, now):
 def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return the energies of rotor and ring from completed states at n, J.
 
-    now : 0 or 1, the place of d
+    now : 0 or 1, which of the two increments in the state is the present d
     """
 
 

@@ -8,9 +8,9 @@ tangential displacements of the tips with negative sign,
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
 and the multipliers give the modal forces lambda gamma, and mu lambda sigma by friction.
-Modal forces are summed only over the blades in contact and, like the ring's spectrum,
-act in the next pass: a mode of the rotor is a column of `differences.pass_modes` with
-one row, which takes its modal forces from where a slot has the spectrum.
+Modal forces are summed only over the blades in contact and, like those on the ring, act
+in the next pass. For `differences.pass_modes` each mode of the rotor is a column with
+one row, and its modal forces take the place of the spectrum of the multipliers.
 """
 
 from __future__ import annotations
@@ -115,10 +115,10 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,) to the sum over modes of gamma q, see `circulant.folded`.
+    """Set out (2 wide,), folded, to the sum over modes of gamma q.
 
     q : (m,) or more, m % 8 == 0
-    gamma : (2 wide / 8, m, 8) flat: groups of eight blades, so that it is read in order
+    gamma : (2 wide / 8, m, 8) flat, in groups of eight blades, read in this order
     """
     modes = len(gamma) // len(out)
     for v in range(0, len(out), EIGHT):
@@ -234,7 +234,7 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 
 @rare
 def write_tips(rotor, q, whole, tips):
-    """Set tips (N + 1, 2): x_o, y_o, and if `whole` each blade's; rotating frame."""
+    """Set the last row of tips (N + 1, 2) to x_o, y_o; if `whole`, the others, too."""
     blades, modes = len(tips) - 1, len(q)
     for axis in range(2):
         tips[blades, axis] = tip_of(rotor.hub, axis, q, modes)
@@ -247,16 +247,17 @@ def write_tips(rotor, q, whole, tips):
 @rare
 def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, energies,
                    less, keep, judge, tracks):  # fmt: skip
-    """Write a sample of the state from copies of it with its step completed.
+    """Write a sample of the state from copies of it with its pending step completed.
 
     At a row of evidence with contact, the gaps between the bodies are compared with the
-    solved ones, in `gaps` from `row` on. space.wall : spectrum of a rigid casing, or 0
+    solved ones, which are in `gaps` from `row` on.
 
     Parameters
     ----------
-    space : work space with the copies and, for a step with contact, their tips in `out`
-    energies : energies of the copies
-    less : amount by which the sums of losses are too large, J
+    space : work space with the copies, the spectrum of the casing's shape in `wall`,
+        and for a step with contact the tips of the copies in `out`
+    energies : energies of the copies, J
+    less : J, subtracted from the summed loss: for waves the rotor's energy, else 0
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _, _ = (
@@ -353,7 +354,7 @@ def _of_waves(
 
 
 def marching(waves):
-    """Return the time loop, to be compiled: of a rotor in waves, or in its modes."""
+    """Return the time loop, to be compiled, for a rotor as waves, or else as modes."""
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,

@@ -1,10 +1,10 @@
-"""The inverse of the active blades' part of W, kept as blades come and go.
+"""The inverse of the active blades' part of W, updated as blades come and go.
 
-A few blades are inverted anew. Of more, one that leaves or enters changes the inverse
-by a product of a column and a row (bordering, Frobenius and Schur), which takes n^2
-operations where an inversion takes n^3. Every bit of the inverse follows from `known`
-in the state: the present blades in order, and all changes since blades were last
-inverted. A slice of a run begins by undoing and repeating these changes.
+For a few blades the inverse is computed anew. For more, a blade that leaves or enters
+changes it by a product of a column and a row (bordering, Frobenius and Schur), which
+takes n^2 operations where an inversion takes n^3. Every bit of the inverse follows from
+`known` in the state: the present blades in order, and all changes since the inverse was
+last computed anew. A slice of a run begins by undoing and repeating these changes.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-REGULAR = 1e-8  # of the first pivot: an inverse of less would leave gaps open
-FEW = 8  # blades that are inverted anew, in less time than a change would take
-CHANGES = 32  # kept in the state, before blades are inverted anew
-SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known`, behind N blades
+REGULAR = 1e-8  # least pivot over the first: below, closed gaps would be inaccurate
+FEW = 8  # number of blades up to which inverting anew is faster than a change
+CHANGES = 32  # changes kept in the state before the inverse is computed anew
+SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known` after its N blades
 
 
 def length_of_known(blades: int) -> int:
-    """Return the length of `known`: blades, counts and changes, see `ConstantSpace`."""
+    """Return the length of `known`, see `ConstantSpace`."""
     return blades + LOG + CHANGES
 
 
 @rare
 def invert(a, stride, size):
-    """Invert a[:size, :size] (rows of `stride`, flat) in place; return soundness.
+    """Invert a[:size, :size] (flat, rows of length `stride`) in place.
 
-    Gauss-Jordan elimination without pivoting: sound where all pivots are positive, as
-    those of a P-matrix are, and larger than round-off.
+    By Gauss-Jordan elimination without pivoting. Return whether the result is sound:
+    all pivots are positive, as those of a P-matrix are, and not too small.
     """
     sound, least = True, REGULAR * a[0]
     for c in range(size):
@@ -79,8 +79,8 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
     Parameters
     ----------
     known : out: these blades, their number, whether the inverse is sound, no changes
-    inverse : out: transpose of the inverse, flat, in rows of `stride`
-    rows : (N, 2 wide) flat; row j is column j of W, folded, see `place_of`
+    inverse : out: transpose of the inverse, flat, in rows of length `stride`
+    rows : (N, 2 wide) flat, m/N; row j is column j of W, folded, see `place_of`
     """
     for r in range(size):
         known[r] = where[r]
@@ -94,7 +94,7 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 
 @inlined
 def note_change(change, sound, blades, known):
-    """Record a change: j if blade j enters, N (p + 1) + j if it leaves place p."""
+    """Append a change to `known`: j if blade j enters, N (p + 1) + j if it leaves p."""
     known[blades + LOG + known[blades + CHANGED]] = change
     known[blades + CHANGED] += 1
     if not sound:
@@ -153,7 +153,7 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
 def enter(j, blades, wide, known, inverse, rows, stride, work):
     """Add blade j to the inverse, at the last place; work : (4 stride,)."""
     size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
-    for r in range(size):  # lanes beyond the last blade take part in products
+    for r in range(size):  # the vectors' lanes beyond the last blade must be 0
         for s in range(size, -(-size // FOUR) * FOUR):
             inverse[r * stride + s] = 0.0
     left = own - border(j, size, blades, wide, known, inverse, rows, stride, work)
@@ -224,9 +224,10 @@ def missing(active, blades, known):
 
 @rare
 def turn_to(active, where, blades, wide, space):
-    """Keep the inverse of the blades that are `active` (N,), 1 or 0, from now on.
+    """Change the kept inverse to that of the blades whose `active` (N,) is 1, else 0.
 
-    where : (N + 1,), out: the blades, if they are inverted anew
+    active : overwritten
+    where : (N + 1,), out: these blades, if the inverse is computed anew
     """
     known, inverse, rows, stride = (
         space.known, space.inverse, space.rows, len(space.push),

@@ -1,9 +1,9 @@
-"""Numba's cache if several processes compile at once.
+"""A repair of numba's cache for processes that compile at the same time.
 
 Numba numbers the files of compiled code and writes the index first: two processes that
 compile two variants of a kernel at once use the same number, and the index of one
-refers to the code of the other. Here each file has a unique name and exists before the
-index refers to it: at worst an entry is lost and compiled again.
+refers to the code of the other. Here each file has a unique name and is written before
+the index refers to it: at worst an entry is lost and that variant is compiled again.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Arguments and states of kernels: each array once, with shape, unit and frame.
+"""Types of the kernels' arguments and states, with shapes, units and frames.
 
 Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning.
-There are N blades, bodies `b` (rotor) and `c` (casing), and k slots, see
-`cyclic.widths`.
+The suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades, k
+slots, and `wide` columns of the transform to gaps, see `cyclic.widths`.
 """
 
 from __future__ import annotations
@@ -17,25 +17,26 @@ Integers = NDArray[np.int64]
 
 
 class Wall(NamedTuple):
-    """Where a casing stands at rest: the gap, and how its shape departs from round.
+    """The casing without elastic displacement: gap, and departure from the circle.
 
-    The shape is the sum of harmonics in the static frame, of a rigid casing's lobes and
-    of the profile, each w = (a cos h theta + b sin h theta) e^{sigma t}, outward, with
-    its rise; see `shape.faded`.
+    The departure is a sum of harmonics in the static frame, those of a rigid casing's
+    lobes and of the profile, w = (a cos h theta + b sin h theta) e^{sigma t}, outward,
+    each faded in over its rise; see `shape.faded`.
 
     Attributes
     ----------
     gap : m, at the time `since`
-    lobes : k, also of the loading
-    orders : (n,), h; none of a round casing
-    slots, signs : (n,), slots in which they are, as the rotor's nodal diameters, see
-        `slots.fold`
+    lobes : k, number of lobes of the pulse, and of a rigid casing
+    orders : (n,), h; n = 0 for a round casing
+    slots, signs : (n,), slot of each harmonic, and -1 where the slot has its conjugate,
+        else 1, see `dynamics.slots.fold`
     cosine, sine : (n,), a and b, m
     growth, rise : (n,), sigma, 1/s; s
     room : m, least gap over all angles, once the shape has faded in
-    since : s, time from which on the next three hold, see `dynamics.varying`
-    opening : m/s, at which the gap grows
-    ahead, bend : rad, rad/s^2, of the angle of the rotor, see `contact.angle_at`
+    since : s, start of the interval for which `gap` and the next three are valid, see
+        `case.speed.Interval`
+    opening : m/s, rate at which the gap grows
+    ahead, bend : rad, rad/s^2, terms of the rotor's angle, see `contact.angle_at`
     """
 
     gap: float
@@ -55,7 +56,7 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse: F, N; tau, s; the casing's modal load due to a unit force, (nc,)."""
+    """A pulse: F, N; tau, s; modal forces (nc,) on the casing due to a unit force."""
 
     force: float
     pulse: float
@@ -63,7 +64,7 @@ class Load(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Constant arrays of a scheme's kernel; their types depend on the scheme."""
+    """Constant arrays of a scheme's kernel, of types that depend on the scheme."""
 
     load: Load
     rotor: Any
@@ -85,12 +86,13 @@ class Tracks(NamedTuple):
     ----------
     centre : (samples, 2), m, rotating frame
     energy, impulse, fed, lost : (samples,), J, N s, J, J
-    tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; no rows if not kept
+    tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; (0, ...) if not kept
     rubbed : (samples,), J, cumulative work of friction
-    casing : (samples, width), coordinates of the scheme; no rows if not kept
-    evidence : (rows, COLUMNS), see `contact`; or more, see `verbs.note_beside`
+    casing : (samples, width), the scheme's casing coordinates; (0, width) if not kept
+    evidence : (rows, COLUMNS), see `contact`; for a changing speed with the further
+        columns of `verbs.note_beside`
     closed : (CLOSED,), J, the ledger at the last row of evidence
-    worn : (samples, M), m, depth of each rod of a layer; no rows if not kept
+    worn : (samples, M), m, worn depth of each rod of a layer; (0, M) if not kept
     """
 
     centre: Floats
@@ -112,14 +114,14 @@ class BodiesState(NamedTuple):
 
     Attributes
     ----------
-    q_b, d_b, q_c, d_c : amplitudes or coordinates and their last increments
-    loss_b, loss_c : damping losses, J
-    gaps, older : (N,), m, of the last two steps
-    last : (N,), steps of last contacts
+    q_b, d_b, q_c, d_c : amplitudes or coordinates, and increments in the last step
+    loss_b, loss_c : damping losses so far, J
+    gaps, older : (N,), m, gaps of the last step and of the step before it
+    last : (N,), step of each tip's last contact
     counter, ledger : see `contact`
-    impulse : (N,), N s
-    worn : (3, M), of each rod of a layer: worn depth, m, work of wear, J, and work of
-        the rotation on it, J; M is 0 without layer
+    impulse : (N,), N s, normal impulse on each tip so far
+    worn : (3, M), for each rod of a layer: worn depth, m, work of wear, J, and work of
+        the rotation on it, J; M is 0 without a layer
     """
 
     q_b: Floats
@@ -143,13 +145,16 @@ class CyclicState(NamedTuple):
     Attributes
     ----------
     rotor, ring : amplitudes, and their increments in two places, see `passes`
-    lam : (4 k,), spectrum of the multipliers of the last step, then its (im, -re); in
-        `general` after the rotor's modal forces (2 m,), normal and tangential; in
-        `whole` after `held` of `whole.push_waves`; in `points` only `held`
-    gaps : (3, 2 wide) flat, folded, of three steps; of `whole` without the rotor's part
-    sums_b : (6 k,), by column, see `passes`; of `general` (3 m,), of `whole` (3,)
-    sums_c : (4 k,), by column, see `passes`
-    known : (N + 3 + CHANGES,), blades of the last solution, see `ConstantSpace`
+    lam : (4 k,), spectrum of the multipliers of the last step as (re, im), then as (im,
+        -re). In `general` the rotor's modal forces (2 m,), normal and tangential, come
+        before it, in `whole` the array `held` of `whole.push_waves`; in `points` lam is
+        `held` alone
+    gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; in
+        `whole` without the rotor's displacement, in `points` the clearances alone
+    sums_b : (6 k,), sums of the ledger by column, see `differences.pass_modes`; in
+        `general` (3 m,), in `whole` and `points` (3,), see `whole.push_waves`
+    sums_c : (4 k,), the same for the ring; the fourth part is used by `flow`
+    known : (N + 3 + CHANGES,), active blades of the last solution, see `ConstantSpace`
     last, counter, ledger, impulse : as in `BodiesState`
     """
 
@@ -167,9 +172,9 @@ class CyclicState(NamedTuple):
 
 
 class Ring(NamedTuple):
-    """Kind of a casing's ring.
+    """How a casing's ring is discretised.
 
-    kind, size : kind, see `contact`; number of elements, or highest harmonic
+    kind, size : RIGID, ELEMENTS or WAVES, see `contact`; elements, or highest harmonic
     length : m, of an element
     """
 
@@ -178,5 +183,5 @@ class Ring(NamedTuple):
     length: float
 
 
-# of arrays, (name, array, values that it must have)
+# for each array: (its name, the array, the number of values that it must have)
 Wanted = list[tuple[str, Floats | Integers, int]]

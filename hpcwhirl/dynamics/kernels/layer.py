@@ -1,7 +1,7 @@
 """Layer on the casing that wears: rods side by side, each over an equal angle.
 
-A tip presses all rods under its edge down to the same depth s below the surface as
-made. A rod is pushed in by e = flex N, elastic, and wears by w. A step with force N
+A tip presses all rods under its edge down to the same depth s below the unworn
+surface. A rod is pushed in by e = flex N, elastic, and wears by w. A step with force N
 beyond the limit L = limit + growth w wears it by soft (N - L). An abradable, plastic
 rod has soft = 1 / growth; by Archard's law L = 0 and soft is proportional to the
 sliding distance of a step. In both laws the force on a tip, the sum over its rods, is
@@ -24,13 +24,13 @@ from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complement
 
 DEPTH, WORK, CUT = 0, 1, 2  # rows of the state, see `kernel_types.BodiesState`
 EQUAL = 1e-11  # largest |P(s) - multiplier| of a solution, over the largest force
-ROUND = 1e-15  # of s: its round-off
-ATTEMPTS, PATIENCE = 300, 20  # Newton steps; those before they are halved
+ROUND = 1e-15  # relative round-off of s
+ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; number after which they are halved
 
 
 @rare
 def to_worn(turned, before, points, worn, under, space, gaps):
-    """Find the rods under each tip; return the lowest gap to the worn surface, m.
+    """Find the rods under each tip; return the lowest gap to the worn surface, m, or 1.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     worn : (3, M), see `kernel_types.BodiesState`
     under : rods under a tip
     space : `body_types.LayerSpace`; out: `rod`, `left`
-    gaps : (N,), m, to the surface as made
+    gaps : (N,), m, to the unworn surface
     """
     lowest, size = 1.0, worn.shape[1]
     for j in range(len(gaps)):
@@ -114,8 +114,8 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
     ----------
     layer, softness : `body_types.Layer`; m/N, wear of a step by force beyond a limit
     worn : (3, M), see `kernel_types.BodiesState`
-    gaps : (N,), m, predicted, to the surface as made
-    lam, opened : (N,), out: multipliers, N, and gaps to the surface as made, m
+    gaps : (N,), m, predicted, to the unworn surface
+    lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface, m
     own : `body_types.LayerSpace`; out: `sunk`
     """
     blades = len(gaps)
@@ -140,7 +140,7 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
     """Set row j of the problem linearised about s_j: s = lam / P' + `shifted` - g.
 
-    A tip above all its rods would press the highest one first.
+    For a tip above all its rods, P' is that of the highest rod alone.
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
@@ -155,9 +155,9 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 
 @rare
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
-    """Move s by a share of the way to the solution; return whether lam = P(s) there.
+    """Return whether the linear problem's solution satisfies lam = P(s).
 
-    If so, s is the solution and `opened` (N,) becomes -s.
+    If so, set s to its s and `opened` (N,) to -s; else move s by a share towards it.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):
@@ -184,7 +184,7 @@ def wear(layer, softness, worn, lam, last, ledger, own):
 
     The entry IMPACT includes WEAR.
 
-    last : (N,), m, gaps to the surface as made at the start of the step
+    last : (N,), m, gaps to the unworn surface at the start of the step
     """
     size = worn.shape[1]
     for j in range(len(lam)):

@@ -1,4 +1,4 @@
-"""Contact of more blades than the bodies have modes for.
+"""Solution of the contact problem if more blades touch than W has rank for.
 
 Principal pivoting requires every principal part of W to be regular. A rigid disk has
 two modes for all its blades: in a casing of harmonics 0 and 1 the rank of W is 3, and
@@ -9,8 +9,8 @@ with a solution if there is one and x . W x >= 0 (Cottle, Pang and Stone, The Li
 Complementarity Problem, 4.4), as for equal blades with friction. Multipliers may not be
 unique; then those found act on few blades. The gaps are unique.
 
-Ties occur if several gaps close at once. So gaps are perturbed by some `APART` of the
-largest one, but only for the exchanges; the solution is that of the true gaps.
+Ties occur if several gaps close at once. So the gaps that govern the exchanges are
+perturbed by up to `APART` times the largest one; the solution is that of the true gaps.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ CLOSED = 1e-10  # tolerance of closed gaps over the largest gap
 
 @rare
 def set_out(gaps, w, chosen, size, unit, space):
-    """Set the table w = q + W z + z_0 of blades chosen[:size]; unit : m/N, scale of W.
+    """Set the table w = q + W z + z_0 of the blades chosen[:size], dimensionless.
+
+    w are the gaps, z the multipliers; gaps are divided by the largest one, W by `unit`.
 
     small : (size, size + 1), set to the coefficients of z and, in the last column, of
         z_0
@@ -82,7 +84,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Exchange variables until z_0 is zero; return whether that was reached."""
+    """Exchange variables until z_0 leaves the table; return whether that succeeded."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -104,9 +106,9 @@ def carriers(size, space):
 
 @rare
 def settle(gaps, lam, opened, space):
-    """Solve on the active blades except those that would pull; return their number.
+    """Close the gaps of the active blades, without those that would pull.
 
-    -1 if their part of W is singular.
+    Return the number of blades left; -1 if their part of W is singular.
     """
     active, where, right = space.active, space.where, space.right
     for _ in range(len(gaps) + 1):
@@ -133,7 +135,7 @@ def settle(gaps, lam, opened, space):
 def widen(gaps, opened, chosen, size, largest):
     """Add the blades that still penetrate to chosen[:size]; return the new number.
 
-    -1 if one of the blades already chosen still penetrates.
+    Return -1 if one of the blades already chosen still penetrates.
     """
     more = size
     for j in range(len(gaps)):
@@ -148,7 +150,7 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve as `circulant.pivot` does, for any rank of W; all its rows must be known.
+    """Solve as `circulant.pivot` does, for any rank of W, which must be complete.
 
     Blades that do not penetrate at first are included if others have closed their gaps.
     """

@@ -24,7 +24,7 @@ def accumulate(rows, values, out):
 
 @njit(cache=True)
 def modal_energy(values, increments, omega, step):
-    """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} over all modes at n + 1/2, J."""
+    """Return the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over modes, n + 1/2, J."""
     total = 0.0
     for m in range(len(values)):
         speed = increments[m] / step
@@ -35,7 +35,11 @@ def modal_energy(values, increments, omega, step):
 
 @njit(cache=True)
 def collect_modes(lam, index, shape, rows, out):
-    """Set out (m,), the modal forces of lam, by the weights with which blades read."""
+    """Set out (m,) to the modal forces of the multipliers lam (N,).
+
+    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    rows : (r, m), coordinates for unit amplitudes
+    """
     out[:] = 0.0
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -121,7 +125,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, ModalBody)
 def accept(body, motion, _):
-    """Complete the step of each mode; its loss is 2 xi w (d' + d)^2 / (4 dt)."""
+    """Complete the step of each mode; its loss is 2 xi omega (d' + d)^2 / (4 dt)."""
     rate = body.rate
     q, d, loss, ahead, _, _, _ = motion
     for m in range(len(q)):

@@ -1,11 +1,11 @@
-"""Check that the contact problem that was solved is that of the bodies.
+"""Check that the solved contact problem agrees with the motion of the bodies.
 
 The multipliers are found from predicted gaps and the Delassus matrix, and applied to
 the bodies' amplitudes. If a sample falls on a step with contact, the gaps are computed
-again from the amplitudes. Their difference from g + W lambda, relative to the lengths
-of which they are sums, is round-off unless a row of W, or the effect of a multiplier,
-is wrong for the bodies. The energy ledger would not show that, since it has the work
-that was really done.
+again from the amplitudes. Their difference from g + W lambda (the miss), relative to
+the lengths of which they are sums, is round-off unless a row of W or the effect of a
+multiplier is wrong. The energy ledger would not show such an error, since it has the
+work of the forces that were really applied.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from hpcwhirl.dynamics.kernels.passes import (
 def note_miss(actual, solved, u, gap, ledger):
     """Note the largest |actual - solved| / (gap + |u| + |actual|) in the ledger.
 
-    actual, solved, u : (N,) or more, m: gaps of the state, corrected gaps, tips
+    actual, solved, u : (N,) or more, m: gaps computed from the amplitudes, corrected
+        gaps of the contact problem, displacements of the tips
     """
     worst, reach, apart = 0.0, 0.0, 0.0
     for j in range(len(actual)):
@@ -41,12 +42,12 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Note the largest miss, as `note_miss`, of folded gaps `again` (2 wide,).
+    """Do `note_miss` for folded gaps `again` (2 wide,), computed from the amplitudes.
 
     Entries that repeat a blade are not compared, since pivoting does not correct them.
 
-    reach : bound of the tips' displacement, m
-    gaps, row : folded rows of gaps, and the start of the row of this step
+    reach : bound of the tips' displacements, m
+    gaps, row : corrected gaps in folded rows, and where the row of this step begins
     """
     worst, apart = 0.0, 0.0
     for j in range(blades):
@@ -59,7 +60,7 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 
 @rare
 def add_ring(t, c, k, spectrum):
-    """Add a completed state of the ring to the spectrum (2 k,) of the gaps."""
+    """Add the ring's displacement in a completed state t to a spectrum (2 k,), m."""
     size = len(t) // RING_STATE
     for m in range(size):
         psi = item(c, RADIAL, m)
@@ -70,11 +71,11 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Note the largest miss, as `note_miss`, of completed states of the cyclic kernel.
+    """Do `note_miss` for completed states of the cyclic kernel's bodies.
 
-    reach : bound of the tips' displacement, m
-    gaps, row : folded rows of gaps, and the start of the row of this step
-    spectrum : (2 k,), in: that of a rigid casing; out: that of the gaps
+    reach : bound of the tips' displacements, m
+    gaps, row : as in `note_miss_folded`
+    spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps
     again : (2 wide,), out: gaps of the states
     """
     width, size = len(spectrum), len(t_b) // ROTOR_STATE

@@ -48,7 +48,8 @@ from hpcwhirl.dynamics.kernels.vectors import (
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 ROTOR_STATE, RING_STATE = 3, 6
-# items of a mode
+# items of a mode: keep, pull; rate of the loss; gamma; re, -im of give (gamma + mu
+# conj(sigma)); sigma; E of the ring
 KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, TURN_RE, TURN_IM = range(10)
 MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # dt (v- + v+) from d, d', q'
 LOSS_DD, LOSS_DQ, LOSS_QQ = 13, 14, 15  # damping loss of a step, from d', q'
@@ -59,7 +60,7 @@ ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, size) in the order that kernels read, (ITEMS size,)."""
+    """Return items (ITEMS, size) in the order in which kernels read, (ITEMS size,)."""
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
@@ -88,7 +89,7 @@ def holds(c, m):
 
 @inlined
 def item(c, which, m):
-    """Return an item of mode m."""
+    """Return item number `which` of mode m from packed items c."""
     return c[(m - m % FOUR) * ITEMS + which * FOUR + m % FOUR]
 
 
@@ -101,9 +102,9 @@ def places(counter, size):
 
 @inlined
 def push_rotor(c, at, push):
-    """Return the increments of q and of d of four modes by the contact forces.
+    """Return what contact forces add to q, and also to d, of four modes.
 
-    push : (straight, quarter), Lambda of the column as (re, im) and as (im, -re)
+    push : two vectors, the column's entries of Lambda as (re, im), and as (im, -re)
     """
     change = load(c, at + ALONG * FOUR) * push[1]
     return fma(load(c, at + NORMAL * FOUR), push[0], change)
@@ -111,7 +112,7 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return the increments of y and of d by the contact forces; push : re, im."""
+    """Return what contact forces add to y, and to d, re and im; push : Lambda."""
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
 
@@ -131,7 +132,7 @@ def ahead_rotor(c, at, q, d):
 
 @inlined
 def ahead_ring(c, at, y, d):
-    """Return (y', d') of four modes without forces, re and im each, both turned."""
+    """Return (y', d') of four modes after a step without forces, re and im each."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     keep, pull = load(c, at + KEEP * FOUR), load(c, at + PULL * FOUR)
     pr, pi = turn(er, ei, d[0], d[1])
@@ -142,9 +143,10 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Return (normal, drag's re, drag's im) plus factors of Lambda in a step's work.
+    """Return `works` plus the contribution of four modes.
 
-    both : dt (v- + v+), twice the step times the mean velocity
+    both : dt (v- + v+), v- and v+ the velocities before and after the step's impulse
+    works : factors of Lambda in twice a step's work: normal; drag over mu, re, im
     """
     normal, re, im = works
     normal = fma(load(c, at + RADIAL * FOUR), both, normal)
@@ -154,7 +156,7 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Return (normal, drag), re and im each, plus factors as in `work_rotor`."""
+    """Do `work_rotor` for the ring; br, bi : both; works : normal, drag, re and im."""
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
     sr, si = load(c, at + SR * FOUR), load(c, at + SI * FOUR)
@@ -165,7 +167,7 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Add the works of a column to sums: normal, drag (twice, over mu), loss."""
+    """Add a column's works to sums: twice that of normal forces, of drag over mu."""
     normal, re, im = works
     store(sums, col, fma(push[0], normal, load(sums, col)))
     drag = fma(push[1], im, load(sums, width + col))
@@ -174,17 +176,18 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store the last two factors of a column, those of drag, in slip (2 size,)."""
+    """Store a column's factors of drag, the last two of works, in slip (2 size,)."""
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
 
 
 @part
 def slip_of(slip_b, slip_c, k, spectrum):
-    """Set spectrum (2 k,): casing less tips along the rotation, dt (v- + v+), m.
+    """Set spectrum (2 k,) to that of the slip, dt (v- + v+) of casing less tips, m.
 
     slip_b : (4 k,), factors of Lambda, as (re, im) and as (im, -re), in the drag's work
-    on the rotor; slip_c : (2 k,), those of re and im in the work on the ring
+        on the rotor
+    slip_c : (2 k,), factors of re and im of Lambda in the drag's work on the ring
     """
     for c in range(0, k, FOUR):
         real = load(slip_b, c) - load(slip_b, 3 * k + c)
@@ -195,7 +198,7 @@ def slip_of(slip_b, slip_c, k, spectrum):
 
 @inlined
 def book_ring(sums, k, col, push, works):
-    """Add the works of a column to the sums, as `book_rotor`."""
+    """Do `book_rotor` for a column of the ring."""
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
     store(sums, col, fma(push[0], normal_re, work))
@@ -218,7 +221,7 @@ def store_both(a, size, m, value):
 
 @part
 def copy_to(out, values):
-    """Copy the first values to fill `out`."""
+    """Copy the first len(out) entries of `values` to `out`."""
     for i in range(len(out)):
         out[i] = values[i]
 
@@ -234,7 +237,10 @@ def sum_of(values, first, last):
 
 @inlined
 def sums_of(sums_b, sums_c):
-    """Return works of normal forces and of drag over mu, and the damping loss, J."""
+    """Return the works of normal forces and of drag over mu, and the damping loss, J.
+
+    sums_b, sums_c : sums of rotor and ring by column, see `differences.pass_modes`
+    """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
     drag = 0.5 * (sum_of(sums_b, m, 2 * m) + sum_of(sums_c, n, 2 * n))
@@ -244,10 +250,12 @@ def sums_of(sums_b, sums_c):
 
 @rare
 def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
-    """Add the pulse's increments to the ring, turned by `angle` to the rotating frame.
+    """Add the pulse's increments to the ring's state s and to its spectrum out.
 
-    lobe : (size,) modal load of the static frame; sign : -1 on conjugated slots;
-    counter : at the step that has been predicted
+    push, lobe : N; (size,), modal load due to a unit force, static frame
+    sign : -1 if the load's slot has the conjugate, else 1
+    angle : k Omega t, rad, from the static to the rotating frame
+    counter : counters at the step that has been predicted
     """
     then, _ = places(counter, 2 * size)
     for m in range(size):
@@ -294,7 +302,7 @@ def total_of(four):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return the sum of magnitudes of a spectrum, which bounds it at every blade."""
+    """Return the sum of |re| + |im| of a spectrum, a bound of its value at a blade."""
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -314,7 +322,7 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return three pairs as `at_four`; six sums at once hide an addition's latency."""
+    """Do `at_four` for j, j + 4 and j + 8; six sums at once hide the latency."""
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):
@@ -331,7 +339,10 @@ def at_twelve(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def unfold_four(parts, gaps, row, wide, j, least):
-    """Store gaps of blades j and N - j from their parts; return the lowest."""
+    """Store gaps of blades j .. j + 3 and N - j .. N - j - 3 in a folded row.
+
+    Return the elementwise minimum of these gaps and `least`; parts : even, odd.
+    """
     even, odd = parts
     here, there = even - odd, even + odd
     store(gaps, row + j, here)
@@ -341,7 +352,7 @@ def unfold_four(parts, gaps, row, wide, j, least):
 
 @inlined
 def lowest_of(least, gap):
-    """Return the lowest of four, or `gap` if that is lower."""
+    """Return the lowest of the four numbers `least` and `gap`."""
     lowest = gap
     for i in range(FOUR):
         lowest = min(lowest, element(least, i))
@@ -350,12 +361,12 @@ def lowest_of(least, gap):
 
 @inlined
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform a spectrum into a row of gaps; return the lowest gap, m.
-
-    Sets gaps[row :][: 2 wide]: of blades j, then of N - j.
+    """Transform a spectrum into a folded row of gaps; return the lowest gap, m.
 
     wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding;
-        behind them N and how it is split, see `transform`
+        followed by N and its split in two factors, see `transform`
+    gap : m, clearance
+    gaps, row : out: gaps[row : row + 2 wide], of blades j, then of N - j
     """
     if get(wave, 2 * k * wide + SPAN) > 0.0:
         return lowest_of(to_gaps_split(spectrum, wave, gap, k, wide, gaps, row), gap)

@@ -1,4 +1,4 @@
-"""Measurement of this core's peak: independent fused multiply-adds in registers."""
+"""Loops that measure the peak rates of one core: arithmetic, and reading of arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ def multiply_add(rounds, values, factor, term):
 
 @njit(cache=True, fastmath={"contract", "reassoc"})
 def total_again(rounds, values):
-    """Return `rounds` times the sum of values, (4 n,), which are read each time."""
+    """Sum values, (4 n,), anew in each of `rounds` rounds; return the sum of all sums.
+
+    values[0] is overwritten by the number of the round, so that each sum differs.
+    """
     n, total = len(values) // 4, 0.0
     for i in range(rounds):
         values[0] = i  # so that no sum is that of the round before

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part
 
-SINGULAR = 1e-12  # pivot over the first one below which it is round-off
+SINGULAR = 1e-12  # share of the first pivot below which a pivot is round-off
 
 
 @part
 def solve_dense(matrix, right, size):
-    """Solve in place by Gaussian elimination with partial pivoting; return success."""
+    """Solve in place by Gaussian elimination with pivoting; return whether regular."""
     least = 0.0
     for c in range(size):
         p = c
@@ -41,7 +41,7 @@ def solve_dense(matrix, right, size):
 
 @part
 def solve_active(gaps, w, where, size, opened, small, right):
-    """Solve g + W lam = 0 on the blades where[:size]; return success.
+    """Solve g + W lam = 0 on the blades where[:size]; return whether regular.
 
     right : (N,), out: multipliers of these blades
     opened : (N,), out: corrected gaps of all blades
@@ -65,7 +65,7 @@ def solve_active(gaps, w, where, size, opened, small, right):
 
 @part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Exchange the blades that violate complementarity; return how many there were.
+    """Exchange blades that violate complementarity; return how many violate it.
 
     All of them are exchanged (block pivoting), or only the last one (Murty's rule).
     """

@@ -1,6 +1,6 @@
-"""Operations of the kernel `points` on waves, and their form for unequal sectors.
+"""Operations of the kernel `points` on waves, implemented for unequal sectors.
 
-For unequal sectors each point has a separate row; for equal sectors see `sectors`.
+Each point has a separate row of coefficients; for equal sectors see `sectors`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def turn_points(rows, q, ahead, near, spectra):
 
 @verb
 def read_every(rows, q, points, tips, spectra):
-    """Set tips (2 wide,), folded, to the waves' part of all gaps.
+    """Set tips (2 wide,), folded, to the part of all gaps due to waves, m.
 
     spectra : work space
     """
@@ -49,7 +49,7 @@ def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
 @verb
 def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                 held, spectra):  # fmt: skip
-    """Book the works of the multipliers, and set the active points' gaps of step n - 1.
+    """Enter the multipliers' works; set the active points' gaps at step n - 1.
 
     The gap of a point that was in contact then, too, is 0.
 
@@ -57,8 +57,8 @@ def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before
     ----------
     q : (m,), amplitudes before any force
     spare : (width,), with the forces in its last entries; the first are work space
-    gaps, row : clearances of step n - 1
-    before : (points,), out: gaps of step n - 1
+    gaps, row : clearances at step n - 1, without waves
+    before : (points,), out: gaps at step n - 1, m
     sums, held : as in `whole.push_waves`
     """
 

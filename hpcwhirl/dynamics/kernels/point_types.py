@@ -14,15 +14,16 @@ Integers = NDArray[np.int64]
 
 
 class PointRows(NamedTuple):
-    """Rows by which each of P contact points reads m amplitudes and acts on them.
+    """Coefficients between P contact points and m amplitudes, a row for each point.
 
     `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse.
 
     Attributes
     ----------
-    read, before : (P, m) flat, change of gaps, now and two steps before
-    push : (P, m) flat, change of amplitudes by unit forces, with friction
-    opens, slides : (P, width) flat: d' + d of the gaps, and of the casing relative to
+    read, before : (P, m) flat, change of the point's gap by unit amplitudes, and of its
+        gap two steps before
+    push : (P, m) flat, change of amplitudes by the point's unit multiplier and friction
+    opens, slides : (P, width) flat, d' + d of the gap, and of the casing relative to
         the tip along the rotation
     """
 
@@ -34,25 +35,27 @@ class PointRows(NamedTuple):
 
 
 class SectorRows(NamedTuple):
-    """Rows as `PointRows`, for equal sectors: a spectrum of k slots for each point.
+    """Coefficients as `PointRows`, for equal sectors: for a tip's n_c points by slots.
 
-    A slot, of one nodal diameter, has `single` waves and `pairs` of waves that points
-    read alike. A pair has one row, so that `alike` = single + pairs rows are read. Rows
-    are (rows, 2, k) flat, re and im. A tip has n_c points.
+    In each slot (nodal diameter) there are `single` waves, and `pairs` of waves that
+    move the points with equal coefficients, so that only their sum is needed: gaps are
+    sums over `alike` = single + pairs rows. Rows are (rows, 2, k) flat, re and im.
 
     Attributes
     ----------
-    read, slide : (n_c, alike, 2, k) flat: gaps from waves or from sums of a pair, and
-        motion along the casing from their d' + d; forces on a pair are conjugates of
-        their sum, with friction
+    read, slide : (n_c, alike, 2, k) flat, gaps from waves or from sums of pairs, and
+        motion along the casing from their d' + d; the force on a pair is the spectrum
+        of the multipliers times conj(read + mu slide)
     push : (n_c, single, 2, k) flat, change of waves by the spectrum of the multipliers
     before : (n_c, waves, 2, k) flat, gaps two steps before
-    move : (alike, 2, k) flat, d' + d of waves; of a pair, that of its first wave, of
-        which the second has the conjugate
-    give : (2, pairs, 2, k) flat, change of the first wave of each pair by the forces on
-        it, then of the second; 0 where a row has a wave without a second
-    opens, slides : (P, padded) flat, d' + d by forces, as the last of `PointRows`
-    turns : (N, 2 k) flat, cos and -sin; lanes : the same of four blades, (N/4, 2 k, 4)
+    move : (alike, 2, k) flat, ratio of d' + d to a wave; for a pair, that of its first
+        wave, whose conjugate is that of the second
+    give : (2, pairs, 2, k) flat, change of the first waves of all pairs by the force on
+        the pair, then of the second; 0 in a row that has only one wave
+    opens, slides : (P, padded) flat, d' + d due to forces, the last columns of those of
+        `PointRows`
+    turns, lanes : (N, 2 k) flat, cos and -sin; (N/4, 2 k, 4) flat, for groups of four
+        blades
     each, single, pairs : n_c, and numbers of rows
     """
 
@@ -72,25 +75,25 @@ class SectorRows(NamedTuple):
 
 
 class PointsRotor(NamedTuple):
-    """Both bodies as waves, for P contact points, see `points`.
+    """Rotor and casing as waves, for P contact points, see `points`.
 
     There are m real amplitudes, re then im of all waves, each half padded; `width` as
     in `PointRows`.
 
     Attributes
     ----------
-    ahead, drift : (m,), re and im of z - 1; (m / 2,), as of `WholeRotor`
-    rush : (P,), what a unit multiplier adds to the bound by `drift`
+    ahead, drift : (m,), re and im of z - 1; (m / 2,), as in `WholeRotor`
+    rush : (P,), m/N, what a unit multiplier adds to the bound given by `drift`
     rows : `PointRows` or `SectorRows`
-    kick, kicked : (2, m), (2, width) flat, change of amplitudes by the pulse's cos and
-        sin, and d' + d of the displacements on which these act
-    radial, along, hub : (P, m), (P, m), (2, m) flat, displacements of the tips, x_o,
-        y_o
-    reach : (m / 2,), bound of any point's displacement by unit amplitudes
-    pairs, form, split : (e, 2), (e,), entries of the energy, J: `split` of the rotor,
-        then those of the casing
-    casing, shares : (c, 2), (c, 2), indices and factors of the amplitudes whose sum is
-        each mode of the casing
+    kick, kicked : (2, m), (2, width) flat, change of amplitudes by unit cos and sin
+        forces of the pulse, and d' + d of the displacements on which they do work
+    radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
+        of the points, and x_o, y_o, for unit amplitudes
+    reach : (m / 2,), bound of any point's displacement for unit amplitudes
+    pairs, form, split : (e, 2), (e,), J: indices and coefficients of the products of
+        two amplitudes in the energy; the first `split` are the rotor's
+    casing, shares : (c, 2), (c, 2), indices of the two amplitudes whose sum, with these
+        factors, is each mode of the casing
     """
 
     ahead: Floats
@@ -111,8 +114,10 @@ class PointsRotor(NamedTuple):
 
 
 class PointsContact(NamedTuple):
-    """W (P, P) as in `GeneralContact`; clearances (2 wide,) beyond the gap, folded.
+    """Contact of P points.
 
+    w, clear : (P, P), m/N, as in `GeneralContact`; (2 wide,), m, folded clearances of
+        the points beyond the gap
     waves : (n, 2, 2 wide) flat, cos and sin of the shape's harmonics at the points
     """
 
@@ -122,10 +127,11 @@ class PointsContact(NamedTuple):
 
 
 class PointsSpace(NamedTuple):
-    """Work space of the kernel `points`; as in `GeneralSpace`.
+    """Work space of the kernel `points`; arrays not listed are as in `GeneralSpace`.
 
     spare : (width,), amplitudes before any force, and forces
-    spectra : of `sectors`
+    spectra : see `sectors.layout`
+    solver : work space of `circulant`
     casing : (c,), modes of the casing, rotating frame
     """
 

@@ -1,15 +1,16 @@
 """Several contact points a tip: rotor and casing as waves of the rotating frame.
 
-In the frame of the blades nothing depends on time: the waves of both bodies have
-complex amplitudes that a step multiplies by z, as those of a rotor in `whole`, and each
-gap is these times a separate row, for the angle and the axial place of its point.
-Points take the place of blades; W, of both bodies, is constant. The pulse on the casing
-is two more generalized forces, behind those of the points.
+In the frame of the blades no coefficient depends on time: the waves of both bodies have
+complex amplitudes that a step multiplies by z, like those of a rotor in `whole`, and
+each gap is a row of coefficients, for the angle and axial position of its point, times
+the amplitudes. Contact points replace blades in all arrays; W, of both bodies, is
+constant. The pulse on the casing is two further generalized forces, listed after those
+of the points.
 
 The motion of a point in a step, d' + d, is a row times s = (q, lambda, pulse), with the
-amplitudes q before any force acts. A harmonic of the casing turns relative to the
-blades. So there are separate rows for its own displacement, on which works depend, and
-for the gap of two steps before.
+amplitudes q before any force acts. As a harmonic of the casing turns relative to the
+blades, the gap of two steps before does not follow from d' + d, the displacement of the
+material, on which works depend: it has separate rows.
 """
 
 from __future__ import annotations
@@ -113,7 +114,7 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 def open_tips(push, where, active, opening, tips):
     """Add the opening of all gaps by the multipliers to tips (2 wide,), folded.
 
-    tips : change of the gaps by the waves, or lower bounds of it
+    tips : m, change of the gaps by the waves, or lower bounds of it
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -125,7 +126,7 @@ def open_tips(push, where, active, opening, tips):
 
 @rare
 def farthest_point(limit, q, rotor, points):
-    """Return the largest displacement of any point, m.
+    """Return the largest displacement (radial, tangential) of any point, m.
 
     If a bound for all points is below `NEAR` times the limit, the bound is returned.
     """
@@ -160,9 +161,10 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
 
 @rare
 def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
-    """Write a sample; at a row of evidence with contact, check the solved gaps.
+    """Write a sample of the state.
 
-    Gaps found with W are compared with gaps computed from the amplitudes.
+    At a row of evidence with contact, the gaps found with W are compared with gaps
+    computed from the amplitudes.
     """
     counter, ledger, q = state.counter, state.ledger, state.rotor
     points, tips, out, again = len(state.last), space.tips, space.out, space.again
@@ -239,7 +241,7 @@ def sizes_of_rows(
         2 * rows.pairs * slot, forces, forces, blades * slot,
         -(-blades // FOUR) * FOUR * slot,
     ]  # fmt: skip
-    arrays: Any = rows[: len(wanted)]  # numbers stand behind them
+    arrays: Any = rows[: len(wanted)]  # counts follow them
     return list(zip(rows._fields[: len(wanted)], arrays, wanted, strict=True))
 
 

@@ -1,7 +1,7 @@
-"""Sums of rows of a table, each times its own factor, some vectors at a time.
+"""Sums of rows of a table, each row times a factor, for two or six vectors at a time.
 
-A fused multiply-add waits for the one before it in the same sum: six sums at once keep
-both units of a core at work. Each sum has its terms in the order of the rows.
+A fused multiply-add waits for the preceding one of the same sum: six sums at once keep
+both units of a core busy. The terms of a sum are added in the order of `which`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 @inlined
 def add_six(factors, which, size, table, stride, v, six):
-    """Return six vectors plus the sum of factors times rows which[:size] from v on."""
+    """Return `six` vectors plus the sum over s of factors[s] times row which[s].
+
+    table : flat, in rows of length `stride`; v : first of the 24 columns used
+    """
     a, b, c, d, e, f = six
     for s in range(size):
         factor, at = broadcast(get(factors, s)), get(which, s) * stride + v
@@ -35,7 +38,7 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return two vectors as `add_six`."""
+    """Do `add_six` for two vectors, 8 columns."""
     a, b = two
     for s in range(size):
         factor, at = broadcast(get(factors, s)), get(which, s) * stride + v
@@ -46,7 +49,7 @@ def add_two(factors, which, size, table, stride, v, two):
 
 @inlined
 def store_six(out, v, six):
-    """Store six vectors from out[v] on; return the lowest of each place."""
+    """Store six vectors from out[v] on; return their elementwise minimum."""
     a, b, c, d, e, f = six
     store(out, v, a)
     store(out, v + FOUR, b)

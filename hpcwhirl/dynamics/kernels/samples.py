@@ -49,7 +49,7 @@ ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")
 
 @part
 def at_blade(spectrum, turns, j, width):
-    """Return Re sum_kappa spectrum e^{2 pi i kappa j / N}."""
+    """Return a spectrum's value at blade j, Re sum_kappa G e^{2 pi i kappa j / N}."""
     total = 0.0
     for i in range(width):
         total += spectrum[i] * turns[j * width + i]
@@ -58,7 +58,7 @@ def at_blade(spectrum, turns, j, width):
 
 @rare
 def read_tips(q, c, hub, turns, width, work, tips):
-    """Set tips (N + 1, 2): radial and tangential of each blade, but not the centre."""
+    """Set tips (N + 1, 2) of all blades, radial and tangential; not the last row."""
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
     for direction in range(2):
@@ -80,7 +80,7 @@ def read_tips(q, c, hub, turns, width, work, tips):
 
 @verb
 def along_of(rotor, q, rows, k, out):
-    """Set out (2 k,): the spectrum of the tips' negative tangential displacements."""
+    """Set out (2 k,) to the spectrum of the tips' negative tangential displacements."""
 
 
 @does(along_of, CyclicRotor)
@@ -118,7 +118,7 @@ def radial_bound(q, c, size, width):
 
 @inlined
 def read_centre(q, hub, tips):
-    """Set the last of tips (N + 1, 2): x_o, y_o."""
+    """Set the last row of tips (N + 1, 2) to x_o, y_o, m."""
     for axis in range(2):
         total = 0.0
         for m in range(hub.shape[1]):
@@ -129,15 +129,14 @@ def read_centre(q, hub, tips):
 @verb
 def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of a state from a copy with its step completed.
+    """Write a sample of a state from a copy with its pending step completed.
 
-    The copy is made in `sample`, a `wave_types.SampleSpace`.
+    The copy is in `sample`, a `wave_types.SampleSpace`.
 
     Tips are computed only if they are stored. At a row of evidence with contact, the
-    gaps are compared with those that were solved, which are in the state from `row` on.
+    gaps are compared with the solved ones, which are in state.gaps from `row` on.
 
-    energies, works : of the completed state and sums, by `energies_of` and
-        `column_sums`
+    energies, works : results of `energies_of` and `column_sums` for the copy
     """
 
 
@@ -161,7 +160,7 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample, with the columns' sums added to the ledger."""
+    """Write a sample, with the columns' sums added to the ledger; loss : damping, J."""
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
     whole[ROTATION] += rotation

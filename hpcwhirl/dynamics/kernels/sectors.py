@@ -1,15 +1,16 @@
-"""Several contact points a tip, for equal sectors: their rows as spectra.
+"""Several contact points a tip, for equal sectors: gaps and forces by spectra.
 
-What a point of blade j reads of a wave of nodal diameter n is that of blade 0 times
-e^{i n theta_j}. So the waves of a slot add up to one term of a spectrum for each of the
-n_c points of a tip, from which four blades are read at once, and multipliers act by
-their spectrum, see `SectorRows`.
+A wave of nodal diameter n moves a point of blade j like the same point of blade 0,
+times e^{i n theta_j}. So, for each of the n_c points of a tip, the waves of a slot add
+up to one term of a spectrum, from which the gaps of four blades are computed at once,
+and multipliers act on the waves by their spectrum, see `SectorRows`.
 
-A mode of a body at rest is two waves that points read alike, and on which forces act
-alike but for a factor: they are read, moved and pushed as one.
+A mode of a body at rest consists of two waves that move the points with equal
+coefficients, and on which forces act in proportion: such a pair is treated as one wave,
+their sum.
 
-A gap is computed in the same way wherever it is read, so that results do not depend, to
-the last bit, on which gaps are read.
+A gap is computed by the same operations wherever it is needed, so that no bit depends
+on which gaps are computed.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def slots_of(rows):
 
 @inlined
 def times(rows, at, k, re, im, total):
-    """Return total + four entries of a row (2, k), from `at` on, times re + i im."""
+    """Return total + four complex entries of rows, from `at` on, times re + i im."""
     a, b = load(rows, at), load(rows, at + k)
     real, imag = fma(a, re, total[0]), fma(a, im, total[1])
     return fnma(b, im, real), fma(b, re, imag)
@@ -60,7 +61,7 @@ def layout(rows):
     `spectra` has, in this order: the amplitudes or the motion of waves and pairs; their
     change by forces; spectra of the n_c points' gaps, then of their motions along the
     casing, then of their multipliers; a flag for each point; a mark for each point of
-    four blades; the tips of four blades.
+    each group of four blades; work space for four tips.
     """
     k = slots_of(rows)
     first = 4 * k * (rows.single + rows.pairs)
@@ -83,7 +84,7 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to amplitudes: waves, sums of pairs."""
+    """Set the first (alike, 2, k) of `spectra` to single waves and sums of pairs."""
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -120,7 +121,7 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to d' + d of waves and of pairs.
+    """Set the first (alike, 2, k) of `spectra` to d' + d of single waves and pairs.
 
     The two waves of a pair have conjugate factors.
     """
@@ -153,7 +154,7 @@ def products(a, b, value, sums):
 
 @inlined
 def spectrum_of(table, p, alike, k, spectra, to):
-    """Set the spectrum (2, k) at `to`: point p's rows of a table times amplitudes."""
+    """Set the spectrum (2, k) at `to`: sum of point p's rows of a table times waves."""
     zero = broadcast(0.0)
     for c in range(0, k, FOUR):
         one = zero, zero, zero, zero
@@ -168,7 +169,7 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return four numbers (re, im) of spectra from `at` on; 0 if `fresh`."""
+    """Return four complex numbers of `spectra` from `at` on; 0 if `fresh`."""
     zero = broadcast(0.0)
     if fresh:
         return zero, zero
@@ -177,9 +178,9 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set the spectra of point p's motion; add the change of waves by its multipliers.
+    """Set the spectra of d' + d at points p; add the change of waves by multipliers.
 
-    The rows of forces on a pair are the conjugates of those by which it is read.
+    The coefficients of forces on a pair are the conjugates of those of its motion.
 
     Parameters
     ----------
@@ -242,7 +243,7 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set the tips of point p of four blades, also at the end of `spectra`."""
+    """Set folded tips: point p of blades 4 g .. 4 g + 3; spectra[-4:] is work space."""
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
     for i in range(min(FOUR, blades - FOUR * g)):
@@ -265,9 +266,9 @@ def read_every_sector(rows, q, points, tips, spectra):
 
 @inlined
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
-    """Set tips and gaps of four blades at point j's place; return the lowest gap, m.
+    """Set tips and gaps of point j and its like on the group of four blades.
 
-    Do nothing, and return infinity, if these four have been read already.
+    Return the lowest of these gaps, m; infinity, if they have been set already.
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -411,7 +412,7 @@ def add_wave(q, half, m, change):
 @does(push_points, SectorRows)
 @inlined
 def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Implement `push_points` for equal sectors, from what `book_sectors` has set."""
+    """Implement `push_points` for equal sectors, by changes set in `book_sectors`."""
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     alike = rows.single + pairs
     for f in range(rows.single):

@@ -1,8 +1,8 @@
 """A casing that is not round: its departure from the circle at each blade.
 
-Harmonics stand in the static frame, so that each turns by e^{i h theta}, theta the
-angle of the rotor, in the frame of the blades; there they lie in the slots of
-`cyclic`, beside those of the ring.
+The harmonics are fixed in the static frame. In the frame of the blades harmonic h turns
+by e^{i h theta}, theta the angle of the rotor, and is added to the slot of `cyclic`
+that has harmonic h of the ring.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ def is_shaped(wall):
 
 @kernel
 def faded(wall, r, time):
-    """Return (a, b) of harmonic r of a casing's shape, m: e^{sigma t} with its rise.
+    """Return the amplitudes (a, b), m, of the r-th harmonic of a casing's shape.
 
-    Without a rise the shape is the same function of time before t = 0, too.
+    They grow as e^{sigma t} and are faded in over the rise, if there is one. Without a
+    rise the same function of time holds before t = 0, too.
     """
     grown, ramp = 1.0, 1.0
     if wall.growth[r] != 0.0:
@@ -35,7 +36,7 @@ def faded(wall, r, time):
 
 @kernel
 def trace_shape(wall, times, out):
-    """Add a casing's shape at times (n,), s, to its harmonics (n, H + 1, 2), m."""
+    """Add (a, b), m, of a shape's harmonics at times (n,), s, to out (n, H + 1, 2)."""
     for n in range(len(times)):
         for r in range(len(wall.orders)):
             a, b = faded(wall, r, times[n])
@@ -45,7 +46,7 @@ def trace_shape(wall, times, out):
 
 @kernel
 def shape_at(wall, time, angle):
-    """Return a casing's departure from round at an angle, static frame, outward, m."""
+    """Return the outward departure from the circle at an angle, static frame, m."""
     total = 0.0
     for r in range(len(wall.orders)):
         a, b = faded(wall, r, time)

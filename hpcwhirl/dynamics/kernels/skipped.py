@@ -1,11 +1,11 @@
-"""Steps of central differences whose gaps are not transformed, as none can be closed.
+"""Central differences without transforming gaps in steps in which none can close.
 
-A gap is the clearance plus the real part of the sum of its spectrum's slots, each
-turned. So it changes by at most the change of the clearance plus the magnitudes of the
-changes of all slots' parts, summed. While that is below the lowest gap of the last step
-that was transformed, no blade touches. Gaps that are needed later, of two steps before
-a contact or of the state, are transformed then, from the spectra of the last three
-steps: the same bits.
+A gap is the clearance plus Re sum_kappa G_kappa e^{2 pi i kappa j / N}. So it changes
+by at most the change of the clearance plus the sum of |change| over the real and
+imaginary parts of all slots. While that is below the lowest gap of the last step that
+was transformed, no blade touches. Gaps of a skipped step that are needed later (two
+steps before a contact, or in the saved state) are transformed then, from the spectra of
+the last three steps, with the same bits.
 """
 
 from __future__ import annotations
@@ -22,16 +22,18 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-STEPS = 3  # whose gaps the state has
-ROUNDING = 1e-12  # of gap and amplitudes: more than that of a transform
+STEPS = 3  # number of steps whose gaps the state has
+ROUNDING = 1e-12  # share of gap and amplitudes: above the round-off of a transform
 
 
 @inlined
 def moved(spectrum, seen, width, row):
-    """Keep the spectrum of a step; return its distance from the last one transformed.
+    """Store a step's spectrum in `seen`; return its change since the last transform, m.
 
-    seen : (4 width + 2 FOUR,), spectra of three steps, then that last one, how far
-        slots may move from it, its clearance, and those of the three steps, m
+    The change is the sum of |change| over all real and imaginary parts.
+
+    seen : (4 width + 2 FOUR,), spectra of three steps, the last transformed one, the
+        change from it up to which no gap closes, its clearance, those of the steps, m
     """
     total, last = broadcast(0.0), STEPS * width
     for c in range(0, width, FOUR):
@@ -44,9 +46,9 @@ def moved(spectrum, seen, width, row):
 
 @inlined
 def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
-    """Set a row of gaps as `to_gaps` where one may be closed; return the lowest, or 1.
+    """Do `to_gaps` if a gap may be closed; return the lowest gap, m, or 1 if skipped.
 
-    row : 0, 1 or 2; skipped : (3,), whether gaps of a row are yet to be transformed
+    row : 0, 1 or 2, place of the step; skipped : (3,), 1 where a row was skipped
     """
     width, last = 2 * k, STEPS * 2 * k
     free = last + width

@@ -7,8 +7,9 @@ In the rotating frame, at step n, with the centre z and its velocity v,
 
 f = -[(k_d - i Omega c_d) conj(z) + c_d conj(v)] e^{-2 i Omega t},
 
-with v = (z_{n+1} - z_{n-1}) / 2 dt of the step without contact. The contribution of f
-to v is included, by solving two equations; that of contact in the same step is not.
+k_d and c_d as in `reduction.supports`, v = (z_{n+1} - z_{n-1}) / 2 dt of the step
+without contact. The contribution of f to v is included, by solving two equations; that
+of contact in the same step is not.
 
 A squeeze film (`reduction.squeeze_film`), with z = z_s + y and the circle z_s of an
 unbalanced rotor, has the force that remains beyond its c_0 in the matrices of y and the
@@ -34,7 +35,7 @@ CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is constant
 
 @njit(cache=True)
 def at_centre(hub, values):
-    """Return x_o + i y_o of a body's coordinates."""
+    """Return x_o + i y_o for `values` of a body's coordinates, or of increments."""
     x, y = 0.0, 0.0
     for m in range(hub.shape[1]):
         x += hub[0, m] * values[m]
@@ -104,7 +105,7 @@ def stand(body, motion, time, force):
 
 @njit(cache=True)
 def yielded(body, motion, force, _):
-    """Add the loss by the force of `stand` in a step, J."""
+    """Subtract the work of the force of `stand` in a step, J, from the body's loss."""
     own = body.stand
     if len(own.hub) == 0:
         return

@@ -31,15 +31,15 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-MOST = 64  # terms r of the second stage
-ROOM = 2 * FOUR * MOST  # on the stack
-WORTH = 0.7  # of the dense products, of which a split is made at most
-BLADES, SPAN = 0, 1  # what stands behind the table: N, and b or 0
-BEHIND = FOUR
+MOST = 64  # largest number of terms r in the second stage
+ROOM = 2 * FOUR * MOST  # doubles of work space on the stack
+WORTH = 0.7  # largest number of products of a split, over that of the dense transform
+BLADES, SPAN = 0, 1  # numbers that follow the table: N; b, or 0 without a split
+BEHIND = FOUR  # length of what follows the table
 
 
 def products(blades: int, span: int) -> float:
-    """Return the number of vector products in a transform split by `span`; 0: dense."""
+    """Return the number of vector products of a transform; span : b, or 0 if dense."""
     most = blades // 2 + 1
     if span == 0:
         return 0.5 * most**2
@@ -48,7 +48,7 @@ def products(blades: int, span: int) -> float:
 
 
 def span_of(blades: int) -> int:
-    """Return b, the blades of the first stage, or 0 where no split makes it cheaper."""
+    """Return b, the blades of the first stage, or 0 if no split is worth while."""
     best, least = 0, WORTH * products(blades, 0)
     for b in range(2, blades // 2):
         half = blades // b // 2 + 1
@@ -62,7 +62,7 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add slot c at blades v .. v + 3 to the sums of four products."""
+    """Add slot c's re cos, im sin, re sin, im cos at blades v .. v + 3 to the sums."""
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
     re_cos, im_sin, re_sin, im_cos = sums
@@ -110,7 +110,7 @@ def three_blades(wave, k, wide, half, b, s, gap, work):
 
 @inlined
 def put_four(value, gaps, row, wide, blades, j, count):
-    """Store gaps of blades j .. j + count - 1, at most four, in a folded row."""
+    """Store the gaps of blades j .. j + count - 1, at most four, in a folded row."""
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
     elif count >= FOUR and 2 * j > blades:
@@ -134,7 +134,7 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store gaps of blades b s + v ... and b (a - s) + v ...; return the lowest."""
+    """Store gaps of blades b s + v .. and b (a - s) + v ..; return lanewise minima."""
     even, odd = parts
     a, here, there = blades // b, even - odd, even + odd
     put_four(here, gaps, row, wide, blades, s * b + v, b - v)
@@ -147,7 +147,7 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Do `passes.to_gaps` in two stages; return the lowest of each of four lanes, m."""
+    """Do `passes.to_gaps` in two stages; return the lowest gaps, m, of four lanes."""
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
     a = blades // b
@@ -178,7 +178,7 @@ def lay_out(factors, which, size, blades, spread):
 
 @inlined
 def fold_blades(spread, a, b, v, half, work):
-    """Set the even and the odd part in s of blades b s + v ... b s + v + 3."""
+    """Set work to the parts of `spread`, even and odd in s, at b s + v .. + v + 3."""
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
         if 0 < s < a - s:
@@ -190,7 +190,7 @@ def fold_blades(spread, a, b, v, half, work):
 
 @inlined
 def slot_of(stages, wave, k, wide, b, c, r, sign):
-    """Return slot c, re and im, from term r of `stages`, or its conjugate: sign -1."""
+    """Return slot c, re and im, from term r of `stages`; sign -1: its conjugate."""
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):
         cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)

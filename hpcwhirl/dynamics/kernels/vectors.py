@@ -215,7 +215,7 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 @intrinsic
 def reverse(typing: Any, a: Any) -> Any:
-    """Return the four in reverse order."""
+    """Return the four doubles in reverse order."""
     del typing, a
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -228,7 +228,7 @@ def reverse(typing: Any, a: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def room(typing: Any, size: Any) -> Any:
-    """Return an array (size,) of doubles on the stack, not set; size : a constant.
+    """Return an uninitialised array (size,) of doubles on the stack; size : a constant.
 
     It ceases to exist when the function that calls `room` returns.
     """

@@ -26,7 +26,7 @@ class Motion(NamedTuple):
     ----------
     q, d, loss : arrays of the state; d = q_n - q_{n-1}
     ahead, following : d_{n+1} and q_{n+1}
-    normal, drag : forces of the multipliers, drag over mu
+    normal, drag : forces of the multipliers: normal; of friction, over mu
     """
 
     q: Floats
@@ -62,7 +62,7 @@ def load(body, motion, push, modal):
 
 
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports beyond constant matrices; add its increments."""
+    """Set force (2,), N, of supports, beyond constant matrices; add its increments."""
     raise NotImplementedError
 
 
@@ -87,17 +87,23 @@ def read_tips(body, values, radial, tips):
 
 
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` from the multipliers lam (N,), by the blades' weights."""
+    """Set `normal` and `drag` from the multipliers lam (N,), N, of all tips.
+
+    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    """
     raise NotImplementedError
 
 
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d along the rotation, m, at each blade with lam > 0, to out (N,)."""
+    """Add d' + d along the rotation, m, at each tip with lam > 0, to out (N,).
+
+    index, shape : as in `collect`
+    """
     raise NotImplementedError
 
 
 def meet(body, motion, mu, ledger):
-    """Correct `ahead` by the forces of contact and enter their work."""
+    """Correct `ahead` by the forces of contact; enter their work in the ledger."""
     raise NotImplementedError
 
 
@@ -109,8 +115,10 @@ def accept(body, motion, step):
 def note_beside(body, motion, step, row):
     """Write a body's motion without contact to a row of evidence.
 
-    row : its columns from `contact.COLUMNS` on: x_o, y_o of that motion, m, and the
-    energy of the whole motion, J; `ahead` and `following` are work space
+    row : set from column `contact.COLUMNS` on: x_o, y_o of that motion, m, and the
+        energy of the whole motion, J
+
+    Of `motion`, `ahead` and `following` are used as work space.
     """
     raise NotImplementedError
 

@@ -1,4 +1,4 @@
-"""Types of arguments of the kernels of waves, in the rotating frame."""
+"""Types of arguments of the kernels that integrate in the rotating frame."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Integers = NDArray[np.int64]
 
 
 class CyclicRotor(NamedTuple):
-    """A rotor's modes in k slots; size = 2 k rows.
+    """A rotor's modes, `rows` for each of k slots; size = 2 k rows.
 
-    items : (ITEMS size,), packed, see `passes`
+    items : (ITEMS size,), coefficients of the modes, packed, see `passes`
     hub : (2, size), x_o and y_o for unit amplitudes
     """
 
@@ -26,16 +26,16 @@ class CyclicRotor(NamedTuple):
 
 
 class WaveRotor(NamedTuple):
-    """A rotor as waves, see `waves`; k slots, rows of amplitudes.
+    """A rotor as waves, `rows` for each of k slots, see `waves`.
 
     Attributes
     ----------
-    items, fixed : (ITEMS rows k,), (FIXED k,), of waves and of slots
-    hub : (2, 2 rows k), x_o, y_o of re and im of the amplitudes
-    form : (rows (rows + 1) k,), J: for each row the energy with itself and the rows
-        after it, re and im of each slot
-    along : (2 rows k,), negative tangential displacement of the tip due to the waves,
-        re and im of each slot
+    items, fixed : (ITEMS rows k,), (FIXED k,), coefficients of waves, and of slots
+    hub : (2, 2 rows k), x_o, y_o for unit re and im of the amplitudes
+    form : (rows (rows + 1) k,), J, coefficients of Jacobi's energy: for each row those
+        of its products with itself and with the later rows, re and im for each slot
+    along : (2 rows k,), tangential displacement of the tip, with negative sign, for
+        unit amplitudes, re and im for each slot
     """
 
     items: Floats
@@ -46,10 +46,11 @@ class WaveRotor(NamedTuple):
 
 
 class CyclicCasing(NamedTuple):
-    """Coefficients of a casing in slots.
+    """A casing's modes in slots.
 
-    items : (ITEMS ring_size,), see `differences`
-    sign : of the load's harmonic in its slot, as in `dynamics.slots`
+    items : (ITEMS ring_size,), coefficients of the modes, packed, see `passes`
+    sign : -1 if the slot of the load's harmonic has its conjugate, else 1, see
+        `dynamics.slots.fold`
     """
 
     items: Floats
@@ -60,7 +61,8 @@ class CyclicContact(NamedTuple):
     """Contact of equal sectors.
 
     column : (N,), m/N, column of W for blade 0
-    turns, wave : (N, 2 k) flat, transform to slots; back to gaps, see `passes.to_gaps`
+    turns : (N, 2 k) flat, transform from multipliers to their spectrum
+    wave : transform from a spectrum to gaps, see `passes.to_gaps`
     flight : `Flight` of the exact scheme, else empty
     """
 
@@ -71,12 +73,14 @@ class CyclicContact(NamedTuple):
 
 
 class GeneralRotor(NamedTuple):
-    """A rotor as real modes, see `general`; displacements of tips have negative sign.
+    """A rotor as m real modes, see `general`; tip displacements have negative sign.
+
+    All displacements are those for unit amplitudes.
 
     Attributes
     ----------
-    items : (ITEMS m,), see `passes`; one mode is a column
-    read : (2 wide / 8, m, 8) flat, radial displacements of folded blades
+    items : (ITEMS m,), coefficients of the modes, each a column of `passes`
+    read : (2 wide / 8, m, 8) flat, radial, of the folded blades in groups of eight
     radial, tangential : (N, m) flat, of each tip
     hub : (2, m) flat, x_o, y_o
     reach : (m,), displacement of the tip that each mode moves most, its magnitude
@@ -91,14 +95,14 @@ class GeneralRotor(NamedTuple):
 
 
 class WholeRotor(NamedTuple):
-    """A rotor of unequal sectors as waves, see `whole`; tips have negative sign.
+    """A rotor of unequal sectors as waves; tip displacements have negative sign.
 
     There are m real amplitudes, re then im of the waves, each half padded; `padded` is
-    N, padded.
+    N rounded up to a multiple of 8. See `whole`.
 
     Attributes
     ----------
-    ahead : (m,), re and im of z - 1
+    ahead : (m,), re and im of z - 1, z the factor of an amplitude in a step
     drift : (m / 2,), bound of the motion of any tip in a step, per unit amplitude
     read : (N, m) flat, like `radial`, but a lost blade is at `bodies.NOWHERE`
     radial, tangential, hub : as in `GeneralRotor`
@@ -127,21 +131,22 @@ class WholeRotor(NamedTuple):
 
 
 class UncoupledRotor(NamedTuple):
-    """A rotor of unequal sectors as waves, one a mode, see `whole`; as `WholeRotor`.
+    """A rotor of unequal sectors without rotation: each mode is a wave, see `whole`.
 
-    Tips read the real parts of the m amplitudes alone; m is padded.
+    Tip displacements, with negative sign, follow from the real parts of the m complex
+    amplitudes alone; m is padded. Attributes not listed here are as in `WholeRotor`.
 
     Attributes
     ----------
     ahead : (2 m,), re and im of z - 1
-    drift, reach : (m,), as of `WholeRotor`
-    read, radial, tangential, hub : (N, m) flat, (2, m) flat, of real parts
+    drift, reach : (m,), as in `WholeRotor`
+    read, radial, tangential, hub : (N, m) flat, (2, m) flat, for unit real parts
     push : (N, m) flat, modal forces of a unit multiplier and its friction
     gives : (2 m,), what a unit modal force adds to re and im
-    moves : (2 m,), d' + d of re and im, of amplitudes after a step without contact
-    opens, slides : (N, m + padded) flat, of d' + d of the modes and of multipliers
-    ring : as of `WholeRotor`
-    form : (3 m,), J: the energy's factors of re^2, 2 re im, im^2
+    moves : (2 m,), d' + d for unit re and im after a step without contact
+    opens, slides : (N, m + padded) flat: d' + d of a tip, radial and tangential, from
+        d' + d of the modes without contact and from multipliers
+    form : (3 m,), J, coefficients of re^2, 2 re im and im^2 in the energy
     """
 
     ahead: Floats
@@ -163,7 +168,7 @@ class UncoupledRotor(NamedTuple):
 class GeneralContact(NamedTuple):
     """Contact of a rotor of unequal sectors.
 
-    w : (N, N), m/N; column j has the gaps opened by a unit multiplier on blade j
+    w : (N, N), m/N, column j: opening of all gaps by a unit multiplier on blade j
     turns, wave : as in `CyclicContact`
     """
 
@@ -177,10 +182,10 @@ class GeneralSpace(NamedTuple):
 
     Attributes
     ----------
-    spare : (m,), used by the rotor's pass
+    spare : (m + padded,), for the rotor's pass, or for motion and forces of its waves
     spectrum : (2 k,), spectrum of the gaps, without the rotor's part
     slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
-    before : (N,), m, gaps before contact
+    before : (N,), m, gaps of the active blades at step n - 1
     contact : work space of `circulant`
     rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
     wall : (2 k,), spectrum of a rigid casing, set in each sample
@@ -215,12 +220,12 @@ class SampleSpace(NamedTuple):
 
     Attributes
     ----------
-    rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
-    columns, wall : (2 k,), spectra of the tips, and of a rigid casing, set in each
-        sample
-    tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
-    ledger : ledger with all works entered, J
-    again : (2 wide,), gaps, m
+    rotor, ring, sums_b, sums_c : copies of the state's, with the pending step completed
+    columns, wall : (2 k,), spectra of the tips' displacements, and of the casing's
+        shape, which is set for each sample
+    tips : (N + 1, 2), m, radial and tangential displacement of each tip; x_o, y_o
+    ledger : copy of the ledger with all works entered, J
+    again : (2 wide,), folded gaps, m
     """
 
     rotor: Floats
@@ -235,7 +240,7 @@ class SampleSpace(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Blades N, rows of rotor and ring, slots k, columns `wide` of the transform."""
+    """Blades N, rows of modes of rotor and ring, slots k, columns `wide` of `wave`."""
 
     blades: int
     rows: int
@@ -250,10 +255,10 @@ class CyclicSpace(NamedTuple):
     Attributes
     ----------
     out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
-    rates : (2 wide,), m/s, rates of the gaps
+    rates : (2 wide,), m/s, folded rates of the gaps
     slips : (4 k,) of the rotor, (2 k,) of the ring, see `passes.slip_of`
-    between : spectra of rotor and ring in copies of a state within a jump
-    before : (N,), m, gaps before contact
+    between : (2 k,) each, spectra of rotor and ring for samples within a jump
+    before : (N,), m, gaps of the active blades at step n - 1
     sample, contact : work space of `samples` and `circulant`
     aside : for the exact flow, a state with copies of what a jump changes
     seen, skipped : (8 k + 8,), (3,), see `skipped`
@@ -282,10 +287,10 @@ class Flight(NamedTuple):
     ----------
     total : number of steps of the run
     certifiable : whether a certificate is possible
-    counts : (P,), steps of the jumps; the last is the number between rows of evidence
-    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size)
-    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,); for a rotor's
-        waves see `waves`
+    counts : (P,), steps in each jump; the last is that between rows of evidence
+    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients
+    bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
+        the bounds; those of a rotor's waves are defined in `waves`
     """
 
     total: int

@@ -65,13 +65,14 @@ from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 AHEAD_RE, AHEAD_IM, RADIAL, PUSH_RE, PUSH_IM = range(5)
 RATE_RE, RATE_IM, WORK_RE, WORK_IM = range(5, 9)
 ITEMS = 9
-# items of a slot: of a unit Lambda the gap, and d' + d along the casing; energy
+# items of a slot: change of the gap, and of d' + d along the casing, by a unit Lambda;
+# energy and loss that it adds
 OPENS_RE, OPENS_IM, SLIDES_RE, SLIDES_IM, ADDS = range(5)
 FIXED = 5
 # of the exact flow also dt (v- + v+) of the gap, of waves and of a unit Lambda
 NEARS_RE, NEARS_IM = ITEMS, ITEMS + 1
 FLOW_ITEMS, FLOW_FIXED = ITEMS + 2, FIXED + 2
-SEEN = 3  # steps whose spectra the state of central differences has
+SEEN = 3  # steps whose spectra of gaps are in the state of central differences
 # items of a jump: z^n; of the bound: gamma s, and |gamma s^2| and |gamma| of |a|
 TURNED_RE, TURNED_IM = range(2)
 JUMP_ITEMS = 2
@@ -91,8 +92,8 @@ def times(c, at, which, re, im, total):
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
     """Implement `pass_waves`, with or without contact.
 
-    seen : first indices in s of the spectra of the completed step, of two steps before,
-        and of the predicted step; two of them may coincide
+    seen : first indices in s of the spectra of the pending step, of the one two steps
+        before, and of the predicted step; the last two coincide
     """
     own, older, next_one = seen
     items, zero = FLOW_ITEMS if exact else ITEMS, broadcast(0.0)
@@ -127,9 +128,9 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add the works of a column to the sums; return the drag's factors, see `slip_of`.
+    """Add a column's works to sums; return the drag's factors, see `passes.slip_of`.
 
-    For central differences, complete the spectrum of the pending step, too.
+    For central differences, also complete the spectrum of the pending step.
     """
     pr, pi = push
     if exact:
@@ -176,8 +177,8 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
     counter : counters of the pending step
     exact : whether by the exact flow
     out : (2 k,), out: spectrum of the gaps
-    sums : (3 k,): works of normal forces and of drag (twice, over mu), and the energy
-        and loss that contact forces have added
+    sums : (3 k,), J: twice the work of normal forces, twice that of drag over mu, and
+        the energy and loss that contact forces have added
     slip : (4 k,), out after a step with contact, see `passes.slip_of`
     """
     c, fixed, seen = rotor.items, rotor.fixed, seen_at(counter[STEP], rows, k)
@@ -318,7 +319,7 @@ def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
 
 @inlined
 def radial_of(rotor, q, rows, k, out):
-    """Set out (2 k,) to the spectrum of the gaps of amplitudes q."""
+    """Set out (2 k,) to the spectrum of the gaps due to the amplitudes q."""
     c, items = rotor.items, len(rotor.items) // (rows * k)
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -345,7 +346,7 @@ def along_of_waves(rotor, q, rows, k, out):
 
 @part
 def read_tips(spectrum, turns, direction, tips):
-    """Set a column of tips (N + 1, 2) from its spectrum, where tips count negative."""
+    """Set a column of tips (N + 1, 2) from the spectrum of its negative values."""
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
 
@@ -354,7 +355,7 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `samples.sample_rotor` for waves, with the loss told in this module."""
+    """Implement `samples.sample_rotor` for waves; for the loss see this module."""
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)

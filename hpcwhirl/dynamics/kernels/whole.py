@@ -1,13 +1,14 @@
 """A rotor of unequal sectors as waves, in `general`'s loop.
 
 Each wave of the whole rotor has a complex amplitude that a step turns, a' = z a. Their
-real and imaginary parts are real amplitudes q (m,), re then im, of which tips are read
-as of modes. The multipliers lambda act at once: q += beta lambda; they stand behind q
-in the state, s = (q, lambda), so that a row times s is what a step with contact moves,
-see `dynamics.whole_waves`.
+real and imaginary parts are real amplitudes q (m,), re then im, from which tips follow
+as from modes. The multipliers lambda act at once: q += beta lambda. They follow q in
+the state, s = (q, lambda), so that d' + d of a tip in a step with contact is a row of
+coefficients times s, see `dynamics.whole_waves`.
 
-Without rotation a wave is a mode, whose displacement is its real part: rows of tips and
-forces have half the length (`dynamics.mode_waves`). Only two verbs differ.
+Without rotation a wave is a mode, whose displacement is its real part: rows for tips
+and forces have half the length (`dynamics.mode_waves`). Only `push_waves` and
+`energies_of` differ.
 
 Only tips that might touch are computed: a sum over the waves bounds the motion of any
 tip in a step, so that each tip has a lower bound until it is computed again. If, by
@@ -69,13 +70,13 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WholeRotor
 
-EIGHT = 2 * FOUR  # modes and folded blades are padded to this
-HELD = 4  # numbers in the state for each blade in contact, see `push_waves`
+EIGHT = 2 * FOUR  # modes and folded blades are padded to a multiple of this
+HELD = 4  # numbers for each blade in the array `held` of the state, see `push_waves`
 
 
 @inlined
 def turn_four(q, ahead, half, m):
-    """Multiply four amplitudes by their z, for a step; return their re and im."""
+    """Multiply four amplitudes by z, as a step does; return their new re and im."""
     (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
     re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
     store_both(q, half, m, (re, im))
@@ -84,7 +85,7 @@ def turn_four(q, ahead, half, m):
 
 @inlined
 def turn_waves(q, ahead):
-    """Take a step without forces; q : (m,) or more, ahead : (m,), z - 1."""
+    """Take a step without forces, a' = z a; q : (m,) or more, ahead : (m,), z - 1."""
     half = len(ahead) // 2
     for m in range(0, half, FOUR):
         turn_four(q, ahead, half, m)
@@ -92,7 +93,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower tips (2 wide,) by the drift of a step; return as `open_whole`."""
+    """Lower the bounds in tips (2 wide,) by the drift of a step; do `open_whole`."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -100,7 +101,7 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to a row of gaps plus tips; return the lowest gap, m."""
+    """Set whole (2 wide,) to a row of gaps plus tips; return the lowest sum, m."""
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
         gap = load(gaps, row + v) + load(tips, v)
@@ -157,7 +158,7 @@ def tip_by_waves(rows, blade, q, modes):
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set the entries of a blade in `values` (2 wide,), folded as by `folded`."""
+    """Set all entries of a blade in the folded array `values` (2 wide,)."""
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
         values[wide + blade] = value
@@ -170,13 +171,13 @@ def put(values, blade, blades, wide, value):
 
 @part
 def read_all(rows, q, blades, tips):
-    """Set tips to the rotor's part of each blade's gap, m: its row times q.
+    """Set tips to the rotor's part of all gaps, m.
 
     Parameters
     ----------
     rows : (N, modes) flat, gap of each blade per unit amplitude
     q : amplitudes of the waves, of which the first `modes` count
-    tips : (2 wide,), out, in the order of `circulant.folded`
+    tips : (2 wide,), out, folded
     """
     modes, wide = len(rows) // blades, len(tips) // 2
     for j in range(blades):
@@ -297,7 +298,7 @@ def size_of(q, half, m):
 
 @inlined
 def drift_of(q, drift):
-    """Return a bound of the motion of a tip in each of the next steps, m."""
+    """Return a bound of any tip's motion in each of the next `LOOK_EVERY` steps, m."""
     half = len(drift)
     first = second = broadcast(0.0)
     for m in range(0, half, EIGHT):
@@ -308,9 +309,9 @@ def drift_of(q, drift):
 
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add what multipliers open: the ring's part to a row of gaps, the rest to tips.
+    """Add the opening by multipliers: the ring's to a row of gaps, the rotor's to tips.
 
-    opening, ring : (N, 2 wide) flat, folded, by rotor and ring, and by the ring alone
+    opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -352,7 +353,7 @@ def slide(rows, where, active, s, modes, held):
 
 @inlined
 def add_one(rows, at, force, s, modes):
-    """Add a row, begun at `at`, times a force to s[:modes]; modes % 8 == 0."""
+    """Add the row that begins at `at`, times a force, to s[:modes]; modes % 8 == 0."""
     force = broadcast(force)
     for m in range(0, modes, EIGHT):
         store(s, m, fma(load(rows, at + m), force, load(s, m)))
@@ -375,7 +376,9 @@ def add_four(rows, where, push, i, s, modes):
 
 @inlined
 def add_rows(rows, push, where, active, s, modes):
-    """Add the active blades' rows (N, modes) flat, times their push, to s[:modes].
+    """Add the active blades' rows, times their multipliers, to s[:modes].
+
+    rows : (N, modes) flat
 
     modes : a multiple of 8
     """
@@ -389,7 +392,7 @@ def add_rows(rows, push, where, active, s, modes):
 @inlined
 def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
                 sums, held):  # fmt: skip
-    """Book the works of the multipliers of a step, and complete the gaps before it.
+    """Enter the works of a step's multipliers in `sums`; complete the gaps before it.
 
     A blade that was also in contact two steps before, as nearly all are, has moved like
     the casing: its gap is closed at both steps. For other blades the motion follows
@@ -429,7 +432,7 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
 @verb
 def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Add what the multipliers do to the amplitudes, and book their works.
+    """Add the multipliers' effect to the amplitudes; enter their works in `sums`.
 
     Parameters
     ----------
@@ -437,15 +440,15 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
     s : state: amplitudes, multipliers of the last step with contact
     spare : work space, as long as a row of `opens`
     step : number of this step
-    tips : (2 wide,), folded, after contact, counted negative
-    gaps, row : of this step, after contact, but for the rotor's part
-    before : (N,), of the active blades: gaps of step n - 1 but for the rotor's part,
-        which is added: tips are not read in all steps
-    sums : (3,): works of normal forces and of drag (twice, over mu), and what contact
-        has added to energy and loss, J
-    held : (HELD padded,), state, by blade: slip along the casing in its last contact,
-        d' + d; then three rows, used by the steps in turn, with the number of a step
-        with contact plus 2
+    tips : (2 wide,), folded displacements after contact, with negative sign, m
+    gaps, row : gaps of this step after contact, without the rotor's part
+    before : (N,), gaps of the active blades at step n - 1; in: without the rotor's
+        part, out: with it, since tips are not computed in all steps
+    sums : (3,): twice the work of normal forces, twice that of drag over mu, and what
+        contact has added to energy and loss, J
+    held : (HELD padded,), state, by blade: slip d' + d along the casing in its last
+        contact, m; then three rows, used by the steps in turn: 2 plus the number of a
+        step in which the blade had contact
     """
 
 
@@ -466,7 +469,7 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Implement `push_waves` for modes; spare : work space for motion, then forces."""
+    """Implement `push_waves` for waves that are modes; spare : motion, then forces."""
     half = len(rotor.drift)
     for m in range(0, half, FOUR):
         (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
@@ -486,7 +489,7 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 
 @rare
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
-    """Note the slip of each blade in contact in the step `counted`, which has ended.
+    """Note the slip of each blade in contact in the step `counted`, now completed.
 
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
     """
@@ -502,7 +505,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Set copies of bodies and sums as in `general`; only the ring is pending."""
+    """Do `general.settle_general` where only the ring has a pending step."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)
