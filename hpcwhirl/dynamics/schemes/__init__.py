@@ -1,8 +1,8 @@
-"""Schemes: which kernel marches a scene, with which arrays, from which state.
+"""Schemes: the kernel that integrates a scene, its arrays, and its initial state.
 
-A scheme is a row of `scene.schemes` and a file of its name here with the function
-`build(model, scene, beat)`; `beat` is the number of steps between rows of evidence. A
-state is all that is needed to resume, see `kernels.kernel_types`.
+A scheme is a row of the table in `scene.schemes` and a module of its name here with the
+function `build(model, scene, beat)`; `beat` is the number of steps between rows of
+evidence. A state is all that is needed to resume a march, see `kernels.kernel_types`.
 """
 
 from __future__ import annotations

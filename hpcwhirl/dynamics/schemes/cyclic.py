@@ -1,4 +1,4 @@
-"""The cyclic kernel: functions that `modal` and `exact` share."""
+"""Integrators with the cyclic kernel, for the schemes `modal` and `exact`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def cyclic_march(
     ----------
     model, scene : model and scene to integrate
     arrays : constant arrays of the kernels `cyclic`
-    sizes : rows of the ring, lengths of the rotor's state and of its sums
+    sizes : rows of modes of the ring, lengths of the rotor's state and of its sums
     rotor_places : layout of the rotor's motion in its state
     """
     ring_rows, rotor, sums = sizes
@@ -102,10 +102,10 @@ def cyclic_march(
 def is_cyclic(model: Model) -> bool:
     """Return whether the cyclic kernel can integrate a model.
 
-    With one or two blades k = 1 is a simple harmonic with both coordinates of the
-    centre, for which the kernel has no room, unless one of several sectors is
-    integrated, which has no centre. Terms of rotation couple modes, which it integrates
-    one by one.
+    It cannot with one or two blades, for which nodal diameter 1 is a simple harmonic
+    but has both coordinates of the centre; unless one of several sectors is integrated,
+    which has no centre. It cannot with terms of rotation either, since they couple
+    modes, which the kernel integrates one by one.
     """
     plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
     plain = plain or model.rotor.spin is not None

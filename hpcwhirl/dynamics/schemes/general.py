@@ -10,7 +10,7 @@ import numpy as np
 import hpcwhirl.dynamics.kernels.coupled
 import hpcwhirl.dynamics.kernels.driven
 import hpcwhirl.dynamics.kernels.modes
-import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - what modes and supports do
+import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
 from hpcwhirl.dynamics.kernels import differences, passes
@@ -55,9 +55,9 @@ from hpcwhirl.structure import RingOperator
 def build(model: Model, scene: Scene, _: int) -> Integrator:
     """Return the integrator of a scene.
 
-    The casing is integrated in the static frame where it is a ring of elements,
-    rotation couples the modes of the rotor, tips have several contact points or a layer
-    wears, else in the rotating frame.
+    The casing is integrated in the static frame if it is a ring of elements, if
+    rotation couples the modes of the rotor, if tips have several contact points or if a
+    layer wears; otherwise in the rotating frame.
     """
     if model.rotor.spin is not None:
         return (_driven if law_of(scene) else _spinning)(model, scene)
@@ -98,7 +98,7 @@ def _spinning(model: Model, scene: Scene) -> Integrator:
 
 
 def _driven(model: Model, scene: Scene) -> Integrator:
-    """Return the integrator of a rotor whose speed changes, see `varying`."""
+    """Return the integrator of a rotor whose speed changes, see `dynamics.varying`."""
     step, own = scene.solver.time_step, DrivenRotor(model, scene)
     plain, mass = modal_arrays(model, scene), model.rotor.mass
     body = driven(plain.rotor, own)

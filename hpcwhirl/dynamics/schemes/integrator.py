@@ -67,16 +67,16 @@ class Integrator:
     balance : state -> terms that complete the entries of the state's ledger
     motion : (state, steps) -> `motion.Motion` of all sectors, at the angle of the
         step; with an unbalance that of x, not of y, see `case.unbalance`
-    begin : `motion.Motion` at the angle 0 -> True; sets the state to it, at time 0. Its
-        energy is entered as work of the loading. False, changing nothing, where a model
-        of one sector cannot represent the motion
+    begin : `motion.Motion` at the angle 0 -> True; sets the state to it, at time 0, and
+        enters its energy as work of the loading. If a model of one sector cannot
+        represent the motion: False, and nothing changes
     casing_width : number of casing coordinates that the kernel stores per sample
     casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
-    refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays to an
-        interval of a changing speed, and the state to its coordinates; None where a
-        changing speed changes only arguments of the kernel
+    refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays for an
+        interval of a changing speed, and adapts the state; None if a changing speed
+        changes only arguments of the kernel
     release : (state, displacement (n,), m, steps) -> None; adds the displacement that a
-        casing has when it is let go; None where another scheme integrates such cases
+        casing has when it is let go; None if another scheme integrates such cases
     ended : state -> copies of the arrays of rotor, ring and their sums, in which the
         pending step is completed; None for kernels that leave no step pending
     """
@@ -183,7 +183,7 @@ def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
 def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Motion:
     """Return a motion of all sectors from its amplitudes.
 
-    found : amplitudes of rotor and ring, of one sector if the model is folded
+    found : amplitudes of rotor and ring; of one sector, if only one is integrated
     places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
     """
     lift = model.lifts[0] if model.lifts else model.rotor.shapes
@@ -236,7 +236,7 @@ def motions_in_slots(
         write_gaps(state, model, scene, *seen)
         begun = balance(state)
         state.ledger[contact.PULSE] = begun.energy
-        # of waves, whose loss is what they were given less what they have
+        # for waves: their loss is the energy given to them less the energy they have
         state.sums_b[2 * len(state.sums_b) // 3] -= begun.damping
         return True
 
@@ -271,9 +271,9 @@ def reader(
 
 
 def ring_reader(model: Model, scene: Scene) -> Callable[[Floats, int], Floats]:
-    """Return `Integrator.casing_waves` of a ring whose samples are in the slots.
+    """Return `Integrator.casing_waves` of a ring whose samples are its state.
 
-    See `dynamics.slots`.
+    The samples have amplitudes in slots, rotating frame, see `dynamics.slots`.
     """
 
     def read(copies: Floats, stride: int) -> Floats:

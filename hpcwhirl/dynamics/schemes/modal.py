@@ -1,4 +1,4 @@
-"""Scheme `modal`: cyclic amplitudes by central differences."""
+"""Scheme `modal`: amplitudes of modes or waves by central differences."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hpcwhirl.scene import Scene
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the integrator of a scene.
 
-    It is that of the cyclic kernel, with terms of rotation by waves, for three or more
-    equal sectors in a round or rigid casing; else that of the waves of the whole rotor,
-    or of both bodies with several contact points a tip. Scheme `general` takes over
-    where two waves nearly coincide, and for all layers that wear.
+    It is that of the cyclic kernel, for waves if there are terms of rotation, for three
+    or more equal sectors in a rigid casing or one of harmonics; else that of the waves
+    of the whole rotor, or of both bodies with several contact points a tip. Scheme
+    `general` takes over if two waves nearly coincide, and for all layers that wear.
 
     beat : steps between rows of evidence
     """

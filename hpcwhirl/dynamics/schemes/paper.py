@@ -1,4 +1,4 @@
-"""Scheme `paper`: Algorithm 1 on the dense reduced matrices, slow and simple."""
+"""Scheme `paper`: Algorithm 1 on the dense reduced matrices."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import hpcwhirl.dynamics.kernels.dense
-import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - what matrices do
+import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.casing_trace import waves_of_coordinates
 from hpcwhirl.dynamics.operators import dense_arrays

@@ -1,4 +1,4 @@
-"""How the states of kernels in the rotating frame hold the motions of bodies.
+"""Layouts of the bodies' motions in the states of kernels in the rotating frame.
 
 These classes read a motion from a completed state and write one to a state at time 0. A
 kernel completes the pending step when it begins the next one. At time 0 nothing may be
@@ -49,7 +49,7 @@ class RotorPlaces(Protocol):
 
 @dataclass(frozen=True)
 class Slots:
-    """Cyclic modes in slots, see `kernels.passes`."""
+    """Layout of cyclic modes in slots, see `kernels.passes`."""
 
     model: Model
     steps: Steps
@@ -72,7 +72,7 @@ class Slots:
 
 @dataclass(frozen=True)
 class Rows:
-    """Modes one by one, padded, as in the kernel `general`."""
+    """Layout of `modes` real modes, padded, as in the kernel `general`."""
 
     steps: Steps
     modes: int
@@ -93,9 +93,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class RingPlaces:
-    """The ring of harmonics in slots, in the rotating frame.
+    """Layout of a ring of harmonics in slots, in the rotating frame.
 
-    items : items of its modes, packed as in the kernel
+    items : coefficients of its modes, packed as in the kernel, see `kernels.passes`
     """
 
     model: Model
@@ -155,7 +155,7 @@ class Held(NamedTuple):
     ----------
     rotor, ring : layouts of their motions
     places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
-    beside : whether the state's gaps lack the rotor's part
+    beside : whether the state's gaps are without the rotor's displacement
     """
 
     rotor: RotorPlaces
@@ -165,7 +165,7 @@ class Held(NamedTuple):
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments: two of the `parts` equal parts."""
+    """Return amplitudes and present increments of a state of `parts` equal parts."""
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 
@@ -175,7 +175,7 @@ def write_gaps(
 ) -> None:
     """Set the gaps of a state at time 0 and of the step before it.
 
-    now, before : motions of a model of all sectors or one
+    now, before : amplitudes at time 0 and a step earlier, of all sectors or of one
     """
     rows = state.gaps.reshape(3, -1)
     chosen = folded(model.blades, widths(model.blades)[1])
@@ -189,7 +189,7 @@ def write_gaps(
 
 
 def nothing_booked(state: CyclicState, *, exact: bool) -> None:
-    """Set works and counters of a state to those of a march that begins.
+    """Set the works in a state to 0, and its counters to those of a beginning march.
 
     exact : whether the kernel is that of the exact flow, for which no step is pending
     """

@@ -1,4 +1,4 @@
-"""Waves in the cyclic kernel, for equal sectors whose modes are coupled by rotation."""
+"""Integrator of waves: equal sectors whose modes are coupled by rotation."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class _WavePlaces:
     """Layout of a rotor's waves in a state.
 
     rotor : the kernel's arrays
-    seen : whether the state also has the spectra of the last steps
+    seen : whether the state also has the spectra of the gaps of the last steps
     """
 
     model: Model
@@ -77,8 +77,8 @@ def _circling(
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
     The circle is the last row of amplitudes, see `turning_waves.Circle`. If a run
-    begins on a share of the circle, the waves begin with the difference. Their energy
-    is entered as in `two_bodies.started`, and counts as added by contact.
+    begins on the circle scaled down, the waves begin with the difference. Their energy
+    is entered as in `two_bodies.started`, and in the sums as if contact had added it.
 
     whole : integrator at rest; returned unchanged for a balanced rotor
     """
@@ -100,9 +100,9 @@ def _circling(
 def has_waves(model: Model) -> bool:
     """Return whether waves describe a rotor: equal sectors with terms of rotation.
 
-    They do not with fewer than three blades, for which k = 1 has both coordinates of
-    the centre; nor with a ring of elements or supports that differ by direction, which
-    are not the same at every angle; nor with a squeeze film.
+    They do not for fewer than three blades, where nodal diameter 1 has both coordinates
+    of the centre; nor with a ring of elements or supports that differ by direction,
+    which are not the same at every angle; nor with a squeeze film.
     """
     spin, alike = model.rotor.spin, not isinstance(model.ring, RingOperator)
     return alike and spin is not None and bool(spin.waves) and spin.support.is_plain
@@ -111,8 +111,8 @@ def has_waves(model: Model) -> bool:
 def folds_well(model: Model, scene: Scene) -> bool:
     """Return whether a model of one sector can be integrated alone.
 
-    With terms of rotation it must have waves, of which no two nearly coincide; else all
-    sectors are integrated together.
+    With terms of rotation this requires waves of which no two nearly coincide;
+    otherwise all sectors are integrated together.
     """
     if model.folds == 1 or model.rotor.spin is None:
         return True

@@ -1,4 +1,4 @@
-"""Several contact points a tip: waves of both bodies in the rotating frame."""
+"""Integrator for several contact points a tip: waves of both bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two bodies in the loop of `kernels.bodies`: functions that several schemes share."""
+"""Integrators with the loop of `kernels.bodies`, which several schemes share."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def started(
     ----------
     whole : integrator at rest; its last coordinates are those of `dynamics.unbalance`
     model, scene : model and scene that it integrates
-    own, rises : (m,), initial values of the coordinates before those, and their
-        increments in the step before the start
+    own, rises : (m,), initial values of the other coordinates, which come first, and
+        their increments in the step before the start
     """
     state, m, share = whole.state, len(own), share_at_start(model, scene)
     outward = steady_at(model, scene, 0.0)[model.places[0]]
@@ -81,12 +81,13 @@ def started(
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The coordinates y of a body in the kernel's state, x = lift y + still.
+    """Relation of a body's displacements x to the state's coordinates y.
 
     Attributes
     ----------
-    steps : free steps of y
-    lift, lower : (n, m), and a function that returns (m, n): x = lift y, y = lower x
+    steps : conversion between velocities and increments of y
+    lift : (n, m), x = lift y + still
+    lower : function that returns the matrix (m, n) with y = lower (x - still)
     still : (n,), m, x_s of an unbalanced rotor, else 0
     whole : whether the state has x itself instead of y
     """

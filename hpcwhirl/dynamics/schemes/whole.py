@@ -1,4 +1,4 @@
-"""Rotors of unequal sectors: waves of the whole rotor, in the loop of `general`."""
+"""Integrator of rotors of unequal sectors: waves, in the loop `kernels.general`."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ class _WholePlaces:
 
 @dataclass(frozen=True)
 class _ModePlaces:
-    """Layout of the waves of a rotor's modes in a state; half : number of re parts."""
+    """Layout of a rotor's modes as waves in a state; half : number of re, padded."""
 
     waves: ModeWaves
     half: int
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes from an ended state."""
+        """Return amplitudes and rates (m,) of the modes from a completed state."""
         re, im = self._parts(state)
         rates = self.waves.rates
         return re.copy(), rates.real * re - rates.imag * im
@@ -95,7 +95,7 @@ def _circling(
 ) -> Integrator:
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
-    It is set as in `rotating_waves._circling`; the circle is the last wave, at rest in
+    It is set as in `rotating_waves._circling`; the circle is the last wave, constant in
     the rotating frame.
     """
     places, share = circle(model, scene), share_at_start(model, scene)
