@@ -32,7 +32,7 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(model: Model) -> Floats:
-    """Return cos and sin part of each harmonic in the casing's modes, (H + 1, 2, m)."""
+    """Return the harmonics' cos and sin parts for unit modes, (H + 1, 2, m)."""
     if model.casing is None or model.ring is None:
         return np.zeros((0, 2, 0))
     return np.asarray(model.ring.waves() @ model.casing.shapes)

@@ -8,7 +8,7 @@ q_n = r^n (A cos n phi + B sin n phi) = alpha z^n + beta conj(z)^n,
 A = q,  B = (q (cos phi - r) + r d) / sin phi,
 
 and |q_n| <= (|A|^2 + |B|^2)^{1/2} for all n >= 0, also for complex amplitudes, and for
-those of the ring, which turn with the rotating frame. The sum of these bounds over all
+those of the ring, which turn in the rotating frame. The sum of these bounds over all
 modes, weighted with the radial amplitudes at a blade, bounds the change of every gap:
 if it is below the clearance, no blade can touch again. This holds for the motion of the
 scheme, with its rounded coefficients, not for that of the continuous modes.

@@ -77,7 +77,7 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
 def flight_arrays(
     scene: Scene, beat: int, rotor: Flyer, ring: Floats
 ) -> Flight | tuple[()]:
-    """Return the argument `flight` of `kernels.flight.fly`; empty where none is made.
+    """Return the argument `flight` of `kernels.flight.fly`; empty without jumps.
 
     Parameters
     ----------

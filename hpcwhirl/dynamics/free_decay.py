@@ -223,7 +223,7 @@ class FreeDecay:
         ends = np.exp(np.outer([0, steps], motion.log))
         rotor, ring = motion.energies(ends)
         if isinstance(motion.rotor, WavesMotion):
-            rotor = 0.0 * rotor  # its loss: the energy it was given, less what it has
+            rotor = 0.0 * rotor  # loss of waves: energy given to them less the present
         lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
         bodies = (motion.rotor, state.rotor), (motion.ring, state.ring)
         last = [body.leave(array, steps, step) for body, array in bodies]

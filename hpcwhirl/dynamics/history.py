@@ -18,7 +18,7 @@ LEDGER_TERMS = (
     "impact",  # lost in inelastic impacts, J, >= 0
     "wear",  # spent on wear of a layer, plastic or by rubbing, J, >= 0
     "friction",  # work of friction on both bodies (rotation's share included), J
-    "rotation",  # work of the rotation: -lambda * Omega * dw/dtheta and rigid casing, J
+    "rotation",  # work of the rotation: -lambda Omega dw/dtheta, also of the shape, J
     "residual",  # energy + damping + impact + wear - pulse - friction - rotation, J
 )
 
@@ -71,8 +71,8 @@ class History:
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless asked
-    point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same of all contact
-        points where tips have several, of which `tips` has one; else n_c is 0
+    point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same for all contact
+        points, if tips have several; `tips` then has one of them. Else n_c is 0
     stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless asked, or
         where the rotor has none
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
@@ -151,7 +151,8 @@ def between(history: History, start: float, end: float) -> History:
     """Return the part of a history from `start` to `end`, s; `start` becomes time 0.
 
     Samples of the traces and the ledger stay those of the whole run. If contact occurs
-    after `end`, the last one before is known to a row of evidence only, by its work.
+    after `end`, the last contact before it is found from the work fed, to a row of
+    evidence.
     """
     judged = history.judged
     rows = (judged.time > start) & (judged.time <= end)

@@ -46,7 +46,7 @@ def _archard(scene: Scene) -> Layer:
 LAWS: dict[str, Callable[[Scene], Layer]] = {
     "abradable": _abradable,
     "archard": _archard,
-}  # contact law: its rods
+}  # {contact law: function that returns its rods}
 
 
 def wears(scene: Scene) -> bool:
@@ -63,7 +63,7 @@ def rods_of(scene: Scene) -> int:
 
 
 def layer_of(scene: Scene) -> Layer:
-    """Return the rods of a scene's contact law; not read where there are none."""
+    """Return the rods of a scene's contact law; without a layer all values are 0."""
     if not wears(scene):
         return Layer(0.0, 0.0, 0.0, 0.0, 0.0, 0)
     return LAWS[scene.engine.casing.contact_law](scene)

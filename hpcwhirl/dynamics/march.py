@@ -39,7 +39,7 @@ Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice
-TELLING = 0.1  # share of `SLICE_SECONDS` from which a slice gives the time of a step
+TELLING = 0.1  # share of `SLICE_SECONDS` that a slice needs to give a step's time
 LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 LOOKS = 50  # rows of evidence between two searches for a certificate
@@ -146,7 +146,7 @@ class March:
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
             return None
-        if isinstance(scheme.arrays.rotor, GeneralRotor):  # some mode does not swing
+        if isinstance(scheme.arrays.rotor, GeneralRotor):  # a mode does not oscillate
             return None
         if law_of(scene) is not None:  # its closed form is that of a constant speed
             return None
@@ -188,7 +188,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Schedule the next search at the first row of evidence `steps` or more on."""
+        """Schedule a search at the first row of evidence at least `steps` ahead."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
@@ -271,7 +271,7 @@ class March:
             self.stresses[row] = stress.at(self.displacements()[0])
 
     def _read_ahead(self) -> None:
-        """Keep the stress of all samples to the end, and leave the march as it is.
+        """Compute the stress at all later samples, then restore the present state.
 
         Beyond a certificate the motion is that of steps without contact, to round-off.
         """

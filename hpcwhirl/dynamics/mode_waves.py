@@ -6,7 +6,8 @@ s^2 (1 - dt^2 omega^2/4) + 2 xi omega s + omega^2 = 0,  z = (1 + s dt/2)/(1 - s 
 
 are a conjugate pair: the mode is q = Re(a), a' = z a, and d = q_n - q_{n-1} =
 Re(rise a), rise = 1 - 1/z. A modal force f adds give f to q and to d, at the step's
-end. With d' and d on either side of the step that ends with a, d' + d = Re(moves a).
+end. With d' of a step without forces that ends with a, and d of the step before it,
+d' + d = Re(moves a).
 """
 
 from __future__ import annotations
@@ -53,12 +54,12 @@ class ModeWaves:
 
     @property
     def rise(self) -> Complexes:
-        """Increments d of unit amplitudes, (m,)."""
+        """Increments d for unit amplitudes, (m,)."""
         return np.asarray(self.ahead / (1 + self.ahead))
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (d + d') / 2 dt of unit amplitudes, (m,), d' of the next step."""
+        """Velocities (d + d') / 2 dt for unit amplitudes, (m,); d' : next step."""
         return np.asarray(self.rise * (2 + self.ahead) / (2 * self.step))
 
     @property
@@ -70,7 +71,7 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Sums d' + d of unit amplitudes after a step without forces, (m,)."""
+        """Sums d' + d for unit amplitudes after a step without forces, (m,)."""
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
@@ -84,9 +85,9 @@ class ModeWaves:
 
     @property
     def form(self) -> Floats:
-        """Factors (3, m), J, of re^2, 2 re im and im^2 of the energy.
+        """Coefficients (3, m), J, of re^2, 2 re im and im^2 in the energy.
 
-        It is (d / dt)^2 / 2 + omega^2 q (q - d) / 2.
+        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2.
         """
         rise, before, stiff = self.rise, 1 / (1 + self.ahead), self.omega**2
         squares = rise.real**2, -rise.real * rise.imag, rise.imag**2

@@ -84,7 +84,7 @@ class Steps(Protocol):
 
 @dataclass(frozen=True)
 class FreeSteps:
-    """Velocities by central differences, with d' = keep d - pull x without contact.
+    """Conversion by central differences, with d' = keep d - pull x without contact.
 
     keep, pull : (n,) for modes, or (n, n); step : dt, s; d' : the next increment
     """
@@ -108,7 +108,7 @@ class FreeSteps:
 
 @dataclass(frozen=True)
 class FreeFlow:
-    """The exact flow: v = of_d d + of_x x of each mode, (m,), 1/s."""
+    """Conversion by the exact flow: v = of_d d + of_x x of each mode, (m,), 1/s."""
 
     of_d: Floats
     of_x: Floats
@@ -140,9 +140,9 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 
 
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
-    """Return a motion in the modes of a model, or of one of its sectors.
+    """Return a motion in the modes of a model of all sectors or of one.
 
-    None if a model of one sector cannot stand for all, since the motion lacks the
+    None if a model of one sector cannot represent the motion, which lacks the
     symmetry. The part of a motion outside the span of the modes is lost.
 
     Raises
@@ -288,7 +288,7 @@ def check_continuable(model: Model, scene: Scene) -> None:
     if spin is not None and not spin.support.is_round:
         msg = (
             "a motion can be continued only on supports that are alike in x and y: "
-            "those of this engine stand at fixed angles"
+            "those of this engine differ"
         )
         raise InputError(msg)
     if not is_round(scene):

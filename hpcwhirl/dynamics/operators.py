@@ -102,7 +102,7 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
     """Return the rotor's part of W, (N, N), m/N, see `contact_operators`.
 
-    Of several contact points a tip, that of all points, (N n_c, N n_c).
+    For several contact points a tip it is that of all points, (N n_c, N n_c).
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = contact_rows(model.rotor, model.blades)
@@ -200,7 +200,7 @@ def dense_arrays(model: Model, scene: Scene) -> Arrays:
         raise InputError(msg)
     if model.casing is not None and not model.casing.has_matrices:
         msg = (
-            "scheme paper marches coordinates: families must be 'all', and "
+            "scheme paper needs M and K of the casing: families must be 'all', and "
             "discretization not 'file', nor 'shell' with one contact point a tip, got "
             f"'{scene.engine.casing.families}' and "
             f"'{scene.engine.casing.discretization}'"

@@ -43,7 +43,9 @@ Complexes = NDArray[np.complex128]
 
 
 def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
-    """Return w and u at all points from the casing's modes, (P, m) each.
+    """Return radial and tangential displacements w, u of the casing at all points.
+
+    They are (P, m) each, for unit modal amplitudes.
 
     angle : rad, of blade 0
     """
@@ -56,7 +58,7 @@ def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
 
 
 def _pulse_rows(model: Model, scene: Scene) -> Floats:
-    """Return the pulse's load on cos and sin of its harmonic by modes, (2, m)."""
+    """Return modal forces (2, m) of unit loads on cos and sin of the pulse's lobes."""
     if model.casing is None:
         return np.zeros((2, 0))
     rows = np.zeros((2, len(model.casing.omega)))
@@ -93,17 +95,20 @@ class _Reads:
     friction: float
 
     def read(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return displacements by waves, (r, w), from those by modes, (r, m) each."""
+        """Return r displacements for unit waves, (r, w), from those for unit modes.
+
+        rotor, casing : (r, m) each
+        """
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return d' + d by waves without forces, (r, w); arguments as in `read`."""
+        """Return d' + d for unit waves without forces, (r, w), see `read`."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
     def change(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the change of displacements by unit forces, (r, P + 2)."""
+        """Return the change of r displacements by unit forces, (r, P + 2)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.asarray(
             rotor @ b.give @ self.forces[0] + casing @ c.give @ self.forces[1]
@@ -116,12 +121,12 @@ class _Reads:
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the real rows, (r, width), of d' + d by amplitudes and by forces."""
+        """Return the real rows, (r, width), of d' + d by amplitudes and forces."""
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
     def before(self) -> Complexes:
-        """Return the gaps of two steps before by waves, (P, w)."""
+        """Return the gaps two steps before, for unit waves, (P, w)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack(
             [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
@@ -159,7 +164,7 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return these motions by slots, and the kernel's rows; None: unequal sectors.
+        """Return these motions in slots, and the kernel's rows; None: unequal sectors.
 
         Waves of negative nodal diameter are replaced by their conjugates.
         """
@@ -202,7 +207,7 @@ class _Reads:
         return replace(turned, waves=placed), rows
 
     def _told(self) -> Complexes:
-        """Return gaps and motion along the casing by waves, by blade, (2 P, w)."""
+        """Return gaps and motion along the casing for unit waves, (2 P, w)."""
         both = [
             self.read(rotor, casing)
             for rotor, casing in ((self.out, self.w), (self.side, self.u))
@@ -212,7 +217,7 @@ class _Reads:
     def _moves(self) -> Complexes | None:
         """Return the ratio of d' + d to displacement of each wave, (w,).
 
-        None if they are not proportional.
+        None if d' + d of a wave is not proportional to its displacement.
         """
         out = []
         for body in (self.waves.rotor, self.waves.casing):
@@ -237,7 +242,7 @@ def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
 def point_arrays(
     model: Model, scene: Scene, waves: PointWaves
 ) -> tuple[Arrays, PointWaves]:
-    """Return the arrays of `kernels.points.march_points`, and their waves."""
+    """Return the arrays of `kernels.points.march_points`, and the waves they use."""
     mu, hub = friction_with_sign(scene), centre_rows(model.rotor, model.blades)
     out, side = (-rows for rows in waves.rows)
     w, u = _rows_of_casing(model, 0.0)
@@ -279,7 +284,7 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
 
 
 def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return places and values of the energy's entries, and the number of the rotor's.
+    """Return index pairs and values of the energy's form, and the rotor's number.
 
     Entries that are 0 are left out; those of the rotor come first.
     """
@@ -294,7 +299,7 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
-    """Return places and factors, (c, 2) each, of the amplitudes in each casing mode."""
+    """Return indices and factors, (c, 2), of the amplitudes in each casing mode."""
     rows, place = real_rows(waves.casing.shapes), waves.places()[1]
     index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))
     for m, row in enumerate(rows):

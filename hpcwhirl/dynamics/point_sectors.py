@@ -5,13 +5,14 @@ with X_j the motion of blade j's points by the modes, X_j T = X_{j+1}. Its eigen
 u, with eigenvalues e^{2 pi i n / N}, are waves that travel around the rotor: X_j u =
 e^{i n theta_j} X_0 u.
 
-An eigensolver finds the modes with an error of round-off of the highest frequency, so
-that waves move the points alike, and terms of rotation keep them apart, to some 1e-9
-only where points carry little mass. Sectors that differ by at most `EQUAL` are made
-equal, by the mean over all of them, see `Sectors`, so that all works are consistent.
+An eigensolver finds the modes with an error that is round-off of the highest frequency.
+So, where points carry little mass, this relation between blades has errors of some
+1e-9, and terms of rotation couple waves of different n by as much. Sectors that differ
+by at most `EQUAL` are made equal, by the mean over all of them, see `Sectors`, so that
+all works are consistent.
 
-The nodal diameter of a wave is found from the motion of all points by it and from its
-change by forces. If this fails for a wave, each point has a row of its own.
+The nodal diameter of a wave is found from the motion of all points that it causes, and
+from its change by forces. If this fails for a wave, each point has a row of its own.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def travelling(model: Model, lost: float = 0.0) -> dict[int, Any]:
     Blocks of simple harmonics are real. Others are complex, and their conjugates are
     the waves that travel the other way. Empty if sectors differ.
 
-    lost : error of omega^2, over the highest one, that is no difference
+    lost : share of the highest omega^2 by which equal ones may differ
     """
     body, blades = model.rotor, model.blades
     size, squared = len(body.omega), body.omega**2
@@ -85,7 +86,7 @@ def _turned(
 
     tips : (N, points, g), motion of each blade's points by the modes
     squared : (g,), omega^2
-    lost : error of omega^2 that is no difference
+    lost : difference by which equal omega^2 may differ
     """
     size = tips.shape[-1]
     rows, ahead = tips.reshape(-1, size), np.roll(tips, -1, axis=0).reshape(-1, size)
@@ -113,8 +114,8 @@ def _turned(
 class Sectors:
     """Waves of a rotor whose sectors are made equal.
 
-    The rotation by a sector, T = B diag(e^{2 pi i n / N}) B^H with B all blocks and
-    their conjugates, commutes with a matrix of equal sectors, and X_j T = X_{j+1}. The
+    For equal sectors the rotation by a sector, T = B diag(e^{2 pi i n / N}) B^H with B
+    all blocks and their conjugates, commutes with each matrix, and X_j T = X_{j+1}. The
     means over all rotations have both properties.
 
     Attributes
@@ -138,7 +139,7 @@ class Sectors:
         return out
 
     def rows(self, rows: Floats) -> Floats:
-        """Return the mean of the rows (P, m) of all points, blade by blade."""
+        """Return the mean of the points' rows (P, m) over all rotations."""
         out, blade = np.zeros_like(rows), np.arange(self.blades)
         for n, block in self.blocks.items():
             waves = (rows @ block).reshape(self.blades, -1, block.shape[1])
@@ -152,7 +153,7 @@ class Sectors:
     def even(
         self, given: Sequence[Floats], mean: Callable[[Floats], Floats]
     ) -> list[Floats] | None:
-        """Return means of arrays; None if one differs by more than `EQUAL`."""
+        """Return means of arrays; None if one differs from its mean by over `EQUAL`."""
         out = [mean(one) for one in given]
         apart = (
             np.abs(a - b).max(initial=0.0) for a, b in zip(out, given, strict=True)
@@ -203,8 +204,8 @@ class Slots:
     ----------
     blades : N
     diameter, row : (w,), slot of each wave, and its row
-    single, pairs : numbers of rows of waves alone, and of pairs
-    other : (w,), the second wave of the pair of each wave, or -1
+    single, pairs : numbers of rows of single waves, and of pairs
+    other : (w,), the other wave of a wave's pair, or -1
     """
 
     blades: int
@@ -230,7 +231,7 @@ class Slots:
         return (self.single + 2 * self.pairs) * self.k
 
     def laid(self, values: Complexes, rows: int) -> Floats:
-        """Return values (r, w) of waves by slots, (r, rows, 2, k) flat."""
+        """Return values (r, w) of waves arranged in slots, (r, rows, 2, k) flat."""
         out = np.zeros((len(values), rows, 2, self.k))
         there = self.row < rows
         place = self.row[there], slice(None), self.diameter[there]
@@ -259,9 +260,9 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return the change of each wave by forces over its conjugate row, (w,).
+        """Return the ratio of each wave's change by forces to its conjugate row, (w,).
 
-        The ratio is that at the point where the row is largest.
+        It is the ratio at the point at which the row is largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -269,7 +270,7 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether forces change waves by `gives` times conjugate rows, (w,)."""
+        """Return whether forces change a wave by `gives` times conj(its row), (w,)."""
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
@@ -277,7 +278,8 @@ class BladeRows:
     def twin(self, i: int, others: Integers) -> int:
         """Return which of other waves forms a pair with wave i, or -1.
 
-        Points read both waves alike; their factors of motion and force are conjugates.
+        Both waves of a pair move the points with equal coefficients, and their factors
+        `move` and `gives` are conjugates.
         """
         told = np.vstack([self.read, self.slide])
         factors = np.vstack([self.move, self.gives()])
@@ -289,7 +291,7 @@ class BladeRows:
 
 
 def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
-    """Return the slots of waves, of nodal diameters (w,)."""
+    """Return the slots and rows of waves with nodal diameters `diameter`, (w,)."""
     other, plain = np.full(len(diameter), -1), blade.by_rows()
     moving = np.abs(blade.read).max(axis=0) > 0.0
     for i in np.flatnonzero(plain & moving).tolist():

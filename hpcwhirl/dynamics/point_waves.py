@@ -2,8 +2,8 @@
 
 A pair of modes of the casing, q_c and q_s of harmonic h, is Y = q_c - i q_s = a +
 conj(b) in the rotating frame, with a' = z e^{i h Omega dt} a, b' = z e^{-i h Omega dt}
-b; z is that of `mode_waves`. From these, the waves of each mode alone are a + b and
-i (a - b), which give its displacement and its increments, those of the material.
+b; z is that of `mode_waves`. The two modes have the waves a + b and i (a - b), which
+give their displacements, and their increments, which are those of the material.
 """
 
 from __future__ import annotations
@@ -90,9 +90,10 @@ class BodyWaves:
         )
 
     def apart(self, diameter: Integers) -> BodyWaves:
-        """Return the same waves, their energy without what unlike waves have together.
+        """Return the same waves, with energy of products of equal n alone.
 
-        diameter : (w,), n; motions of unlike ones have no energy in common
+        diameter : (w,), n of each wave; waves of different n have no common energy but
+            for round-off
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
@@ -118,7 +119,7 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 
 
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
-    """Return the waves of a body that are combinations of the waves of its modes.
+    """Return waves of a body that are combinations of the waves of its modes.
 
     mixed : (m, w), waves of the modes from the amplitudes; its columns are orthogonal
     turns : (w,), rad, by which a step turns the amplitudes beyond z of the modes

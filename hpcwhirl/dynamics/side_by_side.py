@@ -21,7 +21,7 @@ FIRST = 1e-6  # relative change of a body's motion that makes the twin, before s
 
 
 class SideBySide:
-    """Twins of the full motion with contact, see `analysis.chaos.Twins`.
+    """A march and its twin, integrated with contact; see `analysis.chaos.Twins`.
 
     Both integrate the same scene with the same arrays. The twin begins with the motion
     of the casing (of the rotor, if the casing is rigid) a little larger, scaled to the
@@ -32,7 +32,7 @@ class SideBySide:
     ----------
     ended : march to be continued; all its sectors must be integrated
     interval : s, between two distances, rounded to rows of evidence, at which jumps end
-    seconds : s, time for which arrays are made
+    seconds : s, longest time by which the march can be continued
     delta : initial distance over the motion's size
     between : function that is called between slices
     """
@@ -72,7 +72,7 @@ class SideBySide:
 
     @property
     def intervals(self) -> int:
-        """Number of intervals for which arrays are made."""
+        """Largest number of intervals by which both can be continued."""
         return (self.one.total // self.one.beat - self.first_row) // self.rows
 
     @property

@@ -1,4 +1,4 @@
-"""Arrays of the cyclic kernel: a slot for each nodal diameter, a row per mode.
+"""Arrays of the cyclic kernel: a slot for each nodal diameter, in rows of modes.
 
 Arrays that do not depend on speed and friction are cached for each model and step.
 """
@@ -52,7 +52,7 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
-    """Return e^{2 pi i kappa j / N} of blades j and diameters kappa, (N, K)."""
+    """Return e^{2 pi i kappa j / N} for blades j and nodal diameters kappa, (N, K)."""
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
     return np.asarray(np.exp(2j * np.pi * steps / blades))
 
@@ -61,9 +61,9 @@ def blade_waves(blades: int) -> Complexes:
 def transforms(blades: int) -> tuple[Floats, Floats]:
     """Return the real transforms between slots and blades, both flattened.
 
-    `turns` (N, width) has cos and -sin at each blade. The columns of `wave` (width,
-    wide) give the even and the odd part at blades 0 .. N // 2; padding columns repeat
-    blade 0. Last in `wave` is the split of the transform, see `kernels.transform`.
+    `turns` (N, 2 k) has cos and -sin at each blade. `wave` (2 k, wide) has cos and sin
+    at blades 0 .. N // 2, for the even and the odd part; padding columns repeat blade
+    0. The last entries of `wave` are N and the split, see `kernels.transform`.
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -127,9 +127,9 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the items (ITEMS,) of one mode without rotation, see `kernels.passes`.
+    """Return the items (ITEMS,) of one mode in its body's frame, see `kernels.passes`.
 
-    `_pushed` adds the items of contact forces, which depend on friction.
+    Items of contact forces, which depend on friction, are 0; see `_pushed`.
     """
     out = np.zeros(passes.ITEMS)
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
@@ -147,9 +147,9 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return items (ITEMS, ...) with those of contact forces, give (gamma + mu s*).
+    """Return items (ITEMS, ...) with those of contact forces added.
 
-    Here s is the tangential amplitude of a mode.
+    These are give (gamma + mu conj(sigma)), sigma the tangential amplitude of a mode.
 
     mu : friction with the sign of the speed
     """
@@ -179,8 +179,8 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, i
 
     Returns
     -------
-    items : (ITEMS, rows, 2, slots), re and im of each mode
-    hub : (2, rows 2 slots), x_o and y_o of unit amplitudes
+    items : (ITEMS, rows, 2, slots), for re and im of each mode
+    hub : (2, rows 2 slots), x_o and y_o for unit amplitudes
     rows : largest number of modes of a nodal diameter
     """
     modes = _rotor_modes(model)
@@ -200,14 +200,14 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, i
 
 
 class _Ring(NamedTuple):
-    """A ring's modes in slots, at rest and without friction.
+    """A ring's modes in slots, at speed 0 and without friction.
 
     Attributes
     ----------
     items : (ITEMS, rows, slots)
     row, slot : (modes,), indices of each mode
     column : (modes,), column of the first phase of each mode in the model
-    turns : (modes,), +-h: rotations of its amplitude per revolution
+    turns : (modes,), +-h: turns of its amplitude per revolution of the rotor
     """
 
     items: Floats
@@ -275,7 +275,7 @@ def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
 
 
 def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return a ring's (items (ITEMS size,), load (size,), rows); empty if rigid."""
+    """Return (items (ITEMS size,), load (size,), rows) of a ring; empty if rigid."""
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0), 0
     step, given = scene.solver.time_step, _round(model)
@@ -297,8 +297,8 @@ def turn_ring(
 ) -> None:
     """Set a ring's packed items to another speed, rad/s, and adapt its state.
 
-    The kernel completes the pending step with the new items. The increments of the
-    state are turned back, so that this step ends with its old angle.
+    The kernel completes the pending step with the new items. So the previous increments
+    in the state are turned such that this step still has its old angle.
     """
     if not len(items):
         return
@@ -357,7 +357,7 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[_RingMode]:
 
 
 def ring_pairs(model: Model) -> list[tuple[int, tuple[int, ...]]]:
-    """Return (h, columns of its phases) of each mode of a ring, one or two phases."""
+    """Return (h, columns of its one or two phases) of each mode of a ring."""
     return [(place.harmonic, place.members) for place in _ring_modes(model)]
 
 
@@ -419,7 +419,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
 
 
 def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
-    """Return amplitudes (..., m) of a casing's modes as turned frames see them.
+    """Return a casing's modal amplitudes (..., m) in frames turned by given angles.
 
     q, angle : amplitudes in the static frame; angles (...,) of the frames, rad
     """

@@ -37,7 +37,7 @@ def fingerprint(march: March) -> str:
     kept = march.stride if march.stride <= march.total else 0
     looks = march.coast is not None  # a certificate ends the stepping
     digest.update(repr((kept, march.beat, looks)).encode())
-    with march.at_start():  # arrays of a changing speed are those of the present one
+    with march.at_start():  # arrays of a changing speed depend on the interval
         _feed(digest, march.scheme.arrays)
     if march.schedule is not None:
         schedule = march.schedule

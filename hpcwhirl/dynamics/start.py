@@ -1,4 +1,4 @@
-"""The motion of a given energy that a case begins with: a point of an energy shell.
+"""The initial motion of a case with a given energy: a point of an energy shell.
 
 Of the m chosen modes, with amplitudes q_j and frequencies omega_j at rest, the shell of
 the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2 m dimensions; with
@@ -35,18 +35,18 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Name = tuple[str, str, str]  # body, family, nodal diameter
-BITS = 53  # of a number from 0 to 1
-CLOSED = 1e-9  # share of the gap that a start leaves at least
+BITS = 53  # random bits of a number from 0 to 1
+CLOSED = 1e-9  # least share of the gap that must remain open at the start
 
 
 def start_of(case: Case) -> Motion | None:
-    """Return the motion of the energy that a case asks for; None where it is 0.
+    """Return the motion with a case's `start_energy`; None if that is 0.
 
     Raises
     ------
     InputError
-        where the modes are none of the model's, where their directions have no energy
-        at this speed, or where a gap would be closed
+        if the modes are none of the model's, if the direction has no energy > 0 at this
+        speed, or if a gap would be closed
     """
     scene, model = case.scene, case.model
     if scene.start_energy == 0.0:
@@ -106,7 +106,10 @@ def _omega(body: ModalModel | None) -> Floats:
 
 
 def _normal(draw: float, part: str, name: str) -> float:
-    """Return the normally distributed number that a draw gives to a part of a mode."""
+    """Return a normally distributed number, the same for equal draw, part and name.
+
+    part : "place" or "rate"; name : label of a mode
+    """
     told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
     whole = int.from_bytes(told[:8]) >> (64 - BITS)
     return float(ndtri((whole + 0.5) / 2**BITS))
@@ -134,7 +137,8 @@ def casing_names(model: Model) -> list[Name]:
 def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
     """Yield (index, label) of each mode that the text `modes` chooses.
 
-    A label is a mode's name and its number among modes of this name: a pair has two.
+    A label is a mode's name and its number among the modes of this name, of which a
+    pair has two.
     """
     parts = _parts(modes)
     met = Counter[Name]()

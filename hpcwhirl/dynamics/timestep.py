@@ -1,4 +1,4 @@
-"""The recursions of one mode: central differences and exact flow.
+"""The recursions of one mode of frequency w, rad/s: central differences, exact flow.
 
 (1/dt^2 + xi w/dt) q_{n+1} = f_n + (2/dt^2 - w^2) q_n - (1/dt^2 - xi w/dt) q_{n-1}
 is written with the increment d_n = q_n - q_{n-1}, which is algebraically the same but
@@ -39,7 +39,7 @@ def recursion(
 
 @dataclass(frozen=True)
 class Recursion:
-    """One mode's step d' = keep d - pull q + give f, q' = q + d', d = q - q before.
+    """One mode's step d' = keep d - pull q + give f, q' = q + d', d = q_n - q_{n-1}.
 
     Attributes
     ----------

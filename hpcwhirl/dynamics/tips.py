@@ -30,9 +30,9 @@ Floats = NDArray[np.float64]
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
     """Return the items of a body's modes, (ITEMS, size), see `kernels.passes`.
 
-    The general kernel passes modal forces to each mode, instead of a spectrum as the
-    cyclic kernel does: first those of the normal forces, then those of friction over
-    mu. So the tip amplitudes in the items are 1.
+    In the general kernel the modal forces take the place of the multipliers' spectrum
+    of the cyclic one: those of the normal forces, then those of friction over mu. So
+    the tip amplitudes among the items are 1.
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)
@@ -66,7 +66,8 @@ def _rotor(model: Model, scene: Scene) -> GeneralRotor:
 def delassus(model: Model, scene: Scene) -> Floats:
     """Return the Delassus matrix W, (N, N), m/N.
 
-    Column j has the changes of all gaps in a step due to a unit force at blade j.
+    Column j: changes of all gaps in a step by a unit multiplier on blade j and its
+    friction.
     """
     w = rotor_compliance(model, scene)
     blades = np.arange(model.blades)

@@ -1,4 +1,4 @@
-"""What a march writes, samples and rows of evidence, and the history read from it."""
+"""Samples and rows of evidence that a march writes, and the history read from them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STOPS = {
     3: "complementarity",
     CERTAIN: "certain",
 }
-NO_LAYER = np.zeros((3, 0))  # states of most kernels have none
+NO_LAYER = np.zeros((3, 0))  # for kernels whose states have no `worn`
 
 
 def empty_tracks(

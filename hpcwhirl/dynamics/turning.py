@@ -4,9 +4,9 @@
     - (M/dt^2 - (D + 2 Omega C)/2dt) x_{n-1}
 
 Coriolis forces, treated implicitly, do no work: (d' + d) C (d' + d) = 0. D includes the
-supports' damping c_s; their skew part S in K(Omega) does the work (d' + d) S x_n / 2
-per step, which is entered as damping. Together they are the loss of a damper that does
-not rotate, less the work that its torque takes from the rotation.
+supports' damping c_s, and K(Omega) their skew part S, which does the work
+(d' + d) S x_n / 2 in a step, entered as damping. Together they are the loss of a damper
+that does not rotate, less the work that its torque takes from the rotation.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Te
 def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
     """Return the step matrices of a rotor with terms of rotation.
 
-    basis : (n, m), whose coordinates are used; None: those of the model
+    basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
     """
     return step_of(turning_terms(model, scene, basis), scene.solver.time_step)
 

@@ -57,8 +57,9 @@ class Diameter:
     k, step : nodal diameter; dt, s
     ahead : (w,), z - 1
     shapes, rises : (m, w), x for unit amplitudes, and d or, for the exact flow, x'
-    radial, along : (m,), gap, and tangential displacement of the tip, for unit x
-    hub : (m,), z_o for unit x; zero if the centre does not move
+    radial, along : (m,), change of the gap, and tangential displacement of the tip with
+        negative sign, for unit x
+    hub : (m,), x_o + i y_o for unit x; zero if the centre does not move
     energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
     """
@@ -100,7 +101,7 @@ class Diameter:
 
     @property
     def rates(self) -> Complexes:
-        """Velocities, (m, w), of unit amplitudes; of differences (d + d') / 2 dt."""
+        """Velocities, (m, w), for unit amplitudes; for differences (d + d') / 2 dt."""
         raise NotImplementedError
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
@@ -130,14 +131,17 @@ class Diameter:
         raise NotImplementedError
 
     def lost(self) -> Complexes:
-        """Return the form (w, w), J, in a after a step, of its loss by D and S."""
+        """Return the Hermitian form (w, w), J, of a step's loss by D and S.
+
+        It is a form of the amplitudes a after the step.
+        """
         raise NotImplementedError
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (w,), number) for the energy and loss that Lambda adds in a step.
+        """Return row (w,) and number, of the energy and loss that Lambda adds, J.
 
-        It adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the step
-        without Lambda.
+        In a step it adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
+        step without Lambda.
         """
         raise NotImplementedError
 
@@ -233,7 +237,7 @@ def _hermitian(matrix: Complexes) -> Complexes:
 
 
 def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
-    """Return the waves of all nodal diameters of a rotor of equal sectors."""
+    """Return the waves of each nodal diameter of a rotor of equal sectors."""
     spin, exact = model.rotor.spin, is_exact(scene)
     pieces = spin.waves if spin else ()
     return [_diameter(model, scene, piece, exact=exact) for piece in pieces]
@@ -350,7 +354,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; the wave of a circle has its own row."""
+    """Return the kernel's arrays of a rotor; the wave of a circle is the last row."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -424,7 +428,7 @@ def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
 def modal_places(
     model: Model, diameters: list[Diameter], places: list[Complexes]
 ) -> Floats:
-    """Return the amplitudes (m,) of the modes at rest; places : x of each diameter."""
+    """Return amplitudes (m,) of the modes at rest; places : x of each diameter."""
     q = np.zeros(len(model.rotor.omega))
     for own, x in zip(diameters, places, strict=True):
         for phase, part in enumerate(_parts(x)):

@@ -6,7 +6,7 @@ represents it in kernels without constant forces; `case.unbalance` explains x_s:
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
 damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
 `turning_waves.Circle`. If supports differ by direction, two further modes that vary as
-cos 2 Omega t and sin 2 Omega t add Re xi and -Im xi.
+cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
 
 matrices: the coordinates are x, and y = [I, -x_s] (x, s): the column of s in A^-1 K is
 -A^-1 F. K becomes [I, -x_s]^T K [I, -x_s], so that the energy, which then includes the
@@ -50,9 +50,9 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
 
 
 def read_by(model: Model, scene: Scene) -> Floats:
-    """Return the displacements of the rotor for unit amplitudes of the added modes.
+    """Return the displacements of the rotor for unit amplitudes of the added modes, m.
 
-    (1, n), m; (3, n) on supports that differ by direction; (0, n) without an unbalance
+    They are (1, n); (3, n) on supports that differ by direction; (0, n) if balanced.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -63,7 +63,7 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a), a = 2 Omega dt: xi turns by a in a step."""
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt the angle by which xi turns."""
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 

@@ -1,17 +1,18 @@
 """A rotor at a changing speed: blocks of modes that rotation couples, for any Omega.
 
-M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, by blocks of
+M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, in blocks of
 modes at rest. In an interval (`case.speed`) Omega is its mean. As the equation is
-linear, x = y + r: r is the motion by f_0, the forces of the unbalance and of Euler on
-the blades, from the circle of the unbalance at the first speed on; y has the forces of
-contact. At a constant speed r is that circle, and y the motion about it, as in
-`case.unbalance`. Both are marched by the same scheme, `kernels.driven`.
+linear, x = y + r. r is the motion due to f_0, the forces of the unbalance and Euler's
+forces on the blades; it begins with the circle of the unbalance at the first speed. y
+is the motion due to contact. At a constant speed r is that circle, and y the motion
+about it, as in `case.unbalance`. Both are integrated by the same scheme, see
+`kernels.driven`.
 
 From one interval to the next the motion is continuous, while the matrices of its
-energy change: what the energy of y gains by that is entered as work of the loading.
+energy change: what the energy of y gains thereby is entered as work of the loading.
 
-K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once, so that a
-refresh solves small systems alone, those of equal size at once.
+K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once. For a new
+interval only small systems are solved, those of equal size at once.
 """
 
 from __future__ import annotations
@@ -38,14 +39,14 @@ Integers = NDArray[np.int64]
 
 
 class _Group(NamedTuple):
-    """Blocks of one size s.
+    """The b blocks of modes that have the same size s.
 
     Attributes
     ----------
     modes : (b, s), of the rotor, by diameter
     moved : (b,), whether f_0 moves a block
-    flat, again : (b, s, s), (c, s, s), places in the kernel's arrays of the entries of
-        all blocks, and of the further copies of those that f_0 moves
+    flat, again : (b, s, s), (c, s, s), indices in the kernel's arrays of the entries of
+        all blocks, and of the second copies of the c blocks that f_0 moves
     mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
     hub : (b, 2, s), x_o and y_o
     """
@@ -64,14 +65,14 @@ class _Group(NamedTuple):
 
 
 class DrivenRotor:
-    """The blocks of a rotor's modes, for any speed.
+    """The blocks of a rotor's modes, from which arrays for any speed follow.
 
     Attributes
     ----------
     order, starts : results of `by_diameter`
-    shapes : (n, m), of the modes in this order
-    alike : (n,), the modes that f_0 moves, by block
-    begun : (a + 1,), the first of each block among those, and n
+    shapes : (n, m), shapes of the modes in this order
+    alike : (r,), the modes that f_0 moves, block by block
+    begun : (a + 1,), index in `alike` of the first mode of each block, and r
     force : (m,), f_0 in the present interval
     """
 
@@ -125,7 +126,7 @@ class DrivenRotor:
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return (2 Omega C, D, K, S) of blocks at a speed, (b, s, s) each."""
+        """Return (2 Omega C, D, K, S) of a group's blocks at a speed, (b, s, s)."""
         own = self.support.at(speed)
         held, back = own.turning(speed), group.hub.swapaxes(1, 2)
         stiffness = group.rest + speed**2 * group.first + speed**4 * group.quartic
@@ -181,7 +182,7 @@ class DrivenRotor:
         return out
 
     def dense(self, body: DrivenBody) -> tuple[Floats, Floats, Floats]:
-        """Return keep and pull (m, m), and d' by `force` (m,).
+        """Return keep and pull (m, m), and d' due to `force` (m,).
 
         pull includes the forces of `swerve`.
         """
@@ -200,7 +201,7 @@ class DrivenRotor:
 
 
 def driven(body: CoupledBody, rotor: DrivenRotor) -> DrivenBody:
-    """Return a rotor's arrays with those of a changing speed, which are still 0."""
+    """Return a rotor's arrays for a changing speed, 0 until `DrivenRotor.set`."""
     size = int((np.diff(rotor.begun) ** 2).sum())
     starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
     blocks = np.zeros((7, len(body.keep) + size))
@@ -217,14 +218,17 @@ def driven(body: CoupledBody, rotor: DrivenRotor) -> DrivenBody:
 
 @dataclass(frozen=True)
 class DrivenSteps:
-    """The steps of a rotor's modes at the present speed, see `motion.FreeSteps`."""
+    """Conversion between velocities and increments of a rotor, see `motion.Steps`.
+
+    It is that of the present interval, with the forces f_0.
+    """
 
     rotor: DrivenRotor
     body: DrivenBody
     step: float
 
     def unforced(self) -> FreeSteps:
-        """Return the steps of y, which are without f_0."""
+        """Return the conversion for y, on which f_0 does not act."""
         keep, pull, _ = self.rotor.dense(self.body)
         return FreeSteps(keep, pull, self.step)
 

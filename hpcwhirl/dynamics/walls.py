@@ -1,4 +1,4 @@
-"""The `Wall` of the kernels: gap and shape of a casing at rest."""
+"""The `Wall` of the kernels: gap and shape of a casing without elastic motion."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from hpcwhirl.scene import Scene
 
 
 def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
-    """Return the gap, and the harmonics by which a casing departs from round.
+    """Return the gap, and the harmonics of a casing's departure from the circle.
 
     The lobes of a rigid casing, -A0 e^{sigma t} cos k theta, come first.
 
-    model, scene : of all sectors, or of one, where the harmonics are multiples of g
+    model, scene : of all sectors, or of one of g sectors, for which h is divided by g
     released : whether the casing has been let go, so that its profile is a displacement
     """
     casing = scene.engine.casing

@@ -1,7 +1,7 @@
 """Arrays of `kernels.whole`: a rotating rotor of unequal sectors as waves of the whole.
 
-It is as in `turning_waves`, but for all sectors at once and in real numbers. Of the 2 m
-roots of
+The waves are those of `turning_waves`, but for all sectors at once and in real numbers.
+Of the 2 m roots of
 
 [s^2 (1 - dt^2 K/4) + s G + K] Y = 0,  G = D + 2 Omega C,
 
@@ -10,9 +10,10 @@ a wave with a real amplitude. The parts q of the amplitudes, (2 m,), are all rea
 followed by the imaginary parts of the complex ones; in x they are multiplied by Re Y
 and -Im Y, respectively. With d = x_n - x_{n-1}, a step is
 
-q' = turned q + beta lambda,  d' + d = passing turned q + give F lambda,
+q' = q* + beta lambda,  d' + d = passing q* + give F lambda,
 
-with F the modal forces of the multipliers, which act at the step's start.
+with q* the amplitudes after a step without forces, and F the modal forces of the
+multipliers, which act at the step's start.
 """
 
 from __future__ import annotations
@@ -59,13 +60,13 @@ CLOSED = 1e-9  # largest relative error of the work of contact
 
 @dataclass(frozen=True)
 class WholeWaves:
-    """Waves of a whole rotor with m modes at rest; w waves, 2 m parts of amplitudes.
+    """The w waves of a whole rotor with m modes at rest, with 2 m real amplitudes q.
 
     Attributes
     ----------
     step : dt, s
     ahead : (w,), z - 1
-    shapes, rises : (m, w), x and d of unit amplitudes
+    shapes, rises : (m, w), x and d for unit amplitudes
     paired : (w,), whether a wave has a conjugate: amplitudes of others are real
     condition : condition number of `basis`
     give, rate, stiffness, push : (m, m), (1/dt^2 + G/2dt)^-1, D, K(Omega), S
@@ -88,7 +89,7 @@ class WholeWaves:
 
     @property
     def places(self) -> Integers:
-        """Indices (2 m,) of the parts q among the kernel's amplitudes.
+        """Indices (2 m,) of the real amplitudes q among those of the kernel.
 
         These are `half` real parts, padded, and as many imaginary ones.
         """
@@ -106,7 +107,7 @@ class WholeWaves:
 
     @property
     def rates(self) -> Complexes:
-        """Velocities, (m, w), of unit amplitudes: (d + d') / 2 dt, d' of the next."""
+        """Velocities (d + d') / 2 dt, (m, w), for unit amplitudes; d' : next step."""
         return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
 
     @cached_property
@@ -135,7 +136,7 @@ class WholeWaves:
 
     @property
     def before(self) -> Floats:
-        """Matrix, (m, 2 m), from q to x one step earlier, of a step without forces."""
+        """Matrix, (m, 2 m), from q after a step without forces to x before it."""
         return self.parts(self.shapes / (1 + self.ahead))
 
     @property
@@ -156,26 +157,26 @@ class WholeWaves:
 
     @cached_property
     def form(self) -> Floats:
-        """Jacobi's energy of the parts, q^T form q, J, symmetric (2 m, 2 m)."""
+        """Symmetric matrix, (2 m, 2 m), J: Jacobi's energy is q^T form q."""
         moved, place = self.parts(self.rises), self.parts(self.shapes)
         twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
         return np.asarray((twice + twice.T) / 4)
 
     def books(self, reads: Floats) -> bool:
-        """Return whether contact adds its work to energy and loss, as it must.
+        """Return whether contact adds as much energy and loss as it does work.
 
-        reads : (N, m), displacements on which the multipliers do work, so also their
-            forces
+        reads : (N, m), displacements on which the multipliers do work; its rows are
+            also their modal forces
         """
         rows, _ = self.adds(reads.T)
         apart = rows - reads @ self.passing / 2
         return bool(np.abs(apart).max() < CLOSED * np.abs(rows).max())
 
     def adds(self, forces: Floats) -> tuple[Floats, Floats]:
-        """Return (rows (N, 2 m), numbers (N, N)): energy and loss that contact adds.
+        """Return rows (N, 2 m) and numbers (N, N), J, of energy and loss by contact.
 
-        It adds lambda . (rows q + numbers lambda), with q after the step without
-        contact.
+        Contact adds lambda . (rows q + numbers lambda) to energy and loss in a step,
+        with q after the step without contact.
 
         forces : (m, N), modal forces of unit multipliers
         """
@@ -195,9 +196,10 @@ def whole_waves(
 ) -> WholeWaves:
     """Return the waves of central differences of a rotor with terms of rotation.
 
-    terms : of the modes at rest; None: those of the model
-    blocks : orthonormal combinations (m, c) of the modes that the terms do not couple
-        to others, real or with their conjugates; none: all are coupled
+    terms : matrices in the modes at rest; None: those of the model
+    blocks : orthonormal combinations (m, c) of modes; the terms do not couple those of
+        different blocks. A complex block stands for its conjugate, too. Empty: one
+        block of all modes
     """
     step, shapes = scene.solver.time_step, model.rotor.shapes
     terms = terms or turning_terms(model, scene, shapes)
@@ -262,7 +264,7 @@ def _condition(parts: list[_Part], scale: float) -> float:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return the matrices (N, m) from modes to tips: gaps, tangential motion."""
+    """Return radial and tangential motion of tips by modes, (N, m), both negative."""
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 
@@ -337,9 +339,10 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
 
 
 def opened_by_ring(model: Model, scene: Scene) -> Floats:
-    """Return the gaps that unit multipliers open by the ring alone, m/N.
+    """Return the opening of gaps by unit multipliers due to the ring alone, m/N.
 
-    (N, 2 wide) by multiplier and gap; gaps are folded, see `kernels.circulant`
+    The shape is (N, 2 wide), by multiplier and by gap, folded as in
+    `kernels.circulant.folded`.
     """
     blades = np.arange(model.blades)
     chosen = folded(model.blades, widths(model.blades)[1])
