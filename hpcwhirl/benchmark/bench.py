@@ -19,7 +19,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.schemes import DEFAULT, NAMES, SCHEMES
 
-SETTLE = 0.02  # s, simulated before timing: the pulse is over, blades touch
+SETTLE = 0.02  # s, simulated before timing, until the pulse is over and blades touch
 OWN = "as given"  # name of the scene's own engine
 FULL = "rotation full"  # prefix of the names of variants with rotation
 OPERATION: dict[str, dict[str, float | str]] = {  # {name of a variant: its inputs}
@@ -29,10 +29,10 @@ OPERATION: dict[str, dict[str, float | str]] = {  # {name of a variant: its inpu
     "layer that wears": {"contact_law": "archard"},
 }
 FAINT = 1e-150  # N, a pulse that leaves amplitudes below 1e-150
-FAR = 1.0  # m, a gap that no blade crosses
-STEPS = 5_000  # steps timed in a repeat, the same each time, so with the same contacts
+FAR = 1.0  # m, a gap that no blade closes
+STEPS = 5_000  # steps timed in each repeat, from the same state, with the same contacts
 ROUNDS = 200_000  # iterations of the peak measurement; they take some 10 ms
-READ = 2e8  # bytes, of the measurement of bandwidth
+READ = 2e8  # bytes read in a measurement of bandwidth
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Timing:
     ----------
     scheme : integrator
     engine : name of the engine: `OWN`, or that of a variant
-    contact : share of the timed steps with at least one contact
+    contact : share of the timed steps that have contact
     touching : mean number of blades in contact in such a step
-    microseconds_per_step : median over the repeats, us per step of a case
+    microseconds_per_step : median over the repeats, us
     spread : (largest - smallest) over median of the repeats
     """
 
@@ -83,7 +83,7 @@ def restore(march: March, saved: Sequence[object]) -> None:
 
 @dataclass(frozen=True)
 class Asked:
-    """One timing to make: a scene, its scheme, with contact or with a gap of `FAR`."""
+    """A timing to make: scene, scheme, whether blades touch; else the gap is `FAR`."""
 
     scene: Scene
     scheme: str
@@ -92,7 +92,7 @@ class Asked:
 
 
 def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
-    """Return the time of a step for each request, see `time_marches`."""
+    """Return the timing of each request, see `time_marches`."""
     return time_marches(asked, settled_all(asked), repeats)
 
 
@@ -104,10 +104,10 @@ def settled_all(asked: Sequence[Asked]) -> list[March]:
 def time_marches(
     asked: Sequence[Asked], marches: Sequence[March], repeats: int
 ) -> list[Timing]:
-    """Return the time of a step for each request; every repeat makes the same steps.
+    """Return the timing of each request; all repeats take the same steps.
 
     Requests take turns and processor time is measured, so that other load of the
-    machine affects all of them alike.
+    machine affects all of them equally.
     """
     saved = [m.state._make(array.copy() for array in m.state) for m in marches]
     spent: list[list[float]] = [[] for _ in marches]
@@ -155,8 +155,8 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     """Return the timings to make, each in flight and in contact.
 
-    These are all schemes on the scene's engine and the default scheme on the other
-    engines; with rotation also the scheme that jumps over steps without contact.
+    All schemes are timed on the scene's engine, and the default scheme on the other
+    engines; on that with rotation also the scheme that jumps over free steps.
     """
     schemes = [(scene, scheme, OWN) for scheme in NAMES]
     variants = [
@@ -173,7 +173,7 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def in_operation(scene: Scene) -> dict[str, Scene]:
-    """Return {name: scene} of `OPERATION`; none where a scene allows no such inputs."""
+    """Return {name: scene} of `OPERATION`; empty if the scene allows no such inputs."""
     spin = resolve(scene).model.rotor.spin
     plain = spin is None or (spin.support.is_plain and spin.released is None)
     alike = scene.solver.until == "end" and scene.engine.rotation != "auto"
@@ -183,12 +183,12 @@ def in_operation(scene: Scene) -> dict[str, Scene]:
 
 
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {engine: ratios of a step's time with a feature to that without}.
+    """Return {engine: ratios of a step's time with a feature to that without it}.
 
-    Features are the rotation, of each engine, and those of `OPERATION`; one is left out
-    where no blade touches with it or without it in the timed steps.
+    Features are rotation, for each engine, and those of `OPERATION`. An engine is left
+    out if no blade touches in the timed steps, with the feature or without it.
 
-    They are measured with the default scheme:
+    The ratios are those of the default scheme:
 
     `in_flight` : ratio for steps without contact
     `in_contact` : ratio for steps in which blades touch; mean times of all steps are
@@ -220,7 +220,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
 
 
 def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
-    """Return the time of a step in flight and of one in contact, us.
+    """Return the times of a step without and of a step with contact, us.
 
     flight, mixed : a timing without contact, and one with contact in some steps
     """
@@ -229,7 +229,7 @@ def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
 
 
 def fma_peak(repeats: int) -> float:
-    """Return the measured peak of a core, GFLOP/s; a multiply-add counts as two."""
+    """Return the measured peak rate of a core, GFLOP/s; a multiply-add counts twice."""
     values = np.linspace(0.0, 1.0, CHAINS)
     multiply_add(1, values, 0.5, 0.5)
     spent = []

@@ -1,8 +1,8 @@
-"""Time of a step by number of blades, compared with what the machine can do.
+"""Time of a step by number of blades, compared with the peak rates of the machine.
 
-Timed are steps far from any casing, steps of a given motion, steps of a motion that
-rubs in every step and, for unequal sectors, steps in which all blades press on the
-casing. With few blades, the first three are also timed for several points a tip.
+Four motions are timed: one far from the casing, the scene's own, one with contact in
+every step and, for unequal sectors, one in which all blades press on the casing. With
+few blades, the first three are also timed for several points a tip.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.schemes import DEFAULT
 
-ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # read of a mode in a step without contact
+ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # items of a mode that a free step reads
 SIZES = 22, 44, 88, 176
 MOST_SEVERAL = 44  # blades that are also timed with several points a tip
 CYCLIC, UNEQUAL = "equal", "unequal"
 FLIGHT, GIVEN, RUBS, PRESSED = "in flight", "as given", "rubs", "all press"
-RUBBING = "mostly_damped"  # a scene whose blades touch in every step once they have
-UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, mistuned engine
+RUBBING = "mostly_damped"  # a scene with contact in every step after the first contact
+UNEVEN = 0.03  # relative amplitude of the blades' Young's moduli, if mistuned
 # a rigid casing that shrinks around all blades, and presses on them from 5 ms on
 AROUND: dict[str, Any] = {
     "casing.kind": "rigid", "nodal_diameter": 0, "casing.amplitude": 2e-4,
@@ -70,10 +70,10 @@ class Row:
     sectors : `CYCLIC` or `UNEQUAL`
     motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
     timing : time of its steps, see `Timing`
-    step_in_contact : time of a step with contact, us; 0: none had any
+    step_in_contact : time of a step with contact, us; 0 if no step had contact
     counts : operations and bytes of a mean step; with contact a lower bound
-    peak, bandwidth : multiply-adds and bytes per second over the measured rates of the
-        machine, the latter with as many bytes; 0 where `exact` jumps over steps
+    peak, bandwidth : operations and bytes per second over the measured peak rates, that
+        of reading as measured for an array of as many bytes; 0 if `exact` jumps
     """
 
     blades: int
@@ -88,7 +88,7 @@ class Row:
 
 
 def pattern(blades: int) -> list[float]:
-    """Return relative changes of the blades' Young's moduli, mistuned engine."""
+    """Return relative changes of the blades' Young's moduli, for a mistuned engine."""
     return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
 
 
@@ -110,8 +110,10 @@ def rows_of(
 
     Parameters
     ----------
-    peak : GFLOP/s
-    several : each returns a scene with several contact points a tip of its engine
+    scene : scene whose number of blades is changed
+    sizes, repeats : numbers of blades; repeats of each timing
+    peak : GFLOP/s, measured peak rate
+    several : functions that return a scene with several contact points a tip
 
     Raises
     ------
@@ -177,7 +179,7 @@ def requests_of(
 def asked_of(
     scene: Scene, blades: int, sectors: str, motion: str, scheme: str = DEFAULT
 ) -> Asked:
-    """Return the timing of a motion, named as in `Row`, with so many blades."""
+    """Return the request to time a motion, named as in `Row`, with N `blades`."""
     if motion == RUBS:
         rubbing = {"plan": scene.solver.plan}
         scene = apply_settings(named_scene(RUBBING), rubbing)
@@ -204,7 +206,7 @@ def _row(
 
 
 def counts_of(march: March, touching: float = 0.0) -> Counts:
-    """Return the operations and bytes of a mean step, `touching` blades in contact.
+    """Return the operations and bytes of a mean step with `touching` blades in contact.
 
     A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
     a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
@@ -244,11 +246,11 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
 
 
 def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
-    """Return the counts of several points a tip, both bodies as waves.
+    """Return the counts for several points a tip, with both bodies as waves.
 
-    A wave takes 8 operations, a point 3. The four rows of a touching point take 2 an
-    entry. With equal sectors each of the n_c points that touches takes 36 a row and
-    slot, once for all blades, and all waves 16 more.
+    A wave takes 8 operations, a point 3. The four rows of a touching point take 2 for
+    each entry. With equal sectors each of the n_c points of a tip at which a blade
+    touches takes 36 for each row and slot, once for all blades, and each wave 16 more.
     """
     rows, folded = rotor.rows, 2.0 * cyclic.widths(points)[1]
     step, size = 4 * len(rotor.ahead) + 3 * folded, 2 * len(rotor.ahead) + 5 * folded
@@ -274,7 +276,7 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
 
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return the entries read in each step, and in the rows used by blades in contact.
+    """Return the numbers of matrix entries read in each step, and in rows of contact.
 
     Of waves, tips far from the casing are not read.
     """
@@ -287,7 +289,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:
-    """Return timings as a table of texts: its head, and a line for each row."""
+    """Return timings as a table of texts: its head, then a line for each row."""
     head = [
         "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",
@@ -312,7 +314,7 @@ def _line(row: Row) -> list[str]:
 
 
 def over_single(rows: Sequence[Row]) -> list[str]:
-    """Return a line for each engine: its steps with several points over one point's."""
+    """Return lines of ratios: time of a step with several points a tip over one."""
     of = {
         (row.blades, row.sectors, row.motion, row.points): row
         for row in rows

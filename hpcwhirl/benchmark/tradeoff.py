@@ -26,9 +26,9 @@ from hpcwhirl.scene.words import word_of
 
 NUDGE = 1e-7  # relative change of the force from one twin of a case to the next
 CONFIDENCE = 0.95
-LEAST = 0.01  # gaps, least displacement to which errors are related
+LEAST = 0.01  # of the gap: least displacement of the centre that scales an error
 WARM = 200  # steps that compile a kernel before the timing
-# {name of a number: to what its error is related, see `difference`}
+# {name of a number: what scales its error, see `difference`}
 NUMBERS = {
     "orbit_radius": "radius",
     "contact_impulse": "itself",
@@ -37,14 +37,14 @@ NUMBERS = {
     "line_frequency": "itself",
     "growth_rate": "window",
 }
-# comparable for any duration
+# numbers that can be compared between runs of different duration
 ONLY_LATE = ("orbit_radius", "line_frequency", "growth_rate")
 SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One run: its words (regime, whirl), its numbers, its processor time in s."""
+    """One run: its words (regime, whirl), `NUMBERS`, and processor time, s."""
 
     words: tuple[str, str]
     numbers: dict[str, float]
@@ -89,10 +89,10 @@ class Compared:
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a twin, whose force (gap, if unloaded) is larger by `twin` `NUDGE`.
+    """Integrate a twin, whose force (gap, if unloaded) is 1 + `twin` `NUDGE` times.
 
     The timed run keeps the scene's traces. Unless these are full, a second run with
-    full traces gives the peak of the tips.
+    full traces gives the peak displacement of the tips.
     """
     nudged = "force" if scene.is_loaded else "gap"
     larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
@@ -125,9 +125,9 @@ def _warm(scene: Scene) -> None:
 
 
 def _possible(finest: Scene) -> Scene:
-    """Return the reference scene, with its kernels compiled.
+    """Compile the kernels of the reference scene; return that scene.
 
-    If its scheme is refused, the default scheme is taken instead.
+    If its scheme is refused, the default scheme is used instead.
     """
     try:
         _warm(finest)
@@ -145,8 +145,8 @@ def compare(
     Parameters
     ----------
     name, scene : name of the scene, and the scene
-    setting : inputs to set in it
-    reference : twins of the scene integrated with the reference's settings
+    setting : inputs to set in the scene
+    reference : runs of the scene's twins with the settings of the reference
     repeats : number of twins to integrate and time
     """
     out = Compared(name, setting.axis, setting.label, setting.inputs)
@@ -181,14 +181,15 @@ def difference(
 ) -> tuple[float, float] | None:
     """Return (relative error of the mean, half its confidence interval), or None.
 
-    Errors are relative to the reference's mean, for displacements of the centre to at
-    least `LEAST` gaps. A growth rate is multiplied by the window, which makes it a
-    change of ln amplitude. None if a value is not finite.
+    Errors are relative to the reference's mean; for displacements of the centre to at
+    least `LEAST` times the gap. The error of a growth rate is multiplied by the window,
+    which makes it a change of ln amplitude. None if a value is not finite, or if both
+    samples and reference are 0.
 
     Parameters
     ----------
     number : one of `NUMBERS`
-    samples, reference : twins of one scene, by the setting and by the reference
+    samples, reference : runs of one scene's twins, with the setting and the reference
     gap : m
     """
     a = np.array([s.numbers.get(number, math.nan) for s in samples])
@@ -238,8 +239,7 @@ class Tradeoff:
     ----------
     compared : results of each setting on each scene
     words : {scene: words of the reference's twins}
-    floors : {scene: {number: spread of the reference's twins}}; smaller errors have no
-        meaning
+    floors : {scene: {number: result of `floor_of`}}; smaller errors have no meaning
     reference : inputs of the reference
     reference_seconds : {scene: median processor time of a reference run, s}
     """

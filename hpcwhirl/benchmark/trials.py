@@ -15,12 +15,12 @@ from hpcwhirl.scene.input_names import Value
 from hpcwhirl.structure.bladed_disk import MOST_DOF
 
 Settings = dict[str, Value]
-A_BLADE = "modes_a_blade"  # in a setting: number of fixed-interface modes over N
+A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes over N
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Inputs to try out: `axis` is what is varied, `label` the name of the setting."""
+    """Inputs of a run: `axis` names what is varied, `label` the setting itself."""
 
     axis: str
     label: str
@@ -34,7 +34,7 @@ def trials() -> dict[str, Any]:
 
 
 def default_scenes(base: Scene) -> dict[str, Scene]:
-    """Return {name: scene}: one of each kind of motion, and one near a boundary."""
+    """Return {name: scene}: one for each kind of motion, and one near a boundary."""
     table = trials()["scenes"]
     return {name: apply_settings(base, inputs) for name, inputs in table.items()}
 
@@ -42,7 +42,7 @@ def default_scenes(base: Scene) -> dict[str, Scene]:
 def applied(scene: Scene, inputs: Settings) -> Scene:
     """Return the scene with inputs set; `modes_a_blade` times N becomes `modes`."""
     settings: dict[str, Any] = {"until": "end", **inputs}
-    if "time_step" in inputs:  # or the input accuracy would set it again
+    if "time_step" in inputs:  # otherwise the input accuracy would choose it
         settings["accuracy"] = 0.0
     if inputs.keys() & {A_BLADE, "modes", "casing.harmonics", "casing.families"}:
         settings["truncation"] = 0.0
