@@ -60,7 +60,7 @@ class Timing:
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
     """Return a march after its pulse, set to take no samples.
 
-    contact : whether blades touch; otherwise the pulse is faint and the gap `FAR`
+    contact : whether blades may touch; otherwise the gap is `FAR`
     """
     step = scene.solver.time_step
     settings: dict[str, float | str] = {"scheme": scheme}

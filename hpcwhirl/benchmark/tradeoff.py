@@ -89,7 +89,7 @@ class Compared:
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a twin, whose force (gap, if unloaded) is 1 + `twin` `NUDGE` times.
+    """Integrate a twin: its force (gap, if unloaded) times 1 + `twin` * `NUDGE`.
 
     The timed run keeps the scene's traces. Unless these are full, a second run with
     full traces gives the peak displacement of the tips.

@@ -73,8 +73,8 @@ class History:
         unless asked
     point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same for all contact
         points, if tips have several; `tips` then has one of them. Else n_c is 0
-    stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless asked, or
-        where the rotor has none
+    stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless asked, and
+        if the rotor has none
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
         evidence where the final one is not finite
     gap_error : largest difference between the solved gaps and those of the bodies, over

@@ -141,7 +141,7 @@ class March:
         self._refresh(None)
 
     def _coast(self) -> FreeDecay | None:
-        """Return the search for a certificate of free decay; None if there is none."""
+        """Return the search for a certificate of free decay; None if impossible."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -156,7 +156,7 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Start again with all sectors if contact was too long or too frequent in one.
+        """Start again with all sectors if the integrated one had too much contact.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
         grow from it: one sector represents all sectors only while this is negligible.
@@ -264,7 +264,7 @@ class March:
         return np.zeros((self.total // self.stride, *self._stress_shape))
 
     def _read_stress(self) -> None:
-        """Keep the stress at the present step, that of a sample."""
+        """Store the stress at the present step, at which a sample is written."""
         stress = self.model.rotor.stress
         if stress is not None:
             row = self.steps // self.stride - 1
@@ -285,7 +285,7 @@ class March:
 
     @property
     def evidence_columns(self) -> int:
-        """Number of columns of evidence, larger where a changing speed drives modes."""
+        """Number of columns of evidence, larger if the rotor is a `DrivenBody`."""
         driven = isinstance(self.scheme.arrays.rotor, DrivenBody)
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 

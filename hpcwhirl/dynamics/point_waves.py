@@ -63,7 +63,7 @@ class BodyWaves:
 
     @cached_property
     def rates(self) -> Complexes:
-        """Velocities of the modes, (m, w), of unit amplitudes, of a free motion."""
+        """Velocities of the modes, (m, w), for unit amplitudes in free motion."""
         static = self.moves - self.rises  # d of a step earlier: rises / z
         with np.errstate(divide="ignore", invalid="ignore"):
             z = np.where(static != 0.0, self.rises / static, 0.0)
@@ -121,7 +121,7 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
     """Return waves of a body that are combinations of the waves of its modes.
 
-    mixed : (m, w), waves of the modes from the amplitudes; its columns are orthogonal
+    mixed : (m, w), modes' waves for unit amplitudes, with orthogonal columns
     turns : (w,), rad, by which a step turns the amplitudes beyond z of the modes
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]

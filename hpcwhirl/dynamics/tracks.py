@@ -186,7 +186,7 @@ def _closing(march: March) -> dict[str, float]:
 def _ledger(terms: Iterable[float]) -> dict[str, float]:
     """Return {term: J} in the order of `LEDGER_TERMS`, including the residual.
 
-    terms : energy, damping, pulse, impact and wear, friction, rotation, wear
+    terms : energy, damping, pulse, impact with wear, friction, rotation, wear, J
     """
     energy, damping, pulse, spent, friction, rotation, wear = map(float, terms)
     residual = energy + damping + spent - pulse - friction - rotation

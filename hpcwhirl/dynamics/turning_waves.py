@@ -158,7 +158,7 @@ class Differences(Diameter):
         return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta of central differences, where x and d change alike."""
+        """Return beta of central differences, by which x and d change equally."""
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 

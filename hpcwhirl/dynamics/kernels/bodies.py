@@ -1,4 +1,4 @@
-"""The loop for two bodies of any kind: Algorithm 1, with functions named in `verbs`."""
+"""The loop for two bodies of any kind: Algorithm 1, with the operations of `verbs`."""
 
 from __future__ import annotations
 

@@ -161,9 +161,9 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
 
     Return the number of active blades, which are the first ones of `where` in `space`,
     or -1 if no solution was found. The method is block principal pivoting from the
-    penetrating set; after 3 N exchanges, one index at a time, the last one (Murty),
-    which ends for any P-matrix. Where the bodies have fewer modes than touching blades,
-    the method is that of `lemke`.
+    penetrating set; after 3 N exchanges only the last violating blade is exchanged
+    (Murty), which ends for any P-matrix. If a part of W is singular, since more blades
+    touch than the bodies have modes for, the method is that of `lemke`.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ Lambda_kappa = sum_j lambda_j e^{-2 pi i kappa j / N}, gives every modal force a
 (gamma + mu conj(sigma)) Lambda, sigma the tangential amplitude; and the Delassus
 matrix is constant and circulant.
 
-Sizes follow from the arrays: one kernel of each scheme serves all of them.
+Sizes follow from the arrays: one kernel of each scheme serves all sizes.
 """
 
 from __future__ import annotations

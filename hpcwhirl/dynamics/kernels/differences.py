@@ -1,6 +1,7 @@
 """The passes of central differences: works, losses and energy of their steps.
 
-A step's velocity at n is (d + d') / 2 dt, its damping loss rate (d + d')^2.
+The velocity at step n is (d + d') / 2 dt; the damping loss of the step is the item
+`RATE` of the mode times (d + d')^2.
 """
 
 from __future__ import annotations
@@ -249,7 +250,7 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @rare
 def energy_of(s, c, place, increment, size, step):
-    """Return 1/2 v^2 + 1/2 w^2 q_n q_{n+1} at n + 1/2, J.
+    """Return the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over modes, n + 1/2, J.
 
     place, increment : first indices in s of the amplitudes and of their d
     """

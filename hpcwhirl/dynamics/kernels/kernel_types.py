@@ -174,7 +174,8 @@ class CyclicState(NamedTuple):
 class Ring(NamedTuple):
     """How a casing's ring is discretised.
 
-    kind, size : RIGID, ELEMENTS or WAVES, see `contact`; elements, or highest harmonic
+    kind : RIGID, ELEMENTS or WAVES, see `contact`
+    size : number of elements, or highest harmonic
     length : m, of an element
     """
 

@@ -156,7 +156,7 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Do `work_rotor` for the ring; br, bi : both; works : normal, drag, re and im."""
+    """Do `work_rotor` for the ring; br, bi : re and im of `both`; works : re, im."""
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
     sr, si = load(c, at + SR * FOUR), load(c, at + SI * FOUR)
@@ -167,7 +167,7 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Add a column's works to sums: twice that of normal forces, of drag over mu."""
+    """Add a column's works to sums: twice those of normal forces and drag over mu."""
     normal, re, im = works
     store(sums, col, fma(push[0], normal, load(sums, col)))
     drag = fma(push[1], im, load(sums, width + col))
@@ -352,7 +352,7 @@ def unfold_four(parts, gaps, row, wide, j, least):
 
 @inlined
 def lowest_of(least, gap):
-    """Return the lowest of the four numbers `least` and `gap`."""
+    """Return the lowest of the four numbers `least`, and of `gap`."""
     lowest = gap
     for i in range(FOUR):
         lowest = min(lowest, element(least, i))

@@ -111,10 +111,10 @@ def gather(active, where):
 
 @inlined
 def improve(gaps, size, lam, opened, attempt, largest, space):
-    """Try a set of active blades; return 0 if right, > 0 if wrong, -1 if singular.
+    """Try the first `size` blades of `where` as the active ones.
 
-    If it is right, set `lam`; if wrong, exchange the blades that violate
-    complementarity.
+    Return 0 if this solves the problem, and set `lam`; -1 if their part of W is
+    singular; else exchange blades, and return how many violate complementarity.
     """
     _, w, _, small, right, active, where, _, _, _ = space
     if not solve_active(gaps, w, where, size, opened, small, right):

@@ -204,8 +204,8 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
                  space, tracks, sizes):  # fmt: skip
     """Write the samples of the traces within a jump, from copies of the state.
 
-    A jump ends at a row of evidence, never at a sample of the traces, so that the
-    motion is the same whichever traces are kept.
+    Samples of the traces do not end a jump, so that the motion is the same whichever
+    traces are kept.
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0

@@ -266,7 +266,7 @@ def read_every_sector(rows, q, points, tips, spectra):
 
 @inlined
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
-    """Set tips and gaps of point j and its like on the group of four blades.
+    """Set tips and gaps of point j, and of the same point of its group's blades.
 
     Return the lowest of these gaps, m; infinity, if they have been set already.
     """

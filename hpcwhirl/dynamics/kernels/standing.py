@@ -11,9 +11,9 @@ k_d and c_d as in `reduction.supports`, v = (z_{n+1} - z_{n-1}) / 2 dt of the st
 without contact. The contribution of f to v is included, by solving two equations; that
 of contact in the same step is not.
 
-A squeeze film (`reduction.squeeze_film`), with z = z_s + y and the circle z_s of an
-unbalanced rotor, has the force that remains beyond its c_0 in the matrices of y and the
-equilibrium of z_s:
+The matrices of y include the damping c_0 of a squeeze film (`reduction.squeeze_film`),
+and the circle z_s of an unbalanced rotor is in equilibrium with the film. The rest of
+its force, at z = z_s + y, is
 
 f = -(c_m - c_0) v - c_d (z/c)^2 conj(v) - i Omega [(c_t - c_0) z - (c_t - c_0)_s z_s],
 

@@ -7,8 +7,8 @@ e^{2 pi i kappa j / N} = e^{2 pi i kappa v / N} e^{2 pi i r s / a}:
 the first stage sums over p for each r and v, the second one over r for each s (Cooley
 and Tukey, Math. Comp. 19, 1965). The real part of a term r is even in s, the imaginary
 part odd, so that terms r and a - r, and blades s and a - s, share their products. Both
-stages read the table of the dense product, in which all of these factors stand: the
-first b columns, and of every b-th row the first a / 2.
+stages read the table of the dense product, which has all of these factors: the first
+stage its first b columns, the second the first a / 2 + 1 entries of every b-th row.
 
 No library of transforms can be called from compiled code that holds no Python objects.
 """

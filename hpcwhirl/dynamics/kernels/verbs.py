@@ -82,7 +82,7 @@ def read(body, values, out):
 
 
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2): radial, as read, and tangential; then x_o, y_o."""
+    """Set tips (N + 1, 2): `radial` of `read`, and tangential; then x_o, y_o."""
     raise NotImplementedError
 
 

@@ -11,8 +11,8 @@ central differences they are followed by the spectra of the gaps of the last thr
 steps. The items of four neighbouring waves p .. p + 3 are contiguous, item i at (p
 ITEMS + 4 i).
 
-In flight a wave jumps over n steps by z^n; |gamma a|, |gamma s a| and |gamma s^2 a|, s
-its root, bound the gaps, see `flight`.
+A jump over n steps multiplies a wave by z^n; |gamma a|, |gamma s a| and |gamma s^2 a|,
+s its root, bound the gaps, see `flight`.
 
 Free motion loses Jacobi's energy only by D and S. So the rotor's loss is the energy and
 loss that contact forces have added, less the present energy.

@@ -378,9 +378,7 @@ def add_four(rows, where, push, i, s, modes):
 def add_rows(rows, push, where, active, s, modes):
     """Add the active blades' rows, times their multipliers, to s[:modes].
 
-    rows : (N, modes) flat
-
-    modes : a multiple of 8
+    rows, modes : (N, modes) flat; a multiple of 8
     """
     fours = active - active % 4
     for i in range(0, fours, 4):
