@@ -6,8 +6,8 @@ rotor is reduced as a whole, since it has no blocks; each of its modes is labell
 the nodal diameter and family of the tuned rotor's mode that it resembles most, each
 label used once. In an engine's file, modes of equal frequency that an eigensolver has
 mixed are separated by the Fourier transform of their tips. A rotor from file whose
-sectors are equal to 2e-5 gets modes of the built-in rotor's form, see `recognise`.
+sectors are equal within 2e-5 gets modes of the built-in rotor's form, see `recognise`.
 
-`finite_elements` reduces wheels of other finite-element codes, with sparse matrices (a
-sector one nodal diameter at a time), to the coordinates of the built-in rotor.
+`finite_elements` reduces the sparse matrices of other finite-element codes to the
+coordinates of the built-in rotor: a wheel at once, a sector by nodal diameters.
 """

@@ -55,8 +55,8 @@ OF_SUPPORTS = (
     "film_length",
     "film_radius",
     "film_clearance",
-)  # inputs of a rotor that do not change its matrices
-SPARSE = 4  # times as many modes as wanted from which on dense matrices are slower
+)  # inputs of dampers and bearings, which leave a rotor's M and K unchanged
+SPARSE = 4  # interior DoF per wanted mode beyond which sparse matrices are faster
 SUPPORT_SHARE = 0.5  # least share of strain energy in the foundation of a support mode
 
 
@@ -65,7 +65,7 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
     """Return the reduced bladed disk (Eq. 1), reduced as a whole if it is mistuned.
 
     With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
-    and additional damping of the suspension acts in the static frame.
+    and what `suspension_damping` adds to `damping` acts in the static frame.
     """
     usual = {**dict.fromkeys(OF_SUPPORTS, 0.0), "bearing": ""}
     bare = rotor.model_copy(update=usual)
@@ -81,9 +81,9 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Return a rotor with the supports of its centre.
+    """Add the supports of the centre, from the rotor's inputs, to a model.
 
-    damping : N s/m, mean damping c in the static frame, without a squeeze film
+    damping : N s/m, mean c of all dampers in the static frame but a squeeze film
     """
     if model.spin is None:
         return model
@@ -104,7 +104,7 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
 
 @lru_cache(maxsize=16)
 def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
-    """Return the reduced bladed disk, cached for all values of damping."""
+    """Return the reduced bladed disk; all values of damping share one cached model."""
     disk = bladed_disk(rotor)
     added = rotation_of(rotor) if rotation == "full" else None
     if not rotor.is_uneven:
@@ -185,8 +185,8 @@ def casing_model(
     casing : inputs of the casing
     radius : R_c, m
     source : engine's file and the digest of its content, for a casing from file
-    wide : whether to keep how modes vary along the axis, for several contact points a
-        tip; else modes are those in the casing's middle
+    wide : whether modes keep their variation along the axis, which several contact
+        points per tip need; else the modes are those in the casing's middle plane
     """
     operator: RingOperator | FourierOperator
     if casing.discretization == "file":

@@ -34,8 +34,8 @@ def craig_bampton(
     boundary : (b,) DoF kept
     eta : fixed-interface modes kept, the lowest first
     near : (n - b, more than eta), lowest fixed-interface modes of a similar structure,
-        from which the modes, of real and sparse matrices, are found sooner, equal to
-        round-off
+        from which an iteration starts: with real, sparse matrices it is faster, and its
+        modes are the same to round-off; None: no iteration
 
     Returns
     -------
@@ -155,8 +155,8 @@ def lacking(m_ii: Any, basis: Matrix, other: Matrix, whole: Matrix) -> Matrix:
     Parameters
     ----------
     m_ii : (i, i), mass of the interior, dense or sparse
-    basis, other : (i, b + eta), interior rows of static modes, then others
-    whole : (b,), square roots of the mass of each static mode
+    basis, other : (i, b + eta), interior rows of static, then fixed-interface modes
+    whole : (b,), square roots of the mass of each static mode, boundary included
     """
     kept = len(whole)
     static, modes = basis[:, :kept], basis[:, kept:]

@@ -35,14 +35,14 @@ def wave(k: int, sectors: int) -> Complexes:
 def block(
     matrix: Floats, structure: CyclicStructure, k: int, *, skew: bool = False
 ) -> Complexes:
-    """Return the Hermitian block of a structure's matrix on nodal diameter k.
+    """Return the Hermitian block of a structure's matrix for nodal diameter k.
 
     Parameters
     ----------
     matrix : (n, n), symmetric or, with `skew`, skew-symmetric
     structure : structure of equal sectors
     k : nodal diameter
-    skew : whether the matrix, and so its block, is skew
+    skew : whether the matrix is skew-symmetric, and so its block skew-Hermitian
 
     Returns
     -------

@@ -21,10 +21,10 @@ from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SAME = 1e-8  # relative difference of omega^2 up to which frequencies count as equal
-ROUND_OFF = 1e-15  # error of omega^2 by an eigensolver, over (largest omega^2) m
+ROUND_OFF = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
 NEAR = 1e-3  # relative difference of omega of modes that a small asymmetry may mix
 PURE = 0.99  # share of one diameter from which a mode counts as not mixed
-STILL = 1e-10  # squared tip motion over the largest that counts as none
+STILL = 1e-10  # squared tip motion, relative to the largest, that counts as none
 
 
 def diameter_shares(shapes: Floats, blades: int) -> Floats:
@@ -73,7 +73,7 @@ def mixed(shapes: Floats, blades: int) -> bool:
 def unmixed(
     shapes: Floats, blades: int, hub: Floats | None = None
 ) -> tuple[Floats, int]:
-    """Return an orthogonal matrix that combines modes to one diameter each.
+    """Return the orthogonal matrix whose combinations of modes have one diameter each.
 
     Parameters
     ----------
@@ -126,8 +126,8 @@ def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
 def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
     """Return the nodal diameter of each mode, (m,): the one that dominates its tips.
 
-    Among mixed modes of nearly one frequency, each diameter is assigned as often as
-    their space contains it, to the modes with the largest share of it.
+    Mixed modes of nearly one frequency get the diameters of their unmixed combinations
+    (see `unmixed`), with which they are paired by the largest overlap.
 
     Parameters are those of `aligned`.
     """

@@ -1,9 +1,9 @@
-"""Nodal diameters of a rotor with several contact points a tip, for what is told of it.
+"""Nodal diameters of a rotor with several contact points per tip, for its frequencies.
 
-Its march has waves of its own, see `dynamics.point_sectors`. Frequencies alone, as in
-omega(Omega), Eq. 13 and the growth of free motions, ask of a contact point no more than
-that it is a coordinate: the reference points are the tips then, and sectors are
-recognised like those of one point a tip.
+The time integration has waves of its own, see `dynamics.point_sectors`. Natural
+frequencies, Eq. 13 and the growth of free motions do not depend on contact: here only
+the reference points count as tips, so that equal sectors are recognised as for a rotor
+with one point per tip.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from hpcwhirl.reduction.spin import turned_alike
 
 @lru_cache(maxsize=MOST_KEPT)
 def rotor_by_diameter(model: Model) -> ModalModel:
-    """Return the rotor of which frequencies are told, by nodal diameter if it can be.
+    """Return the rotor for frequencies, with modes by nodal diameter where possible.
 
-    It is the model's own but for several points a tip, whose sectors are equal to
-    `recognise.EQUAL`: of these a cyclic one, with waves if it has a spin.
+    It is the model's rotor, unless that has several points per tip and sectors equal
+    within `recognise.EQUAL`: then it is cyclic, with waves if it has terms of rotation.
     """
     own, blades = model.rotor, model.blades
     if own.points is None:
@@ -38,9 +38,10 @@ def rotor_by_diameter(model: Model) -> ModalModel:
 
 
 def _shares(own: ModalModel, found: ModalModel, blades: int) -> NDArray[np.float64]:
-    """Return the shares of the shaft's springs in the modes of `found`, (m,).
+    """Return the share of strain energy in the shaft's springs in each mode, (m,).
 
-    The stiffness of the springs is that which the shares of `own` tell, NaN if unknown.
+    The modes are those of `found`. The springs' stiffness follows from the shares of
+    `own`; the result is NaN if those are unknown.
     """
     moved, others = ((centre_rows(m, blades) ** 2).sum(0) for m in (own, found))
     if not moved.any():

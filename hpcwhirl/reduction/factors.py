@@ -1,8 +1,8 @@
 """Factors of sparse positive definite matrices: LU, or Cholesky where installed.
 
 A large matrix is factored by CHOLMOD (Chen et al. 2008, doi 10.1145/1391989.1391995; in
-cvxopt) in the order of METIS's nested dissection (pymetis): for a massive solid its
-factor has a quarter of the entries of SuperLU's in its order of minimum degree.
+cvxopt) in the order of METIS's nested dissection (pymetis): for a massive solid this
+factor has a quarter of the entries of SuperLU's factor, ordered by minimum degree.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def _lu(
 def negative_pivots(matrix: sparse.csc_array) -> int | None:
     """Return the number of negative eigenvalues of a matrix (Sylvester's inertia).
 
-    None where the factor has exchanged rows, so that its pivots do not show it.
+    None where the factorization has exchanged rows, so that pivots do not count them.
 
     Raises
     ------

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 HELD = "suspension", "conical"  # families of modes on the springs of the shaft
 UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
 MOVING_SHARE = 0.1  # least share of energy in the shaft's springs of modes that move it
-PAIR = 1e-8  # relative difference of two frequencies up to which they are one line
+PAIR = 1e-8  # relative difference of frequencies up to which two modes are one line
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Line:
     """One line of the modal table; a pair of equal frequencies is one line.
 
     centre_share : share of the strain energy in the shaft's springs; None if unknown
-    clearance_consumption : see the function of this name; None for the casing
+    clearance_consumption : c_Delta, see the function of this name; None for the casing
     """
 
     body: str
@@ -39,8 +39,8 @@ def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
     The suspension is the mode with more than half of its strain energy in the shaft's
     springs; a disk that tilts on its shaft has two such modes, and the higher one is
-    called conical. Other modes are counted by rank. If these shares are unknown, so are
-    families.
+    called conical. Other modes are counted by rank. If the shares of strain energy are
+    unknown, all families are `UNKNOWN`.
     """
     modes = np.flatnonzero(model.diameter == k)
     if np.isnan(model.centre_share[modes]).any():
@@ -52,14 +52,14 @@ def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
 
 def clearance_consumption(radial: Floats, tangential: Floats) -> float:
-    """Return c_Delta of a mode, by how much its motion closes the clearance.
+    """Return c_Delta of a mode: how much of its tip motion closes the clearance.
 
-    It is the largest radial amplitude |U| of a contact point over the largest
-    displacement of one in the plane, the long half axis of its ellipse, a^2 = (|U|^2 +
-    |V|^2 + |U^2 + V^2|) / 2: 0 where tips move only along the casing, 1 where they move
-    straight to it; 0 where none moves. The notion, clearance
-    consumed as a blade vibrates along one of its modes, is that of shape optimisation
-    with contact (Laine et al.); it is made dimensionless here by the displacement.
+    It is the largest radial amplitude |U| of any contact point, divided by the largest
+    in-plane displacement of any, the semi-major axis a of its ellipse, a^2 = (|U|^2 +
+    |V|^2 + |U^2 + V^2|) / 2: 1 where tips move radially, 0 where they move only along
+    the casing or not at all. Clearance consumption, the clearance that a blade uses up
+    as it vibrates in one of its modes, comes from shape optimisation with contact
+    (Laine et al.); here it is divided by the displacement.
 
     Parameters
     ----------
@@ -92,7 +92,10 @@ def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
 
 
 def _are_pair(model: ModalModel, one: np.intp, other: np.intp) -> bool:
-    """Return whether two modes of a nodal diameter, in order, are one double mode."""
+    """Return whether `other` is the second mode of a pair of which `one` is the first.
+
+    one, other : indices of modes of one nodal diameter
+    """
     if other <= one or model.rank[one] != model.rank[other]:
         return False
     return bool(model.omega[other] <= (1 + PAIR) * model.omega[one])

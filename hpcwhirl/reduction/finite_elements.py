@@ -3,9 +3,9 @@
 A whole wheel is reduced at once. A sector is reduced per nodal diameter k with
 u_right = e^{i k 2 pi / N} u_left in axes that turn with the sectors, so that each k has
 Hermitian matrices of one sector (Eqs. 5 and 10), and a shared centre belongs to k = 1
-only, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). Reduced, they are spread over the
-sectors as in `modes`: tips stay physical, amplitudes are real and imaginary parts, so
-that the wheel is cyclic to round-off.
+only, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). The reduced matrices are expanded to all
+sectors as in `modes`: tips stay physical, complex amplitudes become their real and
+imaginary parts. So the wheel is cyclic to round-off.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ from hpcwhirl.structure.assembly import turn
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 MORE = 2  # modes computed of each diameter beyond an even share of all
-STRAINED = 1e-4  # largest relative strain by a translation; 14 digits give 1e-6
+STRAINED = 1e-4  # largest relative strain by a translation; data of 14 digits give 1e-6
 INDEFINITE = -1e-9  # lowest relative eigenvalue that counts as 0 with round-off
-ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over (largest omega^2) n
+ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over n times the largest one
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Imported:
     blades : N
     centre : whether x_o, y_o exist
     kept : number of fixed-interface modes at rest
-    added : number of further coordinates by which the basis serves all speeds
+    added : number of further coordinates that make the basis serve all speeds
     highest : rad/s, highest omega of the kept modes; no mode below it is missing
     omega : (n,), rad/s, ascending, frequencies of the rotor
     rigid : number of frequencies that are 0, apart from round-off
@@ -99,9 +99,11 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Reduced M, K and terms of rotation, last omega^2, worst condition number.
+    """Reduced M, K and terms of rotation of a wheel.
 
-    added : number of coordinates that speed adds to the basis at rest
+    last : (rad/s)^2, highest omega^2 of the fixed-interface modes at rest
+    condition : worst condition number, see `Condensed`
+    added : number of coordinates that the basis for all speeds has in addition
     stress : rows of the stress (N P c, n), if the wheel has it
     """
 
@@ -115,7 +117,7 @@ class _Reduced:
 
 
 class _Map:
-    """Builder, entry by entry, of the sparse matrix T that gives all DoF u = T v."""
+    """The sparse matrix T of u = T v, all DoF u from free ones v, built by entries."""
 
     def __init__(self) -> None:
         self.rows: list[Integers] = []
@@ -251,7 +253,11 @@ def _finished(
 
 
 def _named(wheel: FiniteElements) -> Integers:
-    """Return the DoF that T expresses by other ones, or that are fixed."""
+    """Return the DoF that have no column of their own in T: see `_Map`.
+
+    They are those of tips and centre, which get turned axes, of a sector's right side,
+    and fixed ones.
+    """
     cut, centre = wheel.cut, wheel.centre
     sides = [] if cut is None else [cut.right, cut.right_plane.ravel()]
     hub = [] if centre is None else [centre.dofs]
@@ -323,7 +329,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 def _shared(
     pieces: dict[int, Condensed], blades: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return {diameter: number of modes kept}, as `share_out`, and the last omega^2."""
+    """Return {diameter: modes kept}, as `modes.share_out`, and the highest omega^2."""
     listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
     counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
     for value, k in listed:
@@ -341,7 +347,10 @@ def _spread(
     cuts: Cut,
     pieces: dict[int, Condensed],
 ) -> tuple[Floats, Floats, Spin | None, Floats | None]:
-    """Return (M, K, terms, stress) in tips, centre and amplitudes of all diameters."""
+    """Return (M, K, terms of rotation, stress) of all sectors from reduced blocks.
+
+    Their coordinates are tips, centre, and the amplitudes of all nodal diameters.
+    """
     blades, none, own = wheel.blades, np.zeros((0, 0)), 2 * wheel.each
     hub = () if wheel.centre is None else (own * blades, own * blades + 1)
     structure = CyclicStructure(none, none, blades, own, tuple(range(own)), hub)
@@ -489,9 +498,9 @@ def _translation(size: int, angle: Floats) -> Floats:
 
 
 def _strained(stiffness: Floats, angle: Floats) -> float:
-    """Return the relative strain by a translation, largest of all tip DoF.
+    """Return the largest relative strain of a tip DoF in a rigid translation.
 
-    It is the force on the DoF over the sum of |stiffness| in its row.
+    It is the force on the DoF, divided by the sum of |stiffness| in its row.
     """
     tips = stiffness[: 2 * len(angle)]
     force = np.abs(tips @ _translation(len(stiffness), angle)).max(axis=1)

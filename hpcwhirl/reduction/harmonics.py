@@ -1,9 +1,9 @@
 """Modes of the ring of Fourier harmonics, in closed form: two per harmonic and phase.
 
-From h = 1 on, one of the two modes bends the ring (for h = 1 moves it on its support);
-the other one stretches it, with a frequency of c / R sqrt(1 + h^2) or more. At a
-contact, the compliance of the latter is some thousandths of that of the former, but the
-latter limits the time step.
+For h >= 1, the first mode bends the ring (for h = 1 it moves the ring on its support);
+the second one stretches it, with a frequency of c / R sqrt(1 + h^2) or more, c the
+speed of sound. At a contact, the stretching mode has some thousandths of the compliance
+of the bending mode, but it limits the time step.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def model_of_modes(
     labels : (omega, harmonic, rank, phase) of each mode
     columns : shape of each mode, in the coordinates of the matrices
     damping : modal damping ratio, one or (modes,)
-    matrices : mass and stiffness; None where the modes do not span their motions
+    matrices : mass and stiffness; None if modes were left out, which the matrices
+        would include
     """
     omega, diameter, rank, phase = map(np.array, zip(*labels, strict=True))
     order = np.lexsort((phase, rank, diameter, omega))

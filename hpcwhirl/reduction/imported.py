@@ -50,9 +50,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
-EXACT = 1e-9  # the same, and error of frequencies, of modes from an eigensolver
-LEAST = 1e-15  # error of omega^2 by an eigensolver, over (largest omega^2) m
-ROUND_OFF = 1e-6  # least modal damping to which errors relate, over the largest
+EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged
+LEAST = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
+ROUND_OFF = 1e-6  # least modal damping that errors are compared with, over the largest
 TINY = 1e-300
 ROWS = {  # {array of modal motion: index map of its coordinates}
     "modal_tip_radial": "tip_radial",
@@ -60,7 +60,7 @@ ROWS = {  # {array of modal motion: index map of its coordinates}
     "modal_centre": "centre",
 }
 SEMIDEFINITE = 1e-9  # negative eigenvalue, over the largest, that counts as 0
-UNSEEN = 1e-9  # motion of the centre over the largest shape that counts as zero
+UNSEEN = 1e-9  # motion of the centre, over the largest of any DoF, that counts as none
 
 
 def rotor_from(
@@ -149,10 +149,10 @@ def _modes_and_ratios(
 
     Parameters
     ----------
-    whole : mass, stiffness and, if the file has it, damping, in the order below, or
-        reduced from it
-    order : (n,), places of the coordinates in the file
-    damping : ratios if the file has none
+    whole : mass, stiffness and, if the file has it, damping: in the order of `order`,
+        or reduced to fewer coordinates
+    order : (n,), index of each coordinate in the file
+    damping : modal damping ratios that are used if the file has none
     """
     mass, stiffness = whole[:2]
     omega, shapes = _checked_modes(given, mass, stiffness)
@@ -175,7 +175,7 @@ def _reduced(
 ) -> tuple[list[Floats], Spin | None, float]:
     """Return matrices and terms of rotation in a basis, and `ModalModel.reach`, rad/s.
 
-    count : largest number of leading columns that are the basis at rest
+    count : number of leading columns that form the basis at rest, or more than all
     """
     parts = [basis.T @ matrix @ basis for matrix in whole]
     whole = [(part + part.T) / 2 for part in parts]
@@ -270,9 +270,9 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with its `centre_share`, which requires the shaft's stiffness.
+    """Return the rotor with its `centre_share`, from the stiffness of the shaft.
 
-    It is NaN for modes that move the centre if this stiffness is unknown.
+    If this stiffness is unknown, the share of modes that move the centre is NaN.
     """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
@@ -321,10 +321,10 @@ def _check_shapes(given: Given) -> None:
 
 
 def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
-    """Return the indices of tips and centre, and those of further contact points.
+    """Return two index arrays: of tips and centre, and of further contact points.
 
-    The former are the radial and tangential ones of the reference points of blade 0, 1,
-    ..., then those of the centre, if any.
+    The first has the radial and tangential coordinate of the reference point of blade
+    0, 1, ..., then x_o and y_o, if any; the second those of all other points by blade.
     """
     count, both = len(given["mass"]), ("tip_radial", "tip_tangential")
     for name in both:
@@ -412,7 +412,7 @@ def _check_modal_rows(given: Given) -> None:
 
 
 def _check_rows(given: Given, name: str) -> None:
-    """Check an array of modal motion against the rows of rotor/shapes that it repeats.
+    """Check that an array of modal motion equals the rows of rotor/shapes it repeats.
 
     The modal motion of a clamped centre must be 0.
 

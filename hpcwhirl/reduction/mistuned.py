@@ -80,7 +80,10 @@ def _modes(
     *,
     kept: int,
 ) -> ModalModel:
-    """Return the model of modes; names : diameter, rank, phase, (m,) each; None: 0."""
+    """Return the model of m modes, see `named_modes`.
+
+    names : diameter, rank and phase of each mode, (m,) each; None: all 0
+    """
     diameter, rank, phase = names or np.zeros((3, len(omega)), dtype=np.int64)
     return ModalModel(
         mass=matrices[0],

@@ -20,10 +20,10 @@ from hpcwhirl.structure import FourierOperator, RingOperator
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-MOST_KEPT = 32  # cached models, some 100 kB to some MB each
+MOST_KEPT = 32  # number of cached models, 100 kB to some MB each
 
 
-@dataclass(frozen=True, eq=False)  # `model_of` makes one object per engine
+@dataclass(frozen=True, eq=False)  # compared by identity, see `model_of`
 class Model:
     """Bladed disk, and the ring that it may touch (None if the casing is rigid).
 
@@ -46,7 +46,7 @@ class Model:
 
     @property
     def each(self) -> int:
-        """Number of contact points a blade, n_c."""
+        """Number of contact points per blade, n_c."""
         return 1 if self.rotor.points is None else self.rotor.points.count
 
     @property
@@ -91,10 +91,10 @@ class Model:
         return np.tile(getattr(self.rotor.points, name), self.blades)
 
     def limits(self, speed: float) -> dict[str, float]:
-        """Return {body: largest stable step, s}: dt < 2 / omega_max.
+        """Return {body: largest stable step, s}, 2 / omega_max, at a speed, rad/s.
 
-        Coriolis forces do no work and do not change it. The stiffening of a rotor with
-        its speed, rad/s, changes it, and so do supports, by their stiffer direction.
+        The rotor's omega_max includes its stiffening with the speed and the supports in
+        their stiffer direction. Coriolis forces do no work and do not limit the step.
         """
         bodies = {"rotor": self.rotor, "casing": self.casing}
         each = {n: b for n, b in bodies.items() if b}
@@ -119,10 +119,10 @@ def highest(body: ModalModel, speed: float, blades: int) -> float:
 
 
 def model_of(scene: Scene) -> Model:
-    """Return the model of a scene with its number of modes; R_c = R_bd + gap.
+    """Return the model of a scene with the scene's number of modes; R_c = R_bd + gap.
 
-    Scenes with the same engine and reduction share one object, as long as it is among
-    the last `MOST_KEPT`; a file with changed content is another engine.
+    Scenes with the same engine and reduction share one object while it is among the
+    `MOST_KEPT` last used; a file with changed content counts as another engine.
 
     Raises
     ------

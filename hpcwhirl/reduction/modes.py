@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # reference speed of a basis for all speeds, over the first frequency
-BACKWARD = np.array([[-1j]])  # rotation by 90 degrees ahead, for conj(x + i y)
+BACKWARD = np.array([[-1j]])  # factor i of x + i y (a turn by 90 degrees), on conj
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
 
@@ -42,9 +42,9 @@ class Symmetry:
 
     Attributes
     ----------
-    deviation : largest relative deviation; infinite if pairs of modes are missing
+    deviation : largest relative deviation; infinite if modes cannot be paired
     tolerance : deviation up to which sectors count as equal
-    where : in words: quantity, frequency and nodal diameter with that deviation
+    where : text that names the quantity, frequency and nodal diameter that deviate most
     """
 
     deviation: float
@@ -54,7 +54,9 @@ class Symmetry:
 
 @dataclass(frozen=True)
 class SpinBlock:
-    """Terms of rotation of one nodal diameter, in its m modes at rest, with M = 1.
+    """Terms of rotation of one nodal diameter, in coordinates of its m modes at rest.
+
+    In these coordinates M = 1.
 
     Attributes
     ----------
@@ -144,11 +146,11 @@ class ModalModel:
     cyclic : whether all sectors are the same, so that k, rank and phase are exact
     symmetry : deviation of the sectors, for a rotor from file with three or more blades
     spin : terms of rotation, if included; omega and shapes are those at rest
-    reach : rad/s, highest omega of the basis at rest; modes beyond it only a basis for
-        all speeds has
+    reach : rad/s, highest omega of the basis at rest; modes above it occur only because
+        the basis was extended to all speeds
     stress : stress at named points of the blades, of a rotor from file that has it
-    points : the contact points of a rotor with several a tip; the tips among the
-        coordinates are the reference points then, others are behind the centre
+    points : contact points of a rotor that has several per tip; its tips are then the
+        reference points, and the coordinates of all others come after the centre
     """
 
     mass: Floats
@@ -306,7 +308,7 @@ def reduction_basis(
     taut: Any = None,
     near: Any = None,
 ) -> Any:
-    """Return the basis of Eq. (1), (n, b + eta), or one for all speeds, (n, more).
+    """Return the basis of Eq. (1), (n, b + eta), or an extended one for all speeds.
 
     Parameters
     ----------
@@ -323,7 +325,7 @@ def reduction_basis(
 
 
 def highest_of(mass: Any, stiffness: Any, count: int) -> float:
-    """Return the highest frequency, rad/s, of the first `count` coordinates only.
+    """Return the highest frequency, rad/s, if only the first `count` coordinates move.
 
     mass, stiffness : (n, n), in a basis whose first `count` columns are the basis at
         rest
@@ -370,9 +372,9 @@ def _blocks(
 
 
 def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
-    """Return (C, K_g, F_c + i F_e) of nodal diameter k; the loads are 0 but for k = 0.
+    """Return (C, K_g, F_c + i F_e) of nodal diameter k; loads are 0 unless k = 0.
 
-    Both loads are real and transformed at once, as one complex load.
+    Both loads are real; one complex array holds them, so that both are reduced at once.
     """
     coriolis = block(rotation.coriolis, structure, k, skew=True)
     load = np.zeros(len(coriolis), dtype=np.complex128)
@@ -385,7 +387,7 @@ def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
 
 
 def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
-    """Return (C, K_g - M, F_c) reduced by a basis; added : (C, K_g, F_c)."""
+    """Return C, K_g - M and the loads, reduced by a basis; added : see `_added`."""
     back, (coriolis, stiffening, load) = basis.conj().T, added
     return back @ coriolis @ basis, back @ (stiffening - mass) @ basis, back @ load
 

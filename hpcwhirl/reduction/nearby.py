@@ -19,11 +19,11 @@ from hpcwhirl.reduction.factors import Solve, factored, negative_pivots
 
 Matrix = NDArray[Any]
 Floats = NDArray[np.float64]
-EXACT = 1e-10  # largest |x - omega^2 K^-1 M x| of modes of unit mass
+EXACT = 1e-10  # largest mass norm of x - omega^2 K^-1 M x of modes x of unit mass
 MOST = 24  # steps of the iteration, after which dense matrices are quicker
 ROUGH = 1e-6  # relative error of omega^2 of modes to begin with
 SEED = 17  # of ARPACK's first vector, so that the same rotor has the same bits
-APART = 1e-6  # least relative distance of omega^2 of modes kept from those left
+APART = 1e-6  # least relative distance of omega^2 between kept modes and the next one
 
 
 def rough_modes(mass: Matrix, stiffness: Matrix, count: int) -> Floats:

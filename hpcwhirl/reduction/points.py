@@ -1,10 +1,10 @@
-"""Several contact points a tip: where they stand, and which coordinates are theirs.
+"""Several contact points per tip: their places, and their indices among coordinates.
 
-Point m = 0 .. n_c - 1 of blade j stands at the axial place zeta_m, 0 in the casing's
-middle, and at the angle 2 pi j / N + tau_m; its radial and tangential directions are
-those of that angle. Its clearance is the scene's gap plus what the tip's profile adds.
-One point of each blade, `TipPoints.reference`, represents the tip in the traces of
-blades, the names of modes and the growth with the speed.
+Point m = 0 .. n_c - 1 of blade j lies at the axial place zeta_m, 0 in the casing's
+middle, and at the angle 2 pi j / N + tau_m, with radial and tangential axes at that
+angle. Its clearance is the scene's gap plus that of the tip's profile. One point of
+each blade, `TipPoints.reference`, represents the tip in the traces of blades, in the
+labels of modes and in the radial growth with the speed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ BY_BLADE = (
     "tip_tangential",
     "modal_tip_radial",
     "modal_tip_tangential",
-)  # {array: blades, then points, then modes}
+)  # arrays over (blade, point), or over (blade, point, mode) if modal
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,11 @@ class TipPoints:
 
     Attributes
     ----------
-    radial, tangential : (N, n_c), their rows among a rotor's coordinates
+    radial, tangential : (N, n_c), indices of their displacements among a rotor's
+        coordinates
     station : (n_c,), m, axial places zeta, ascending
-    angle : (n_c,), rad, tau, beyond the angle of the blade
-    gap : (n_c,), m, clearance beyond the scene's gap
+    angle : (n_c,), rad, tau, relative to the angle of the blade
+    gap : (n_c,), m, clearance in addition to the scene's gap
     """
 
     radial: Integers
@@ -50,7 +51,7 @@ class TipPoints:
 
     @property
     def count(self) -> int:
-        """Number of points a blade, n_c."""
+        """Number of points per blade, n_c."""
         return len(self.station)
 
     @property
@@ -65,12 +66,13 @@ def reference_of(count: int) -> int:
 
 
 def with_single_points(given: Given) -> Given:
-    """Return a file's arrays, without the axis of points where each tip has one point.
+    """Return a file's arrays, without the axis of points if each tip has one point.
 
     Raises
     ------
     InputError
-        where a file with one point a tip gives places, as only several points have
+        if a file with one point per tip has an array of `BY_POINT`, which only several
+        points may have
     """
     flat = {name: given[name] for name in BY_BLADE if name in given}
     for name, array in flat.items():
@@ -105,7 +107,8 @@ def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
     Raises
     ------
     InputError
-        where places are missing, not one a point, out of order or impossible
+        if axial places are missing or do not ascend, an array does not have one entry
+        per point, or an angle exceeds pi
     """
     count = points_in(given)
     if count == 1:

@@ -27,11 +27,11 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
 EQUAL = 2e-5  # relative deviation up to which sectors count as equal
-CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega mixed by round-off
+CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega whose modes round-off mixes
 ROUNDED = 1e-11  # share of other diameters in a shape that round-off explains
 ALREADY = 1e-9  # relative deviation of a shape up to which a mode already is a wave
-HIDDEN = 1e-10  # motion of tips and centre over the largest that counts as none
-SMALL = 1e-3  # least motion, over the largest, to which deviations relate
+HIDDEN = 1e-10  # motion of tips and centre, over the largest, that counts as none
+SMALL = 1e-3  # least motion, over the largest, with which deviations are compared
 FEWEST = 3  # least number of blades for which waves have a direction
 TINY = float(np.finfo(float).tiny)
 
@@ -79,14 +79,14 @@ def transform(shapes: Floats, hub: Floats, blades: int) -> Complexes:
 
 
 def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor in the form of equal sectors if they are equal to `EQUAL`.
+    """Return a rotor in the form of equal sectors if they are equal within `EQUAL`.
 
     Otherwise it is returned unchanged; in either case with its measured `Symmetry`. The
     modes of a rotor of equal sectors have the form of the built-in rotor's: each has
     one nodal diameter, pairs have one frequency and one damping ratio, and their tips
-    and centre are the two phases of one wave. Modes that already have this form keep
-    every bit. Modes without motion of tips and centre are left out, since nothing
-    excites them.
+    and centre are the two phases of one wave. Modes that already have this form are
+    returned bit for bit. Otherwise, modes that move neither tips nor centre are left
+    out, since nothing excites them.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return the rotor with its modes labelled as waves; None if they are no waves."""
+    """Return the rotor with k, rank, phase of its waves; None if modes are no waves."""
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
     rank, phase, worst = np.zeros_like(diameter), np.zeros_like(diameter), (0.0, 0)

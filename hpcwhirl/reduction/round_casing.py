@@ -1,10 +1,10 @@
 """A round casing from file: a table of its modes by harmonic.
 
 A mode of harmonic h is w = W cos(h theta), u = U sin(h theta) and, as the second of the
-pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W or the turn u = U.
-W and U are mass-orthonormal amplitudes where the blades touch, at each of the stations
-that the file has: other parts of the casing (flanges, axial motion) only change omega
-and reduce W and U.
+pair, w = W sin(h theta), u = -U cos(h theta); for h = 0 it is w = W or a rotation u =
+U. W and U are amplitudes of the mass-normalised mode where the blades touch, one for
+each axial station if the file has stations. Other parts of the casing that move in the
+mode (flanges) or other motion (axial) only change omega and reduce W and U.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 @lru_cache(maxsize=16)
 def casing_table(file: str, content: str) -> Table:
-    """Return the table of modes in a file, {name: (m,)}, by harmonic and omega.
+    """Return a file's table of modes, {name: (m,)}, sorted by harmonic and omega.
 
-    `radial` and `tangential` are (m, s) in a file with stations, by `station` (s,).
+    If the file has stations, the table has `station` (s,), m, and `radial` and
+    `tangential` are (m, s).
 
     Raises
     ------

@@ -38,7 +38,7 @@ def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOpera
         for p in range(casing.axial_modes):
             inertia, stiff = shell_matrices(casing, radius, h, p + 1)
             squared, modes = eigh(stiff, inertia * np.eye(3))
-            if h == 0:  # it turns, or breathes and stretches: the rest is round-off
+            if h == 0:  # torsion is uncoupled: such small entries are round-off
                 modes[np.abs(modes) < STILL * np.abs(modes).max()] = 0.0
             kept = range(3)
             if casing.families == "bending":
@@ -74,10 +74,10 @@ def _places(
 def at_station(
     model: ModalModel, operator: FourierOperator, station: float
 ) -> tuple[ModalModel, FourierOperator]:
-    """Return a casing as seen by blades with one contact point at an axial place, m.
+    """Return a casing restricted to one axial place, m, where the blades touch it.
 
-    It has modes by harmonic, without matrices and without the modes that do not move
-    there; a casing that is uniform along its axis is returned as it is.
+    It has no matrices and no modes that are at rest there; a casing that is uniform
+    along its axis is returned unchanged.
     """
     if isinstance(operator.axial, Uniform):
         return model, operator

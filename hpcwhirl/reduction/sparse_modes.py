@@ -25,7 +25,7 @@ from hpcwhirl.reduction.modes import REACH
 Matrix = NDArray[Any]
 Floats = NDArray[np.float64]
 Project = Callable[[], list[Any]]
-RIGID = 1e-12  # omega^2 over the highest below which a mode may be rigid
+RIGID = 1e-12  # omega^2, over the highest one, up to which a mode counts as rigid
 DENSE = 600  # number of unknowns up to which dense matrices and all modes are computed
 MORE = 8  # modes computed beyond the number asked for
 WORST = 1e14  # largest condition number; beyond it solutions are only round-off
@@ -49,7 +49,7 @@ class Condensed:
     squared : (m,), ascending, omega^2 of the fixed-interface modes
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
-    lift : (n, b + m + c), the basis; (0, b + m) without terms of rotation, unless kept
+    lift : (n, b + m + c), the basis; (0, b + m) if it was not kept, see `condensed`
     turning : reduced C, K_1 and, if any, K_2 of a basis that serves all speeds
     """
 
@@ -132,7 +132,7 @@ def condensed(
     boundary : b, number of leading DoF that are kept
     count : fixed-interface modes wanted; some more are returned
     tell : called with a line of text before a large factor is made
-    keep : whether the basis is kept without terms of rotation, too
+    keep : whether to return the basis even if there are no terms of rotation
 
     Raises
     ------
@@ -198,7 +198,7 @@ def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
 
 
 def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matrix]:
-    """Return K_ii, M_ii and the stiffness K_ib that couples it to the boundary."""
+    """Return K_ii, M_ii of the interior, and K_ib, which couples it to the boundary."""
     inside = slice(boundary, None)
     k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
     return k_ii, m_ii, stiffness[inside, :boundary].toarray()

@@ -137,12 +137,13 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 
 
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
-    """Return by how much the terms of rotation couple waves of unlike diameters.
+    """Return by how much the terms of rotation deviate from those of equal sectors.
 
-    Returns the largest of these deviations, (-), and the name of its matrix. For modes
-    i and j a deviation is relative to their masses (C), to sqrt(A_ii A_jj) with A_ii at
-    least the mass (K_1), or a change of their frequencies (K_2). Couplings between
-    modes that are kept and modes that `recognise` left out count, too.
+    Returns the largest deviation, (-), and the name of its matrix: an entry outside the
+    blocks of the nodal diameters. For modes i and j it is relative to their masses (C),
+    to sqrt(A_ii A_jj) with A_ii at least the mass (K_1), or a relative change of their
+    frequencies (K_2). Couplings of kept modes with those that `recognise` left out
+    count, too.
     """
     if model.spin is None or given.spin is None:
         raise TypeError(model)
@@ -171,7 +172,7 @@ def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, 
         ),
         "centrifugal load": still / max(float(np.abs(own.load).max()), TINY),
     }
-    if own.quartic is not None:  # at twice the first frequency, of that of each mode
+    if own.quartic is not None:  # relative change of omega at twice the first omega
         omega = np.maximum(model.omega, model.omega[model.omega > 0.0].min())
         square = (2.0 * float(omega.min())) ** 2
         miss = np.abs(own.quartic - pure[2]) * square**2 / np.outer(omega, omega)
@@ -214,13 +215,13 @@ def _spread_block(
 def standing_damping(
     model: ModalModel, blades: int, ratio: float, suspension: float
 ) -> float:
-    """Return c_s, N s/m, the non-rotating damping of a suspension with given ratio.
+    """Return c_s, N s/m, of the static damper that gives the suspension its ratio.
 
     Parameters
     ----------
     model : rotor at rest
     blades : N
-    ratio, suspension : xi of all modes, and total xi of the suspension
+    ratio, suspension : xi of all modes, and total xi of the suspension, damper included
     """
     top = int(np.argmax(model.centre_share))
     if suspension <= ratio or not model.centre_share[top] > SUSPENSION_SHARE:
@@ -259,7 +260,7 @@ def spin_of(given: Given) -> Spin:
 
 
 def check_terms(given: Given) -> None:
-    """Refuse a file without all terms of rotation, or with both kinds of stiffness."""
+    """Refuse a file without all terms of rotation, or with K(Omega) in both forms."""
     if are_two_ways(given.arrays):
         raise given.refusal(
             f"has rotor/{AT_SPEEDS[0]} or {AT_SPEEDS[1]} and rotor/{BY_PARTS[0]} or "

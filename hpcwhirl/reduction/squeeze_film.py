@@ -1,4 +1,4 @@
-"""A squeeze-film damper at the centre: a short film of oil around a ring that whirls.
+"""A squeeze-film damper at the centre: a short oil film around a whirling ring.
 
 A ring of radius R and length L, which does not rotate, moves by e = eps c in a film of
 viscosity mu and clearance c. Reynolds' equation for a short film (L much shorter than
@@ -6,7 +6,7 @@ the radius, open ends, no inertia, no cavitation, full film) gives
 
 p = 6 mu (z^2 - L^2/4) h' / h^3, h = c - e cos theta,
 
-and, integrated over the film, a damper that depends on the place (J. Vance, F. Zeidan,
+and, integrated over the film, a damper that depends on eps (J. Vance, F. Zeidan,
 B. Murphy, Machinery Vibration and Rotordynamics, 2010, ch. 6; L. San Andres, Modern
 Lubrication Theory, notes 13):
 
@@ -24,7 +24,7 @@ import math
 from hpcwhirl.reduction.numbers import zero_between
 
 CLOSED = 0.99  # eps beyond which damping is taken as constant
-OFF = 0.1  # relative change of the damping beyond which c_0 is no approximation
+OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approximation
 
 
 def small_damping(
@@ -35,13 +35,13 @@ def small_damping(
 
 
 def film_shares(eccentricity: float) -> tuple[float, float]:
-    """Return the damping along and across e, over c_0; eps up to `CLOSED`."""
+    """Return the damping along and across e, over c_0; eps is cut at `CLOSED`."""
     square = min(eccentricity, CLOSED) ** 2
     left = 1.0 - square
     return (1.0 + 2.0 * square) / left**2.5, left**-1.5
 
 
 def valid_up_to() -> tuple[float, float]:
-    """Return eps at which the damping along, and across e, is (1 + `OFF`) c_0."""
+    """Return the two eps at which the damping along or across e is (1 + `OFF`) c_0."""
     along = zero_between(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
     return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))

@@ -1,9 +1,9 @@
 """Stress at named points of the blades, linear in a rotor's coordinates.
 
 sigma = S x, with x the displacements from the equilibrium at speed: it is the stress of
-the vibration, without that of the centrifugal load. Of six components, in any axes that
-are at right angles and turn with the rotor, the equivalent stress of von Mises is told,
-of one component this one with its sign.
+the vibration, without that of the centrifugal load. Results have von Mises' equivalent
+stress of six components, given in any orthogonal axes that turn with the rotor, or the
+signed value of a single component.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ class Stress:
         return replace(self, rows=self.rows @ basis)
 
     def at(self, places: Floats) -> Floats:
-        """Return the stress that is told, (N, P), Pa, of displacements (n,), m."""
+        """Return the stress at all points, (N, P), Pa, for displacements (n,), m.
+
+        It is von Mises' stress of six components, or the only component with its sign.
+        """
         found = self.rows @ places
         return von_mises(found) if found.shape[-1] > 1 else found[..., 0]
 
@@ -52,12 +55,12 @@ def von_mises(stress: Floats) -> Floats:
 
 
 def stress_of(given: Given, blades: int) -> Stress | None:
-    """Return the stress of a file's rotor, in its own coordinates; None without.
+    """Return the stress of a rotor in the file's coordinates; None if it has none.
 
     Raises
     ------
     InputError
-        where rows or names are missing, of another size, or names are not different
+        if rows or names are missing or have a wrong size, or two names are equal
     """
     there = [name for name in (ROWS, NAMES) if name in given]
     if not there:
@@ -66,7 +69,7 @@ def stress_of(given: Given, blades: int) -> Stress | None:
         other = NAMES if there[0] == ROWS else ROWS
         raise given.refusal(f"has rotor/{there[0]} without rotor/{other}")
     if "mass" not in given:
-        allowed = "have rotor/mass beside it, whose coordinates it is of"
+        allowed = "come with rotor/mass, whose coordinates it refers to"
         raise given.wrong(ROWS, allowed, "modes alone")
     rows, names = given[ROWS], tuple(map(str, given[NAMES]))
     if rows.shape[2] not in COMPONENTS:

@@ -4,7 +4,8 @@ Any bearing with eight coefficients, X, Y being the rotor's centre in the static
 
 F_x = -(k_xx X + k_xy Y) - (c_xx X' + c_xy Y'), F_y = -(k_yx X + k_yy Y) - ...,
 
-has in Z = X + i Y four complex numbers, F = -k Z - c Z' - k_d conj(Z) - c_d conj(Z'):
+is given, in Z = X + i Y, by four complex numbers, F = -k Z - c Z' - k_d conj(Z) - c_d
+conj(Z'):
 
     2 k = k_xx + k_yy + i (k_yx - k_xy), 2 k_d = k_xx - k_yy + i (k_yx + k_xy)
 
@@ -76,8 +77,8 @@ def planar(factor: complex) -> Floats:
 class Bearing:
     """Supports from a table over speed, interpolated by monotone cubics (PCHIP).
 
-    Beyond the table its end values are used, but only in searches over speed: cases are
-    refused there. For a rotor that turns clockwise the supports are mirrored.
+    Beyond the table its end values hold, but only in searches over the speed: a case at
+    such a speed is refused. For a rotor that turns clockwise the supports are mirrored.
 
     Attributes
     ----------

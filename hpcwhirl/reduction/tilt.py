@@ -1,7 +1,7 @@
-"""The tilt of a disk in the reduced matrices of its rotor: further coordinates.
+"""The tilt of a disk, as further coordinates in the reduced matrices of its rotor.
 
-They are the last coordinates: the slopes phi_x, phi_y of the shaft at the disk or, in
-nodal diameter 1, conj(phi), as for the centre. See `structure.tilting`.
+These coordinates are the last ones: the slopes phi_x, phi_y of the shaft at the disk
+or, in nodal diameter 1, conj(phi), as for the centre. See `structure.tilting`.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ WATCHED = 4.0  # highest speed of searches, over the first frequency
 SPEEDS = 101  # number of speeds at which growth is computed
 REAL = 1e-9  # imaginary part over the largest root up to which a root is real
 ALIKE = 1e-6  # relative difference up to which frequencies count as equal
-ROUND_OFF = 1e-11  # growth over the highest frequency that counts as zero
+ROUND_OFF = 1e-11  # growth rate, over the highest frequency, that counts as zero
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,10 @@ def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 
 
 def largest_growth(model: ModalModel, blades: int, speed: float) -> float:
-    """Return the largest growth rate, 1/s, of free motions at a speed, rad/s."""
+    """Return the growth rate, 1/s, of the fastest growing free motion at a speed.
+
+    It is negative if all free motions decay; speed : rad/s
+    """
     spin = model.spin
     if spin is not None and spin.waves:
         return max(
@@ -299,8 +302,8 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
     """Return the speeds of `unbalance_speeds` below `top`, rad/s.
 
-    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds; a
-    resonance lies where the resonance speed of these supports crosses the speed.
+    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds. There is
+    a resonance where the resonance speed found with these supports equals the speed.
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
