@@ -15,7 +15,7 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class CyclicStructure:
-    """Matrices of N identical sectors and an optional shared centre.
+    """Matrices of N sectors, identical unless mistuned, and an optional shared centre.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class CyclicStructure:
     sector_size : d, number of DoF of a sector; DoF a of sector j is j d + a
     boundary : DoF of a sector that a reduction keeps, e.g. tip radial, tangential
     centre : the two DoF of the centre (x, y in the structure's frame); empty if clamped
-    centre_stiffness : k_o, N/m, of the shaft's springs
+    centre_stiffness : N/m, k_o of the shaft's springs, or k_11 if the disk tilts
     mistuned : whether the sectors are not identical
     tilt : shaft and inertia of a tilting disk, whose tilt DoF are not among the n; None
         for shaft springs

@@ -54,9 +54,9 @@ class Sines:
 
 @dataclass(frozen=True)
 class Stations:
-    """A casing from file: each function is 1 at its station, linear to 0 at the next.
+    """A casing from file: piecewise linear functions, each 1 at its own station only.
 
-    places : (s,), m, ascending
+    places : (s,), m, ascending, the stations
     """
 
     places: tuple[float, ...]
@@ -72,7 +72,7 @@ class Stations:
         return self.places[0], self.places[-1]
 
     def at(self, stations: Floats) -> Floats:
-        """Return the values at axial places (s,), m; beyond an end, those at it."""
+        """Return the values at axial places (m,), m: (m, s), constant past the ends."""
         hats = np.eye(self.count)
         columns = [np.interp(stations, self.places, hat) for hat in hats]
         return np.column_stack(columns)

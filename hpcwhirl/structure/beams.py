@@ -63,14 +63,14 @@ class Section:
         return self.width * h, self.width * h**3 / 12
 
 
-@lru_cache(maxsize=64)  # blades of an engine differ by a factor only
+@lru_cache(maxsize=64)  # blades of an engine differ only by a factor
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
     """Return (M, K) of a straight Bernoulli beam plus a rod.
 
     Returns
     -------
-    M, K : (6, 6), kg.. and N/m..; DoF (axial, transverse, rotation) at both nodes,
-        the transverse axis 90 degrees anticlockwise from the axial one; read-only
+    M, K : (6, 6), SI units; DoF (axial, transverse, rotation) at both nodes, the
+        transverse axis 90 degrees anticlockwise from the axial one; read-only
     """
     mass, stiffness = np.zeros((6, 6)), np.zeros((6, 6))
     rod, bend = [0, 3], [1, 2, 4, 5]

@@ -18,7 +18,7 @@ from hpcwhirl.structure.tilting import tilt_of
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 NODE = 3  # DoF of a node: radial, tangential, rotation
-GHOST = 1e-6  # share of mass and stiffness that is kept of a lost blade
+GHOST = 1e-6  # share of its mass and stiffness that a lost blade keeps
 MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
 
 

@@ -2,9 +2,9 @@
 
 Coordinates: w_0, w_1c, w_1s, ... w_Hs, then u_0, u_1c, ... u_Hs, with
 w(theta) = w_0 + sum_h w_hc cos(h theta) + w_hs sin(h theta), u alike; u tangential
-with theta, w radial outward, static frame. Of a casing that varies along its axis these
-are w of the first axial function, then of the next, and so on; then u alike, and the
-axial displacements, if any.
+with theta, w radial outward, static frame. If the casing varies along its axis, each
+axial function has such coordinates: first w of all functions, one after the other, then
+u of all functions, then their axial displacements, if any.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MIDDLE = np.zeros(1)
 
 @dataclass(frozen=True)
 class FourierOperator:
-    """Contact operator of a casing of harmonics 0 .. H: reads and loads it at angles.
+    """Contact operator of a casing of harmonics 0 .. H: its motion, loads at angles.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class FourierOperator:
     def waves(self) -> Floats:
         """Return the rows that give cos and sin parts of w, (H + 1, 2, size).
 
-        Of a casing with width, those in the plane zeta = 0.
+        If the casing varies along its axis, they give w in the plane zeta = 0.
         """
         out = np.zeros((self.harmonics + 1, 2, self.size))
         for h in range(self.harmonics + 1):

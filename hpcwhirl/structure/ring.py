@@ -13,7 +13,7 @@ from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-NODE = 4  # DoF a node: u, u', w, w'
+NODE = 4  # DoF per node: u, u', w, w'
 
 
 @dataclass(frozen=True)

@@ -233,7 +233,7 @@ def _added(
     """Return C, K_g (wide, wide), F_c and F_e (wide,) of some beams of a sector.
 
     forces : (beams,), kg m, mean axial force of each per unit Omega^2
-    wide : number of DoF of the sector and the centre
+    wide : number of DoF of the sector, the next sector's root and the centre
     """
     grids = np.zeros((wide, wide)), np.zeros((wide, wide))
     out = *grids, np.zeros(wide), np.zeros(wide)

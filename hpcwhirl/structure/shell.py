@@ -47,8 +47,9 @@ def shell_matrices(
 ) -> tuple[float, Floats]:
     """Return (m, K) of harmonic h and axial function p on (W, V, U).
 
-    The foundation k_f = rho t omega_c1^2 acts on all three. The second phase, w = W
-    sin, v = -V cos, u = U sin, has the same matrices; of h = 0, v is V.
+    The foundation k_f = rho t omega_c1^2 acts on all three displacements. The second
+    phase, w = W sin, v = -V cos, u = U sin, has the same matrices. For h = 0, V is the
+    amplitude of a rotation, v = V sin(p pi x / L).
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def shell_matrices(
 
     Returns
     -------
-    m : kg, of all three coordinates
+    m : kg, mass of each of the three coordinates
     K : (3, 3), N/m
     """
     arc = (1.0 if h else 2.0) * np.pi * radius

@@ -1,4 +1,4 @@
-"""Overhung shafts, with which the disk tilts: conical whirl.
+"""Overhung shafts, on which the disk tilts as its centre moves: conical whirl.
 
 In the rotating frame, of the centre z and the slope phi of the shaft at the disk,
 
