@@ -1,11 +1,11 @@
-"""Branches that are refined: from place to place, where their word changes.
+"""Refined branches: bisection between successive cases whose words differ.
 
-A coarse case begins where the one before it in its branch has ended. Between two of
-them whose words differ lies a fold. The case half way begins where the first has ended,
-too; then that half is taken in which the word changes, and so on. The middle of a cell
-thus begins at that end of the cell from which the branch comes, and the digits of its
-place in binary notation tell the cases before it: the history is a function of the
-place alone.
+On a branch, each coarse case begins with the last state of the coarse case before it.
+If the words of two successive cases differ, a fold lies between them. The case half way
+between them also begins with the last state of the first one; then the half in which
+the word changes is bisected, and so on. So the case in the middle of a cell continues
+the case at that end of the cell which the branch passes first, and the binary digits of
+a place give all cases before it: the history is a function of the place alone.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ class Branches:
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]
         rest = abs(place - found[-1]) if found else 0
-        if rest == 1 << self.side.depth:  # a coarse case, after another
+        if rest == 1 << self.side.depth:  # a coarse case that follows another one
             return found
-        while rest & (rest - 1):  # the highest of several digits
+        while rest & (rest - 1):  # each binary digit 1 but the lowest is a case
             step = 1 << (rest.bit_length() - 1)
             found.append(found[-1] + sign * step)
             rest -= step

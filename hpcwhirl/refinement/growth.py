@@ -12,7 +12,7 @@ from hpcwhirl.refinement.words import Word
 
 
 class Address(NamedTuple):
-    """Identity of a case; sorted addresses are in the order of rows after coarse ones.
+    """Identity of a case; after the coarse cases, rows are in the order of addresses.
 
     Attributes
     ----------
@@ -48,9 +48,9 @@ class Growth:
     Such a case is called wanted. Without a budget, a case is wanted as soon as words
     require it, and the final set does not depend on the order in which words arrive.
     With a budget, cases form generations. A generation starts when all cases of the
-    generation before have ended; of the cases that their words require it has the first
-    ones, in the order of addresses, that the budget allows. So the cases that are
-    dropped depend on words only.
+    generation before have ended. Of the cases that their words require, in the order of
+    addresses, it has as many as the budget allows. So the cases that are dropped depend
+    on words only.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ class Growth:
     Attributes
     ----------
     wanted : cases in the order in which they became wanted, the coarse ones first
-    twinned : cases whose twins are wanted, in the order in which they became so; not
-        those that are drawn when all cases have ended, see `even`
+    twinned : cases whose twins are wanted, in the order in which they became wanted;
+        without the cases drawn after all have ended, see `even`
     dropped : number of cases that the budget excluded, not counting further ones that
         these might have required
     """
@@ -142,7 +142,7 @@ class Growth:
     ) -> list[Address]:
         """Record the words of all ended cases; return wanted cases that have not ended.
 
-        Both include cases that become wanted meanwhile.
+        Cases that become wanted by these words are treated in the same way.
 
         Parameters
         ----------

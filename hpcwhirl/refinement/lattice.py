@@ -154,7 +154,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return the largest number of cells in a cell, `levels` levels down."""
+        """Return the most cells that a cell can contain, `levels` levels down."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):

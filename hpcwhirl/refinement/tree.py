@@ -1,4 +1,4 @@
-"""The tree of cells of one panel, which are split by words at their points."""
+"""The tree of cells of one panel, split where the words at their points differ."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
 from hpcwhirl.refinement.words import Word, apart
 
-SPECKLE_SHARE = 0.75  # a cell with a larger share of mixed parts is speckle
+SPECKLE_SHARE = 0.75  # share of mixed parts above which a cell is speckle
 FIRST, CONFIRM = 0, 1  # fidelities
 Words = dict[Point, Word | None]
 Wish = tuple[int, Point]  # fidelity and point of a wanted case
@@ -88,9 +88,9 @@ class Tree:
     confirm : whether there is a second fidelity
     twins : which cases have twins: "all", "boundary" or "speckle"; with "" or "even"
         these rules give none
-    branch : coarse cells of a panel that is a branch: each is split for itself, since
-        a case between two others begins where the first of them has ended; None: all
-        coarse cells, balanced
+    branch : coarse cells of a panel that is a branch: split cells are not balanced,
+        since a case between two others continues only the first of them; None: all
+        coarse cells of the lattice, balanced
 
     Attributes
     ----------
@@ -121,7 +121,8 @@ class Tree:
         self.fresh: list[Wish] = []
         self._demanded: set[Cell] = set()  # cells to be split as soon as they exist
         self._speckled: dict[Cell, bool] = {}
-        self._asking: dict[Cell, set[Cell]] = {}  # {cell: cells to visit afterwards}
+        # {upper cell: cells to visit once it is known whether it is speckle}
+        self._asking: dict[Cell, set[Cell]] = {}
         self._todo: list[Cell] = []
         for cell in self.coarse:
             self._make(cell, ())

@@ -16,14 +16,14 @@ from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 REGIME, WHIRL, BOTH, ATTRACTOR = "regime", "whirl", "both", "attractor"
-BRANCH = "branch"  # the regime, from case to case of a branch
+BRANCH = "branch"  # the regime, compared between successive cases of a branch
 COMPARED = (REGIME, WHIRL, BOTH, ATTRACTOR, BRANCH)  # kinds of words
 NUMBERS = ("orbit_radius", "gap_scale", "whirl_ratio", "late_energy", "growth_rate")
 FLOOR = 1e-6  # orbit over gap below which the centre moves by round-off alone
-LEAST = 1e-300  # of what a logarithm is taken of
-# Smallest differences of two attractors. Of 117 pairs of sustained motions of four
-# engines whose forces differ by 1e-6, none differed by more; of 202 pairs of divergent
-# ones none either (scripts/evidence/neighbours.py).
+LEAST = 1e-300  # smallest number whose logarithm is taken
+# Smallest differences of two attractors. Of motions of four engines whose forces differ
+# by 1e-6, none of 117 sustained and none of 202 divergent pairs differed by more
+# (scripts/evidence/neighbours.py).
 TOLERANCES = {
     "radius": math.log(1.25),
     "whirl_ratio": 0.2,
