@@ -11,11 +11,11 @@ Parts of a planner:
 - a kind (`kinds`), which says which cases there are, and which of them have twins, from
   completions: `Grid`, all cases known beforehand (grids, zips, lists, samples);
   `Chains`, branches, each case of which follows another one; `Refined`, cases that
-  follow from words; `Folds`, branches with such cases. Another kind of design is
-  another class there.
+  follow from words; `Folds`, branches with further cases where the word changes.
+  Another kind of design is another class there.
 - stages: an extended campaign (`--extend undecided --to S`) has a stage for each end
-  time, for cases whose regime is still open. Their records have digests of their own; a
-  decided case has no further stage.
-- twins: they follow after their case has ended with a result, if the kind requests
-  them; each has stages like any case.
+  time, for cases whose regime is still open. The record of each stage has a digest of
+  its own; a decided case has no further stage.
+- twins: the twins of a case become jobs after the case has ended with a result, if the
+  kind requests them; each twin has stages like any case.
 """

@@ -1,4 +1,4 @@
-"""Jobs and how they end."""
+"""Jobs, the computations of a campaign, and their completions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Completion(NamedTuple):
     Attributes
     ----------
     status : status of its record
-    outcome, regime, whirl : words of its row; "" without one
+    outcome, regime, whirl : words of its row; "none" if it has no row
     features : numbers of its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
     """
@@ -71,7 +71,7 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Numbering of jobs, so that numbers are sent to ranks instead of jobs.
+    """Numbering of jobs: ranks receive a number instead of a `Job`.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class JobCode(NamedTuple):
         return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
 
     def decode(self, number: int) -> Job:
-        """Return the job of a number."""
+        """Return the job with a number, see `encode`."""
         rest, case = divmod(number, self.cases)
         stage, twin = divmod(rest, 1 + self.twins)
         return Job(case, twin, stage)

@@ -157,7 +157,7 @@ def cases_before(settings: Settings) -> list[int]:
 
 
 class Refined:
-    """Design with coarse cases, and further cases that follow from regimes.
+    """Design with coarse cases, and further cases that follow from words of cases.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ class Refined:
 
 
 class Folds(Refined):
-    """Design of branches, and further cases between two whose words differ.
+    """Design of branches, with further cases between successive ones of unlike words.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ class Folds(Refined):
         self.waiting = self.chains.waiting
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the next case of a branch, and cases that bisect towards a fold."""
+        """Return the next case of the branch, and the cases that bisect to a fold."""
         following = self.chains.after(case, end).cases
         return Followers([*following, *super().after(case, end).cases])
 

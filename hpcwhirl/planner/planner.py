@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.kinds import Kind
 
-# states of a case or twin; other states: the stage left to do
+# states of a case or twin; a state >= 0 is the stage that is left to compute
 UNWANTED, FAILED, DONE = -3, -2, -1
 Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 Cases = NDArray[np.int64]
@@ -105,7 +105,7 @@ class Planner:
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
-        """Return the row of the case with a number."""
+        """Return the row of a case by its number."""
         return case if case < self.kind.first else self._row[case]
 
     def number(self, row: int) -> int:
@@ -126,18 +126,18 @@ class Planner:
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Whether a job of each case or of its twins is left, (rows,)."""
+        """Which cases have a job left, of their own or of a twin, (rows,)."""
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether the last job of each case, or of a twin of it, failed, (rows,)."""
+        """Which cases have failed in their last job, or have such a twin, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether the last job of each case failed, not counting twins, (rows,)."""
+        """Which cases have failed in their last job, not counting twins, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
@@ -148,7 +148,8 @@ class Planner:
     def complete(self, job: Job, end: Completion) -> list[Job]:
         """Record how a job ended; return the jobs to compute because of it.
 
-        Jobs that have ended already are recorded in turn, and not returned.
+        If such a job has already ended, its completion is recorded, too, and the jobs
+        that follow from it are returned instead.
         """
         left, todo = list[Job](), [(job, end)]
         while todo:
