@@ -35,14 +35,14 @@ def _truncation(case: Case) -> Note:
     casing, solver = scene.engine.casing, scene.solver
     ring = ""
     if casing.kind == "ring":
-        stretch = " and what stretches it" if casing.families == "bending" else ""
+        stretch = " and its stretching modes" if casing.families == "bending" else ""
         ring = f", harmonics of the ring above {casing.harmonics}{stretch}"
     error, asked = truncation_error(scene), solver.truncation
     return Note(
         f"fixed-interface modes above {solver.modes}{ring}",
-        "what they would add to the response to a contact lets motions be wrong by "
-        f"some {error:.2g}, of {asked:g} asked: an estimate that held for 19 of 20 "
-        "engines at random in their first contacts, not a bound",
+        f"without them motions are wrong by an estimated {error:.2g}, at most "
+        f"{asked:g} being allowed: not a bound, but an estimate that held for 19 of 20 "
+        "random engines in their first contacts",
         _spared(case),
     )
 
@@ -57,7 +57,7 @@ def _spared(case: Case) -> str:
     except InputError:  # the model cannot have these modes
         return kept
     many, usual = amplitudes(whole), min(whole.limits(scene.speed).values())
-    return f"{kept}; with the inputs as they are, {many} and {usual:.3g} s"
+    return f"{kept}; without truncation, {many} and up to {usual:.3g} s"
 
 
 def _folding(case: Case) -> Note:
@@ -139,10 +139,10 @@ def facts_of_plan(case: Case) -> dict[str, object]:
 
 
 def facts_of_file(rotor: ModalModel) -> dict[str, object]:
-    """Return whether the sectors of a rotor from file are equal, and how nearly.
+    """Return whether the sectors of a rotor from file are equal, and their deviation.
 
-    `told` says the same in words; `deviation` is None if pairs of modes are missing, or
-    if there are fewer than 3 blades.
+    `told` is a sentence with these facts; `deviation` is None if modes cannot be
+    paired, or if there are fewer than 3 blades.
     """
     symmetry = rotor.symmetry
     facts: dict[str, object] = {

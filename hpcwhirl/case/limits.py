@@ -37,18 +37,18 @@ Floats = NDArray[np.float64]
 MOST_KEPT = 32  # cached models, as in `reduction.model`
 SLOWER = 1.072  # see `turned`: largest (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
 SAFE = 0.9  # largest step chosen by accuracy, over its limits
-MATTERS = 1e-2  # least compliance of a line that counts, over the largest one
+MATTERS = 1e-2  # least compliance of a mode that counts, over the largest one
 PER_PERIOD = 12.0  # rows of evidence per period of the fastest line
 FEWEST_ROWS = 160  # least number of rows of evidence in a run
 FEWEST_IN_PULSE = 10  # steps: with fewer, more than 1 % of the impulse is missing
-HARDLY = 0.7  # xi from which a mode hardly oscillates; larger ones are taken as this
-RESOLVED = 1e-8  # frequency error hidden by round-off; smaller ones are taken ~ x^2
+HARDLY = 0.7  # xi from which a mode hardly oscillates; a larger xi counts as this one
+RESOLVED = 1e-8  # frequency error below which round-off rules; it is taken ~ x^2
 FEWEST_IN_RISE = 50  # steps of a rigid casing's rise; fewer miss a tenth of its impulse
 MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error
 
 
 def check_limits(model: Model, scene: Scene) -> None:
-    """Raise InputError where a scene's time step or speed exceeds one of its limits."""
+    """Raise InputError if an input of a scene exceeds a limit that its model sets."""
     check_points(model, scene)
     check_rotation(model, scene)
     check_supports(model, scene)
@@ -62,7 +62,7 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_points(model: Model, scene: Scene) -> None:
-    """Raise InputError if scheme, contact law or gap exclude tips of several points."""
+    """Raise InputError if scheme, law or gap do not allow several points per tip."""
     if model.rotor.points is None:
         return
     solver, each = scene.solver, f"with {model.each} contact points a tip"
@@ -171,7 +171,7 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return the words for where an unbalance is not allowed; "" if it is allowed.
+    """Return a phrase on why no unbalance is allowed; "" if it is allowed.
 
     own : the supports at the scene's speed
     """
@@ -273,9 +273,10 @@ def _places(scene: Scene, time: float) -> Floats:
 
 
 def _shape_reach(scene: Scene, time: float) -> float:
-    """Return a shape's largest inward departure at a blade, faded in, m; 0 if round.
+    """Return the largest inward departure at any blade of the shape at full size, m.
 
-    Blades count as undeflected, as in `_wall_reach`; `time` gives their angles.
+    It is 0 for a round casing. Blades are at their angles at `time`, s, and count as
+    undeflected, as in `_wall_reach`.
     """
     if is_round(scene):
         return 0.0
@@ -388,8 +389,8 @@ def step_asked(model: Model, scene: Scene) -> float:
 
     The step keeps `frequency_error` below `accuracy` for every mode of the rotor, with
     terms of rotation for every wave, see `turned`, and is at most `SAFE` of the limits
-    by stability of both bodies, pulse, rotation and wall. Modes that are only in the
-    basis for all speeds need no accuracy: they count as the highest mode at rest.
+    by stability of both bodies, pulse, rotation and wall. Modes above `reach`, which
+    only a basis for all speeds has, need no accuracy: for them omega counts as `reach`.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
@@ -434,9 +435,9 @@ def _fastest(model: Model) -> float:
 def beat_of(model: Model, scene: Scene) -> int:
     """Return the number of steps between rows of evidence, `PER_PERIOD` per period.
 
-    The period is the shortest that matters. The number depends on engine, speed, step
-    and duration, never on the traces kept; in a run whose last 40 % would have fewer
-    than 64 rows, only on the duration.
+    The period is that of `fastest_line`. The number depends on engine, speed, step and
+    duration, never on the traces kept. A run has at least `FEWEST_ROWS` rows, so that
+    its last 40 % has 64: the spacing of a short run follows from its duration alone.
     """
     step = scene.solver.time_step
     total, _ = step_counts(scene)

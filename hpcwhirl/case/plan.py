@@ -33,9 +33,9 @@ FOLDING = (
     "engine.file",
     "unbalance",
     "engine.rotation",
-)  # inputs of `folds_of` and kernels; of mistuning, only whether there is any
+)  # inputs that decide folds and kernel; of mistuning, only whether there is any
 MOST_KEPT = 256  # cached settling times
-SOON = 0.7  # part of the run: no certificate is sought if it is expected later
+SOON = 0.7  # part of the run in which a certificate must be expected, to be sought
 
 
 class Marched(NamedTuple):
@@ -52,8 +52,8 @@ class Plan:
     Attributes
     ----------
     folds : g, number of sectors that move alike, of which one is integrated; 1: all are
-    settles : whether the run seeks a proof that no contact can recur, after which it
-        continues in closed form or ends
+    settles : whether the run seeks a certificate, after which it continues in closed
+        form or ends
     settling : s, time after which the ring, if not touched, moves less than the gap
     """
 

@@ -1,10 +1,9 @@
 """The harmonics of a casing that is not round, and the least gap that it leaves.
 
-At rest the casing lies at w(theta) = sum over h of a_h cos h theta + b_h sin h theta
-from its circle, outward, static frame: by its table, and by the offset e of the rotor's
-axis towards alpha, which is -e cos(theta - alpha) as long as e is small against the
-radius. An elastic casing moves about that shape as it would about the circle: its
-stiffness is that of a round one.
+At rest the casing departs from its circle by w(theta) = sum over h of a_h cos h theta +
+b_h sin h theta, outward, static frame. This is the sum of its table and of the offset e
+of the rotor's axis towards alpha, -e cos(theta - alpha) for e much smaller than the
+radius. An elastic casing moves about that shape with the stiffness of a round casing.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ from hpcwhirl.scene.kept_table import kept_rows
 from hpcwhirl.scene.profile import HARMONICS
 
 Floats = NDArray[np.float64]
-HIGHEST = 64  # harmonic that is kept of a table over angle
-LEAST = 1e-9  # share of the largest harmonic below which one is left out
-AROUND = 1 << 14  # angles at which the least gap is looked for
+HIGHEST = 64  # highest harmonic that is kept of a table over angle
+LEAST = 1e-9  # size of a harmonic, over the largest, below which it is left out
+AROUND = 1 << 14  # number of angles at which the least gap is searched
 MOST_KEPT = 64  # cached shapes
 
 
@@ -35,7 +34,8 @@ class Shape(NamedTuple):
     orders : (n,), h, ascending
     cosine, sine : (n,), a and b, m
     depth : m, largest departure inward at any angle; 0 where there is none
-    missed : m, largest difference from a table over angle at its angles; else 0
+    missed : m, largest difference between these harmonics and a table over angle, at
+        its angles; 0 for a table of harmonics
     """
 
     orders: NDArray[np.int64]
@@ -46,14 +46,14 @@ class Shape(NamedTuple):
 
 
 def is_round(scene: Scene) -> bool:
-    """Return whether a scene's casing is round, and the rotor's axis in its centre."""
+    """Return whether a scene's casing is round and its axis is that of the rotor."""
     casing = scene.engine.casing
     shaped = casing.profile != "" and casing.profile_scale != 0.0
     return not shaped and casing.offset == 0.0
 
 
 def shape_of(scene: Scene) -> Shape:
-    """Return the shape of a scene's casing after it has faded in, read-only."""
+    """Return the shape of a scene's casing at full size, with its offset; read-only."""
     casing = scene.engine.casing
     shift = casing.offset, casing.offset_angle
     return _shape(casing.profile, casing.profile_scale, *shift)
@@ -83,9 +83,11 @@ def departure(shape: Shape, angles: Floats) -> Floats:
 
 
 def departure_at_start(scene: Scene, angles: Floats) -> Floats:
-    """Return the departure, (n,), m, outward, of the shape that is there at the start.
+    """Return the casing's departure from round at time 0, (n,), m, outward.
 
-    angles : (n,), rad, static frame; a rigid casing's lobes are included
+    The lobes of a rigid casing are included.
+
+    angles : (n,), rad, static frame
     """
     casing, out = scene.engine.casing, np.zeros(len(angles))
     if casing.profile_rise == 0.0 and not is_round(scene):

@@ -1,9 +1,9 @@
-"""A casing that is held deformed and let go: its displacement when it is released.
+"""A casing that is held deformed and then released: its displacement at the release.
 
-Radial loads f hold it at the profile w: w = Phi_w Lambda^-1 Phi_w^T f, Phi_w the radial
-coordinates of its modes and Lambda their omega^2. Let go, it swings freely from the
-displacement x = Phi Lambda^-1 Phi_w^T f, at rest. Until then it moves about w with its
-own stiffness, since what holds it is a dead load.
+Constant radial loads f hold it at the profile w = Phi_w Lambda^-1 Phi_w^T f, with Phi_w
+the radial coordinates of its modes and Lambda their omega^2. When they vanish, it
+swings freely from the displacement x = Phi Lambda^-1 Phi_w^T f, at rest. Before, it
+moves about w with its usual stiffness, since constant loads add none.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NEVER = 0  # step of the release of a casing that is not let go
 
 
 def release_step(scene: Scene) -> int:
-    """Return the step at whose end a casing is let go; `NEVER` where it is not."""
+    """Return the step at whose end a casing is released; `NEVER` if it is not."""
     casing = scene.engine.casing
     if casing.profile_release == 0.0 or not len(profile_of(scene).orders):
         return NEVER
@@ -30,7 +30,7 @@ def release_step(scene: Scene) -> int:
 
 
 def held_displacement(model: Model, scene: Scene) -> Floats:
-    """Return x (n,), m, static frame, of a casing let go, in a model of all sectors."""
+    """Return x (n,), m, static frame, of a released casing; model : of all sectors."""
     ring, casing, shape = model.ring, model.casing, profile_of(scene)
     if not isinstance(ring, FourierOperator) or casing is None:
         raise TypeError(ring)
@@ -47,7 +47,7 @@ def held_displacement(model: Model, scene: Scene) -> Floats:
 
 
 def check_release(model: Model, scene: Scene) -> None:
-    """Raise InputError where a casing that is let go cannot have its profile."""
+    """Raise InputError if the modes of a released casing cannot form its profile."""
     if release_step(scene) == NEVER:
         return
     highest = int(profile_of(scene).orders.max())
@@ -64,6 +64,6 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return step and shape of a release; only a march with the same is resumed."""
+    """Return step and shape of a release; a saved march must have the same ones."""
     shape = profile_of(scene)
     return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

@@ -29,7 +29,7 @@ class Case:
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
-    own : model to use instead of one made from the scene; None: make it
+    own : model to use; None: it is made from the scene
     goes_on : whether the case begins with the last state of another, without a pulse
     """
 
@@ -88,7 +88,7 @@ class Case:
         if self.given.solver.accuracy > 0.0:
             settings["time_step"] = self.step
         if self.model.rotor.spin is not None and law_of(self.given) is not None:
-            settings["scheme"] = "general"  # waves are those of one speed
+            settings["scheme"] = "general"  # waves hold for one speed only
         if self.given.gap_at == "rest":
             if self.model.rotor.points is not None:
                 msg = (
@@ -139,7 +139,7 @@ class Case:
         return float(self.steps * step)
 
     def check(self) -> None:
-        """Raise InputError, naming the limit, if time step or speed exceeds one."""
+        """Raise InputError, naming the limit, if an input exceeds one."""
         check_tables(self.given)
         check_limits(self.model, self.scene)
 

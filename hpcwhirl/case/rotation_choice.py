@@ -2,8 +2,8 @@
 
 `rotation = "auto"` uses all terms or none, since softening alone makes blades unstable.
 
-A free centre needs them at any speed: its orbit is at rest in the static frame, but
-without Coriolis forces turns with the rotor, by a whole turn in a revolution. Even if
+A free centre needs these terms at any speed: its orbit is fixed in the static frame,
+but without Coriolis forces would turn with the rotor, once per revolution. Even if
 equal blades and the load's lobes leave the centre at rest, round-off may move it in a
 long contact. With a clamped centre, each free wave is e^{i k theta + s t}, and the
 choice depends on the largest
@@ -11,9 +11,9 @@ choice depends on the largest
 |s_full - s_none| / |s_none|
 
 at the case's speed over the waves that matter to the tips: those whose mode has at
-least `SEEN` of the largest compliance of the tips. A critical speed of Eq. (13) shifts
-as its wave does, and `gap` is the clearance at speed with either choice. The two models
-also differ in their bases, which is part of the difference.
+least `SEEN` of the largest compliance of the tips. Critical speeds of Eq. (13) shift
+with their waves, and `gap` is the clearance at speed with either choice. A part of the
+difference comes from the bases of the two models, which differ, too.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ LEFT_OUT = 0.01  # largest relative change of a wave at which the terms are left
 FREE = "a free centre"
 SEEN = 1e-2  # least modal compliance of a wave that counts, over the largest one
 MOST_KEPT = 256  # cached estimates
-Pair = tuple[str, complex, complex]  # wave's name, its s (or conjugate) in both models
+Pair = tuple[str, complex, complex]  # name of a wave, its s or conj(s) in both models
 
 
 class Change(NamedTuple):
@@ -62,7 +62,7 @@ class Change(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """What rotation auto means for a case, none or full, and why.
+    """The choice of rotation auto for a case, none or full, and its reason.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ def needing(scene: Scene) -> str:
 
 
 def choice_of(scene: Scene) -> Choice:
-    """Return whether rotation auto means none or full for a scene, and why.
+    """Return the choice of rotation auto for a scene, none or full, and its reason.
 
     `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
 

@@ -1,10 +1,10 @@
 """Speed and gap that change in time: their laws, and the intervals of a march.
 
-Omega(t) and theta(t), its integral, are closed forms of time: the blades' angle does
-not drift. In between, a march has constant arrays in intervals of `every` steps,
-counted from step 0, so that they follow from the step number. In an interval the angle
-is a parabola through both ends, the gap a line, and matrices are those of the mean
-speed: what they miss is of second order in the interval, see `interval_of`.
+Omega(t) and theta(t), its integral, are closed forms of time, so that the blades' angle
+does not drift. The time integration has constant arrays in intervals of `every` steps,
+counted from step 0, so that intervals follow from the step number. In an interval the
+angle is a parabola, exact at both ends, the gap is linear, and matrices are those of
+the mean speed: errors are of second order in the interval, see `interval_of`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from hpcwhirl.scene.kept_table import kept_rows
 
 Floats = NDArray[np.float64]
 USUAL = 1e-4  # accuracy of the intervals where the solver's is not given
-STANDS = 1e-6  # share of the largest speed that is none
-MOST_STEPS = 4096  # of an interval
+STANDS = 1e-6  # speed, over the largest one, that counts as standstill
+MOST_STEPS = 4096  # largest number of steps of an interval
 MOST_KEPT = 32  # cached models, as in `reduction.model`
 
 
 @dataclass(frozen=True)
 class SpeedLaw:
-    """Omega(t), with its integral.
+    """The speed over time, Omega(t), and its integral, the angle theta(t).
 
     Attributes
     ----------
     kind : linear, smooth, decay or table
     start, end : rad/s; the speed is held once it has reached `end`
-    rate : rad/s^2; of a smooth change the mean, of a decay the first
-    times, speeds : s, rad/s, of a table, between which the speed is linear
+    rate : rad/s^2, dOmega/dt: mean of a smooth change, initial of a decay
+    times, speeds : s, rad/s, rows of a table, between which the speed is linear
     """
 
     kind: str
@@ -128,7 +128,7 @@ def changes(scene: Scene) -> bool:
 
 
 def angle_at(scene: Scene, time: Any, step: float = 1.0) -> Any:
-    """Return the angle of the rotor, rad, from 0, at `time` times `step`, s."""
+    """Return the rotor's angle, rad, at `time` * `step`, s; it is 0 at time 0."""
     law = law_of(scene)
     return scene.speed * time * step if law is None else law.angle(time * step)
 
@@ -157,7 +157,7 @@ def closure_at(scene: Scene, time: Any) -> Any:
 
 
 def laws_of(scene: Scene) -> tuple[Any, ...]:
-    """Return the law of the speed, and all inputs on which the gap depends in time."""
+    """Return the law of the speed, and the inputs that set the gap over time."""
     gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
     return law_of(scene), *gap
 
@@ -192,7 +192,7 @@ class Growth:
 
 @lru_cache(maxsize=MOST_KEPT)
 def growth_of(model: Model) -> Growth:
-    """Return a function of speed: the growth of a model's tips."""
+    """Return the function `Growth` of a model's tips, cached."""
     return Growth(model)
 
 
@@ -204,10 +204,10 @@ class Interval(NamedTuple):
     speed, rate : rad/s, mean Omega from half a step before the start to half a step
         before the end; mean dOmega/dt, rad/s^2
     turn : rad/s, mean rate of the angle in the interval
-    first : rad/s, rate of the angle's parabola at its begin
-    since : s, begin of the interval
+    first : rad/s, rate of the angle's parabola at the start of the interval
+    since : s, start of the interval
     ahead, bend : rad, rad/s^2: theta = first t + ahead + bend (t - since)^2
-    gap, opening : m, at the begin; m/s
+    gap, opening : m, gap at the start; m/s, its rate
     """
 
     speed: float
@@ -311,13 +311,13 @@ def rides(scene: Scene, model: Model) -> bool:
 
 
 def interval_of(scene: Scene, model: Model) -> int:
-    """Return the number of steps of an interval, which suits the scene's `accuracy`.
+    """Return the number of steps of an interval that meets the scene's `accuracy`.
 
-    A wave of frequency omega that is marched at the mean speed is ahead or behind by at
-    most h |dOmega/dt| T^2 / 8 rad in an interval T, and by less than third order at its
-    end: h = |d omega / d Omega|, at most 2 of Coriolis forces, and the highest harmonic
-    of a ring integrated in the rotor's frame. The gap, a line in an interval, is wrong
-    by the closure's curvature, Delta / tau^2 T^2 / 8, at most.
+    In an interval T, the phase of a wave of frequency omega, integrated at the mean
+    speed, errs by at most h |dOmega/dt| T^2 / 8 rad; at the interval's end, the
+    error is of third order. h = |d omega / d Omega| is at most 2 by Coriolis forces, or
+    the highest harmonic of a ring integrated in the rotor's frame. The gap, linear in
+    an interval, errs by at most Delta / tau^2 T^2 / 8, since its closure is curved.
     """
     accuracy = scene.solver.accuracy or USUAL
     law, curved = law_of(scene), []
@@ -330,7 +330,7 @@ def interval_of(scene: Scene, model: Model) -> int:
             abs(scene.gap_closure) / scene.gap_time**2 / max(scene.gap, 1e-12)
         )
     longest = math.sqrt(8.0 * accuracy / max(curved, default=math.inf))
-    if scene.gap_table or scene.speed_table:  # whose corners an interval rounds
+    if scene.gap_table or scene.speed_table:  # an interval cuts corners of a table
         longest = min(longest, accuracy**0.5 * _shortest(scene))
     return max(1, int(min(longest / scene.solver.time_step, MOST_STEPS)))
 
@@ -375,7 +375,7 @@ def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
     slowest, fastest = extremes(scene)
     if not slowest * fastest > STANDS * fastest**2:
         msg = (
-            "speed must keep its sign and not reach 0, where friction turns: "
+            "speed must keep its sign and not reach 0, where friction reverses: "
             f"acceleration, speed_to and duration lead from {law.start:.6g} to "
             f"{float(law.speed(scene.end_times[-1])):.6g} rad/s"
         )

@@ -62,13 +62,13 @@ from hpcwhirl.structure import FourierOperator, bladed_disk
 Floats = NDArray[np.float64]
 FINEST = 160  # harmonics of the reference ring
 FINEST_FAMILIES = 8  # fixed-interface modes per blade of the reference rotor
-WINDOW = 2e-3  # s
+WINDOW = 2e-3  # s, time after a strike in which motions are compared
 TIMES = 200  # number of samples in the window
 ADDED_UP = 2.0  # weight of bending against stretching, since strikes add up in it
-OF_ROTOR = 2.2  # error of motions over the rotor's difference, in 19 of 20 cases
-BENT, STRETCHED = 10.0, 45.0  # the same for the ring's difference: see above
-LOADED = 5.0  # the same for the difference under the pulse
-OVERDAMPED = 0.999  # damping ratio as which larger ones are treated
+OF_ROTOR = 2.2  # factor from the rotor's difference to the error of motions
+BENT, STRETCHED = 10.0, 45.0  # the same from the ring's difference, see above
+LOADED = 5.0  # the same from the difference under the pulse
+OVERDAMPED = 0.999  # largest damping ratio used; larger ones count as this one
 TO_ROTOR = 2 / 3  # share of the allowed error that the rotor may take
 HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
 
@@ -110,7 +110,7 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
 
 
 class Wheel(NamedTuple):
-    """A rotor, given by its inputs, or by the path of its file and a digest."""
+    """A rotor, by its inputs, or by the path of its file and the digest of that."""
 
     rotor: Rotor
     file: str
@@ -182,7 +182,7 @@ def truncation_error(scene: Scene) -> float:
 
 
 def left_out(scene: Scene) -> Missed:
-    """Return the parts of `truncation_error`: those by each body and by the load.
+    """Return the parts of `truncation_error`: of rotor, ring, and ring under the load.
 
     Parameters
     ----------
@@ -271,10 +271,11 @@ def _missed(wheel: Wheel, casing: Casing, modes: int, load: Load) -> Missed:
 def with_truncation(scene: Scene) -> Scene:
     """Return the scene with the modes that meet its truncation error, if it sets one.
 
-    The rotor gets the fewest families per blade whose part of the estimate is at most
-    `TO_ROTOR` of the allowed error. The ring gets the fewest harmonics with which the
-    whole estimate is allowed, if possible without the modes that stretch it; if none
-    suffice, the finest. A casing from file keeps all its harmonics.
+    The rotor gets the fewest families of fixed-interface modes with which its part of
+    the estimate is at most `TO_ROTOR` of the allowed error. The ring gets the fewest
+    harmonics with which the whole estimate is at most the allowed error, if possible
+    without its stretching modes; if no number suffices, it gets the largest. A casing
+    from file keeps all its harmonics.
     """
     asked = scene.solver.truncation
     if asked == 0.0 or not has_families(scene):
@@ -310,6 +311,6 @@ def _chosen(
         casing.model_copy(update={"harmonics": harmonics, "families": families})
         for harmonics in [h for h in HARMONICS if h >= load.lobes] or [load.lobes]
         for families in ("bending", "all")
-    ]  # the load must be carried
+    ]  # a ring must have the harmonic of the load
     fine = (ring for ring in rings if missed(ring, modes).error <= asked)
     return modes, next(fine, rings[-1])

@@ -78,7 +78,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return xi (n,), m, of an unbalanced rotor; None if supports are equal in x, y."""
+    """Return xi (n,), m, of an unbalanced rotor; None without, or on round supports."""
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
@@ -155,9 +155,9 @@ def centre_of(model: Model, places: Any) -> complex:
 
 
 def reach_of(model: Model, scene: Scene) -> float:
-    """Return the largest outward displacement of any blade's tip in x_s, m.
+    """Return the largest outward displacement in x_s of any tip that is not lost, m.
 
-    If contact points have additional clearances, these are subtracted.
+    Clearances of contact points in addition to the gap are subtracted.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
