@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
-FARTHEST = 10.0  # largest change of an attractor between points, in tolerances
+FARTHEST = 10.0  # largest change of a feature from point to point, in tolerances
 LEAST = 1e-300  # smallest number whose logarithm is taken
 
 
@@ -84,9 +84,9 @@ class Known:
     at: list[Floats] = field(default_factory=list)
 
     def numbered(self, regime: str, found: Sequence[Floats]) -> list[int]:
-        """Return the numbers of the attractors of one point; new attractors are added.
+        """Return the number of each attractor found at one point; add new attractors.
 
-        found : features of each, those reached by most starts first
+        found : features of each attractor, that of the most starts first
         """
         from scipy.optimize import linear_sum_assignment
 

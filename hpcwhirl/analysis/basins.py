@@ -1,8 +1,8 @@
 """Basins: the share of starts that end on each motion, and how mixed these starts are.
 
-A start is a set of values of the inputs `STARTS`, which set a run going but do not
-change its equations afterwards. If such inputs are drawn by [sample], the share of a
-basin has the confidence interval of independent draws; if they are swept, the starts
+A start is a set of values of the inputs `STARTS`, which determine how a run begins but
+not the equations of its later motion. If such inputs are drawn by [sample], a basin's
+share has the confidence interval of independent draws; if they are swept, the starts
 form a grid, whose boxes give the basin entropy (Daza, Wagemakers, Georgeot,
 Guéry-Odelin, Sanjuán, Scientific Reports 6, 2016, 31416, doi:10.1038/srep31416).
 """
@@ -48,7 +48,7 @@ APART = (  # inputs whose values have no order
     "start_as",
 )
 BY = ("regime", "attractor")
-BOX = 5  # starts along each side of a box, as in the paper
+BOX = 5  # starts along each side of a box, as in Daza et al. 2016
 MEASURES = {
     "entropy": "Shannon entropy of the fractions, natural logarithm",
     "basin_entropy": "S_b: mean entropy of boxes of starts, natural logarithm",
@@ -64,9 +64,9 @@ class Starts:
     Attributes
     ----------
     inputs : names of the variables that differ between the starts of a point
-    drawn : whether they were drawn instead of swept
-    swept : names of the other swept inputs' variables
-    point : (cases,), number of the point of the sweep
+    drawn : whether these were drawn instead of swept
+    swept : names of the variables of the other swept inputs
+    point : (cases,), number of the combination of these, a point of the sweep
     chosen : (cases,), which cases count: all, or the independent draws
     """
 
@@ -138,8 +138,7 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     ----------
     data : results from `open_results`, of a campaign whose starts differ
     by : "regime", or "attractor" for those of `attractors`
-    box : number of starts along each side of a box; always 1 along `nodal_diameter` and
-        `direction`
+    box : number of starts along each side of a box; always 1 along inputs of `APART`
 
     Returns
     -------
@@ -153,7 +152,7 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     Raises
     ------
     InputError
-        if all starts are equal, another input was drawn, or the map was refined
+        for another `by`, a box of fewer than 2 starts, or as for `starts_of`
     """
     if by not in BY:
         raise unknown("motions by", by, BY)
@@ -245,7 +244,10 @@ def _boxed(
 def _grid(
     data: xarray.Dataset, inputs: Sequence[str], word: NDArray[np.str_]
 ) -> NDArray[np.str_] | None:
-    """Return the motions of a point over its grid of starts; None if there is none."""
+    """Return a point's motions as an array over its starts; None if these are no grid.
+
+    Each input in `inputs` is an axis.
+    """
     places = [np.unique(data[n].to_numpy(), return_inverse=True) for n in inputs]
     shape = tuple(len(known) for known, _ in places)
     number = np.ravel_multi_index([own for _, own in places], shape)

@@ -11,10 +11,9 @@ Floats = NDArray[np.float64]
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     """Return the quantities of `scene.quantities.BLADES`; {} if samples are too few.
 
-    The amplitude is the rms about the mean: it does not require a sample at a crest,
-    and excludes a steady deflection; for harmonic motion it is proportional to the
-    peak.
-    Blades at rest have amplitude 0 and localisation 1.
+    The amplitude is the rms about the mean: it does not depend on whether a sample lies
+    at a crest, and excludes a steady deflection; for harmonic motion it is proportional
+    to the peak. Blades at rest have amplitude 0 and localisation 1.
 
     Parameters
     ----------

@@ -84,12 +84,18 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return the short names of the two swept inputs that differ within a bundle."""
+    """Return the short names of the inputs that differ within one of `bundles_of`.
+
+    They are `branch` and the input that varies along branches.
+    """
     return "branch", varied_by(results).rsplit(".", 1)[-1]
 
 
 def bundles_of(results: Results) -> list[list[int]]:
-    """Return the finished cases, grouped by all inputs that branches may share."""
+    """Return the finished cases of each bundle of branches.
+
+    The branches of a bundle differ only in direction and in where they begin.
+    """
     done, bundles = {*results.finished()}, dict[str, list[int]]()
     for branch in branches_of(results)[1]:
         cases = [case for case in branch.cases if case in done]
@@ -149,9 +155,9 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return the numbers of points with several words, and with several branches.
+    """Return (number of points with several words, number with several branches).
 
-    A point is a value of the input that varies together with fixed other inputs.
+    A point is one value of the input that varies, for given values of the others.
     """
     points: dict[tuple[str, float], list[str]] = {}
     for branch in branches:

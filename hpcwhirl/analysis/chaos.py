@@ -20,9 +20,9 @@ ROUND_OFF = 2.0**-52  # smallest distance that counts, relative
 BLOCKS = 10  # blocks of growths whose means give the interval of an exponent
 SHARE = 0.95  # confidence level of the interval
 FEWEST = 2 * BLOCKS  # growths below which there is no interval
-LONGEST = 32  # longest period looked for, revolutions
-RETURNS = 3  # least number of returns for a period
-EXACT = 1e-3  # distance of a return that counts as zero
+LONGEST = 32  # longest period that is searched, revolutions
+RETURNS = 3  # least number of periods that a section must cover
+EXACT = 1e-3  # distance of a return, over the motion's size, that counts as zero
 ANGLES = 100  # angles c of the 0-1 test
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -87,7 +87,7 @@ def exponent(growth: Floats, interval: float) -> Exponent:
     """
     if len(growth) < FEWEST or not np.isfinite(growth).all():
         return Exponent(math.nan, math.nan)
-    from scipy.special import stdtrit  # a slow import, of no other case
+    from scipy.special import stdtrit  # slow to import, and needed only here
 
     size = len(growth) // BLOCKS
     kept = growth[len(growth) - BLOCKS * size :]
@@ -102,8 +102,8 @@ def returns(section: Floats) -> tuple[int, float]:
 
     Every point is compared with the mean of all points that are multiples of n away, so
     that a closed curve, on which a point nearly returns, is not taken for a period. n
-    is the smallest period whose distance is nearly the least of all: at most twice the
-    least one, or `EXACT`. (0, inf) for fewer than `RETURNS` points.
+    is the smallest period whose distance is at most twice the least distance of all
+    periods, plus `EXACT`. (0, inf) for fewer than `RETURNS` points.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Clusters of points that are clearly separated, by single linkage; else one cluster.
 
 Single linkage (`scipy.cluster.hierarchy`) joins points that no gap separates, so that
-it follows clusters of any shape; scattered points at the rim of a cluster are joined to
-it and form none themselves. A partition counts only if its mean silhouette is "strong"
+it follows clusters of any shape; scattered points around a cluster are joined to it
+instead of forming their own. A partition counts only if its mean silhouette is "strong"
 (Kaufman and Rousseeuw, Finding Groups in Data, 1990, Table 4: above 0.7) and if any two
 clusters differ by more than a given tolerance; otherwise all points are one cluster.
 """
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 STRONG = 0.7  # least mean silhouette
 FEWEST = 3  # least number of points of a cluster
 MOST = 2000  # points whose distances are computed; others join the nearest one
-WIDER = 2.5  # least gap between clusters, over the widest gap inside a cluster
-CUTS = 12  # number of partitions tried, those at the widest gaps
+WIDER = 2.5  # least gap between two clusters, over the widest gap inside either
+CUTS = 12  # largest number of partitions tried, those at the widest gaps
 NORMAL = 1.4826  # standard deviation over median absolute deviation, normal law
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]

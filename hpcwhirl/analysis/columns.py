@@ -84,7 +84,7 @@ def source_of(data: xarray.Dataset) -> Source:
 
 
 def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
-    """Return texts, (cases,), read in parts, as a file has 240 bytes for each."""
+    """Return texts, (cases,), read in parts, since a file has 240 bytes for each."""
     starts = range(0, max(len(variable), 1), AT_ONCE)
     parts = [variable[start : start + AT_ONCE].to_numpy() for start in starts]
     return np.concatenate(parts)
@@ -132,7 +132,7 @@ def _plain(column: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class _Part:
-    """A subexpression, or a leaf of it: a number, a name or a quoted word.
+    """A subexpression, or a leaf: a number, a name or a quoted word.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check == or !=; a name that is a word of the other operand is this word."""
+        """Check the operands of == or !=; a name that the other can have is a word."""
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):

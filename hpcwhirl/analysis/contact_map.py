@@ -42,7 +42,8 @@ def touches(
     time : (n,), s, equally spaced, the first one interval after the start
     blade_impulse : (n, N), N s, cumulative
     speed : Omega, rad/s
-    angles : (N,), rad, at t = 0, of columns that are contact points; None: of blades
+    angles : (N,), rad, angle at t = 0 of the contact point of each column; None: the
+        columns are blades
     """
     if not len(time):
         none = np.zeros(0)

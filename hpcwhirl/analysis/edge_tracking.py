@@ -3,8 +3,8 @@
 Two states on different sides of the boundary are bisected along the straight line
 between them until they are near each other. Both are then integrated; while they stay
 close, the boundary lies between them. When they have separated, they are bisected
-again. The motion that is followed so is attracted by neither side: the edge state, a
-saddle of the flow
+again. The motion followed in this way approaches the edge state, which attracts motions
+on the boundary but is itself a saddle of the flow
 (J. D. Skufca, J. A. Yorke, B. Eckhardt 2006, Phys. Rev. Lett. 96, 174101; T. M.
 Schneider, B. Eckhardt, J. A. Yorke 2007, Phys. Rev. Lett. 99, 034502).
 """
@@ -19,8 +19,8 @@ from typing import Generic, Protocol, TypeVar
 from hpcwhirl.errors import WhirlError
 
 State = TypeVar("State")
-LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: unknown
-WIDENED = 10  # doublings of the distance after which a lost boundary is given up
+LOW, OPEN, HIGH = -1, 0, 1  # sides of the boundary; OPEN: not known
+WIDENED = 10  # largest number of times that a pair is widened to find the boundary
 HALVED = 60  # largest number of bisections of a pair, down to round-off
 
 
@@ -205,5 +205,5 @@ def _held(
         pair = Pair(low, high, motions.distance(low, high))
         if pair.distance > most:
             break
-    msg = f"the boundary was lost: states {pair.distance:.3g} apart end alike: "
-    raise LostEdgeError(msg + "raise look, after which a side is determined")
+    msg = f"the boundary was lost: states {pair.distance:.3g} apart end on one side: "
+    raise LostEdgeError(msg + "raise look, the time after which a side is determined")

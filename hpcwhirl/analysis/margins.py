@@ -114,7 +114,7 @@ def safe_ranges(
 
 
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
-    """Return the lines of a campaign along an input; arguments as of `safe_ranges`."""
+    """Return the lines of a campaign along an input; parameters as in `safe_ranges`."""
     swept = swept_of(data)
     name = variable_of(over, swept)
     values = data[name].to_numpy()

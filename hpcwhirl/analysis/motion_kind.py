@@ -20,7 +20,7 @@ from hpcwhirl.dynamics.side_by_side import SideBySide
 Floats = NDArray[np.float64]
 DELTA = 1e-9  # distance of twins over the motion's size
 PARTS = 4  # intervals per revolution, at the end of which the twin is moved back
-SETTLE = 0.1  # first part of the revolutions, in which the twin adjusts, not counted
+SETTLE = 0.1  # first part of the revolutions, not counted, in which the twin adjusts
 STILL = 1e-9  # variation over the largest value below which a quantity is constant
 
 
@@ -68,8 +68,8 @@ def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, flo
     growth : (n,), ln of the twins' growth in each interval
     interval : s, length of an interval
     points : (points, m), result of `section_of`; the 0-1 test uses the first column,
-        which does not depend on the angle at which a round casing is touched: a whirl
-        that turns fast and is chaotic slowly would look regular in x and y
+        the centre's distance: in x and y, a whirl that turns fast and whose radius
+        varies chaotically, but slowly, would look regular
     """
     rate, error = exponent(growth, interval)
     period, distance = returns(points)

@@ -1,8 +1,8 @@
-"""Words over the speed of a run whose speed or gap changes: by windows of its time.
+"""Words of a run whose speed or gap changes, by windows of its time.
 
-A window gets the words of a run at its mean speed and gap whose last 40 % it is:
-`regimes.evidence` reduces the window to the same numbers, and the same rules give its
-words. Windows next to each other with the same words are one interval.
+A window is judged like the last 40 % of a run at the window's mean speed and gap:
+`regimes.evidence` reduces it to the same numbers, and the same rules give its words.
+Successive windows with the same words are joined to one interval.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from hpcwhirl.scene import Scene
 Floats = NDArray[np.float64]
 USUAL = Thresholds()
 FEWEST = 4 * BLOCKS  # rows of evidence of a window
-LOOKS = 4096  # times at which a speed is looked for
+LOOKS = 4096  # number of times between which crossings of a speed are searched
 
 
 class Spell(NamedTuple):
@@ -55,7 +55,7 @@ class Spell(NamedTuple):
 
 
 def words_over_speed(case: Case, history: History) -> list[Spell]:
-    """Return the words of a run in windows of equal time, equal neighbours joined."""
+    """Return the words of a run by windows of equal time, joined where words repeat."""
     rows = len(history.judged.time)
     count = max(1, min(case.scene.output.windows, rows // FEWEST))
     ends = np.linspace(0.0, history.end, count + 1).tolist()
@@ -100,7 +100,7 @@ def _held(case: Case, begin: float, end: float, start: float) -> Scene:
 
 
 def told_over_speed(spells: list[Spell]) -> str:
-    """Return intervals as a line: ``0..0.5 s 100..150 rad/s damped none; ...``."""
+    """Return intervals as one line: ``0..0.5 s 100..150 rad/s damped none; ...``."""
     return "; ".join(
         f"{one.begin:.4g}..{one.end:.4g} s {one.first:.5g}..{one.last:.5g} rad/s "
         f"{one.regime} {one.whirl}"
@@ -121,8 +121,8 @@ def spells_of(told: str) -> list[Spell]:
 def crossings(case: Case) -> list[dict[str, Any]]:
     """Return the critical speeds that a run crosses, in the order of time.
 
-    They are those of Eq. (13), at which waves of blades and casing meet on the pulse's
-    lobes, and of an unbalanced rotor those of an unbalance, undamped.
+    They are the speeds of Eq. (13) for the pulse's lobes, at which waves of rotor and
+    casing coincide, and for an unbalanced rotor its undamped resonances.
 
     Returns
     -------

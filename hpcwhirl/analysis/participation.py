@@ -80,7 +80,7 @@ def _check(tips: Floats, model: Model) -> None:
 def _least_forces(
     signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return amplitudes (n, m) of m modes that give signals (r, n), least forces."""
+    """Return the amplitudes (n, m) that give signals (r, n) by least modal forces."""
     count = signals.shape[1]
     signals = np.hstack([signals, signals[:, ::-1]])
     at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]

@@ -26,8 +26,8 @@ STEADY_SHARE = 0.4  # last part of a run, the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged
 SETTLED = 0.2  # first part of a run, which `summit` leaves out
 FED = ("pulse", "friction", "rotation")  # terms of the ledger that feed energy
-HARDLY = 1e-10  # distance over an unbalanced rotor's circle that counts as zero
-NOTHING = 1e-280  # J, energy that counts as rest: flushed amplitudes, denormals
+HARDLY = 1e-10  # distance from an unbalanced rotor's circle, over it, that counts as 0
+NOTHING = 1e-280  # J, energy that counts as rest: denormals or amplitudes set to 0
 
 
 def _limit(default: float, meaning: str) -> float:
@@ -51,7 +51,7 @@ class Thresholds:
         0.1, "largest change of ln(amplitude) over the window of a `sustained` motion"
     )
     unclear: float = _limit(
-        0.3, "the same if the growth is not significant, as for a slowly varying motion"
+        0.3, "as `drift`, if the growth is not significant, as of slowly varying motion"
     )
     rise: float = _limit(
         0.4, "least change of ln(amplitude) over the window of a `divergent` motion"
@@ -227,12 +227,12 @@ def evidence(
     Its window is the last 40 % of the run. Evidence comes from `History.judged` and
     from the ledger of every step: the choice of traces does not change it.
 
-    At a changing speed, motion without contact grows or falls with the speed; a rotor
-    follows it, or is held by the casing. With contact in the window, energies and orbit
-    are those of the motion that contact causes or those of the whole motion, whichever
-    changes less; without contact, those of the motion that contact caused, which
-    decays. There `summit` of an unbalanced rotor is 0, since the speed may cause its
-    growth; it is also 0 where the gap changes, since the closing gap may cause it.
+    At a changing speed, the motion that there would be without contact grows or falls
+    with the speed; contact adds a further motion. If the window has contact, energies
+    and orbit are those of the added motion or of the whole motion, whichever changes
+    less; if it has none, those of the added motion, which then decays. At such a speed
+    `summit` of an unbalanced rotor is 0, since the speed may cause its growth; it is
+    also 0 where the gap changes, since the closing gap may cause growth.
 
     Parameters
     ----------

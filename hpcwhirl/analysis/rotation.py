@@ -123,9 +123,10 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 
 
 def beside(case: Case) -> Case | None:
-    """Return the case with engine.rotation none instead of full, or full for none.
+    """Return the case with the other kind of engine.rotation: none for full, or full.
 
-    None if the engine does not allow it.
+    Inputs that only full allows get the values that they have without effect. None if
+    the engine does not allow the other kind.
     """
     other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
@@ -153,9 +154,9 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
 
     Returns
     -------
-    {family: ((n,), (n,))}, rad/s, frequencies in the static frame of the two waves that
-    turn with and against the rotation in the rotating frame, of families with omega >
-    0; > 0: turns with the rotation
+    {family: ((n,), (n,))}, rad/s, of the families of `moving_families`: frequencies in
+    the static frame of two waves, that which turns with the rotation in the rotating
+    frame, and that which turns against it; > 0: turns with the rotation
 
     Raises
     ------
@@ -241,8 +242,9 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
 def side_by_side(case: Case, orders: int) -> dict[str, Any]:
     """Return {"none": facts, "full": facts}, without and with the effects of rotation.
 
-    Facts are those of `rotation_of_case`, `lines` and `critical_speeds`. An engine from
-    file without terms of rotation has only the first.
+    Facts are those of `rotation_of_case`, `lines` from `lines_of`, and
+    `critical_speeds` from `critical_of`. An engine from file without terms of rotation
+    has only the first.
     """
     cases = [case, beside(case)]
     return {

@@ -59,7 +59,7 @@ def shares_of(
 
     Parameters
     ----------
-    word : (cases,), kind of each case; a case whose kind is not in `kinds` is lost
+    word : (cases,), kind of each case; cases of other kinds than `kinds` are `lost`
     kinds : names along the dimension `along`
     point : (cases,), number of each case's point
     chosen : (cases,), which cases count

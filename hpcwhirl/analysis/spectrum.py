@@ -1,4 +1,4 @@
-"""Spectra: of a planar orbit, of a signal, and of many speeds on one axis."""
+"""Spectra: of a planar orbit, of a signal, and spectra of many speeds on one axis."""
 
 from __future__ import annotations
 

@@ -141,9 +141,10 @@ def _ring_part(
 def _amplitudes(
     body: ModalModel, modes: NDArray[np.bool_], ring: FourierOperator, h: int
 ) -> tuple[Complexes, Complexes]:
-    """Return the ring's amplitudes W and U of e^{i h theta} in its modes, each (2,).
+    """Return the ring's amplitudes W and U of e^{i h theta} in the chosen modes.
 
-    w = W cos h theta belongs to u = U sin |h| theta; for h = 0, U is a rotation.
+    Both are (m,), 1/sqrt(kg). w = W cos h theta belongs to u = U sin |h| theta; for h =
+    0, U is a rotation.
     """
     at = abs(h)
     cosine = max(2 * at - 1, 0)
