@@ -1,4 +1,7 @@
-"""Inputs of a case as frozen data in SI units; their TOML; units, words, presets."""
+"""Inputs of cases and campaigns as frozen data in SI units, their TOML, and tables.
+
+The tables list words of cases, quantities, schemes, presets and named engines.
+"""
 
 from hpcwhirl.scene.case_digest import content_digest, digest
 from hpcwhirl.scene.casing_inputs import Casing

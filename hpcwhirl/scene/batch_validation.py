@@ -27,8 +27,8 @@ from hpcwhirl.scene.rules import LASTS, end_time, last_end
 from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
 
 Array = NDArray[Any]
-# function from an input's name to its value, or values, (cases,); a list is passed as
-# its length
+# function from an input's name to its value or, if it is swept, its values, (cases,);
+# an input that is a list has its length as value
 Columns = Callable[[str], Any]
 Condition = Callable[[Columns], Any]
 AT_ONCE = 1 << 18  # largest number of cases evaluated together
@@ -36,7 +36,7 @@ STRICT = ConfigDict(strict=True)
 
 
 def end_times(get: Columns) -> Any:
-    """Return the engine time of each case, s, see `Scene.end_time`."""
+    """Return the engine time of the run of each case, s, see `Scene.end_time`."""
     return end_time(get("duration"), get("revolutions"), get("speed"))
 
 
@@ -161,7 +161,7 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return a column's values as numbers, up to the last that `cases` have."""
+        """Return a column's values as an array, up to the last one that cases have."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
@@ -171,11 +171,11 @@ class Many:
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
     def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
-        """Return a function: name of an input -> its value, or (cases,) if it is swept.
+        """Return the `Columns` function of some cases: from an input to its values.
 
         Parameters
         ----------
-        cases : numbers of cases
+        cases : numbers of the cases
         numbers : {swept input: its values, see `numbers`}; None: those of the table
         """
 
@@ -195,7 +195,7 @@ class Many:
         return self._known_numbers[name]
 
     def last_ends(self) -> Iterator[Array]:
-        """Yield the latest engine times at which cases may end, s, in chunks."""
+        """Yield the latest engine time at which each case may end, s, by chunks."""
         for cases in self.chunks():
             ends = last_end(*map(self.all(cases), LASTS))
             yield np.broadcast_to(ends, cases.shape)
@@ -238,7 +238,7 @@ class Many:
         return cases[np.sort(np.unique(kind, return_index=True)[1])]
 
     def twice(self) -> tuple[int, int] | None:
-        """Return (a case, the first case that repeats one); None without repetition."""
+        """Return (case, first case that repeats it); None if no case is repeated."""
         if self._is_plain_product():
             return None
         _, first, kind = np.unique(

@@ -37,7 +37,7 @@ def bearing_table(text: str) -> str:
     Raises
     ------
     ValueError
-        if the file cannot be read, or is no such table
+        if the file cannot be read, or is not a table of a bearing
     """
     if not text:
         return ""

@@ -113,12 +113,13 @@ class Campaign(TableModel):
     )
     patience: float = _seconds(
         30.0,
-        "time that ranks have to stop after a request; then the job ends with exit "
-        "code 75 even if some hang; finished cases are kept",
+        "time that ranks have to stop after a request to stop; then the job ends with "
+        "exit code 75 even if some ranks hang; finished cases are kept",
     )
     case_limit: float | None = _seconds(
         None,
-        "computing time of a case, over all calls, until its timeout",
+        "computing time of a case, summed over all calls, after which it is stopped "
+        "with status timeout",
     )
     max_fails: int | None = key(
         None,
@@ -148,7 +149,7 @@ class Campaign(TableModel):
 
 
 MOST_SEED = 2**53  # largest whole number that every JSON reader keeps
-LEAST_SPREAD = 1e-12  # relative change at which doubles still differ between twins
+LEAST_SPREAD = 1e-12  # least relative change by which the doubles of twins differ
 
 
 def _spread(given: Any) -> dict[str, float]:
@@ -181,8 +182,8 @@ class TwinsTable(TableModel):
     of: Literal["all", "boundary", "speckle", "even"] = key(
         "all",
         "which cases have twins; boundary: those with a neighbour of another regime; "
-        "speckle: those in speckle of [refine]; even: a sample of those that are "
-        "at no boundary",
+        "speckle: those in speckle of [refine]; even: a sample of those whose "
+        "neighbours have the same regime",
     )
     spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key(
         {"force": 1e-6},
@@ -191,7 +192,8 @@ class TwinsTable(TableModel):
     )
     sure: float = key(
         0.9,
-        "share of twins with the word of a case from which this word counts as sure",
+        "least share of twins that have the word of their case if this word counts as "
+        "sure",
         "a number > 0, at most 1",
         gt=0,
         le=1,
@@ -214,7 +216,7 @@ class TwinsTable(TableModel):
 
 
 SALTELLI, LATIN = "saltelli", "latin_hypercube"
-IN_TWOS = ("sobol", SALTELLI)  # balanced where the count is a power of 2
+IN_TWOS = ("sobol", SALTELLI)  # methods that are balanced if count is a power of 2
 
 
 def _is_law(table: Mapping[str, Any]) -> bool:
@@ -240,8 +242,8 @@ def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
 class SampleTable(TableModel):
     """The table [sample]: how inputs are drawn.
 
-    `laws` is {full dotted input: its law} in the order of the file, in which inputs are
-    keys of the table like the others.
+    `laws` is {full dotted input: its law} in the order of the file. In the file, an
+    input is a key of this table, beside the keys `method`, `seed`, ...
     """
 
     method: Literal["random", "sobol", "halton", "latin_hypercube", "saltelli"] = key(
@@ -361,7 +363,7 @@ class Refine(TableModel):
     """The table [refine]: inputs whose grid is refined where words differ.
 
     `scale`, `levels` and `resolution` are {full dotted input: value} for the inputs in
-    `over`, also where the file has one value for all inputs.
+    `over`; one value in the file stands for all inputs.
     """
 
     over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(
@@ -450,11 +452,11 @@ def _numbers(given: Any) -> Any:
     return tuple(map(float, given)) if listed else given
 
 
-MOST_POINTS = 1000  # of a branch: each case names those before it
+MOST_POINTS = 1000  # cases of a branch, since each case names all those before it
 
 
 class BranchTable(TableModel):
-    """The table [branch]: sweeps in which each case begins where the last one ended."""
+    """The table [branch]: sweeps in which each case continues the one before."""
 
     over: Annotated[str, BeforeValidator(_input)] = key(
         ...,

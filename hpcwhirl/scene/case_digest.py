@@ -15,8 +15,8 @@ from hpcwhirl.scene.input_names import FILE, LATER, Value, default_of
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import flatten
 
-READING = 2  # increase when the same engine file would give other numbers
-PHYSICS_VERSION = 16  # increase when the same inputs would give other numbers
+READING = 2  # to be increased when an unchanged engine file gives other numbers
+PHYSICS_VERSION = 16  # to be increased when unchanged inputs give other numbers
 MOST_BYTES = 2**31  # largest engine file: 16 matrices of 4,000 coordinates
 
 
@@ -73,7 +73,7 @@ def digest_of(values: Mapping[str, Value], content: str) -> str:
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flattened inputs without those of `LATER` that have their default."""
+    """Return flattened inputs without those of `LATER` at their default value."""
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 

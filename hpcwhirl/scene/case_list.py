@@ -16,7 +16,7 @@ from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.swept import MOST_CASES, flat
 from hpcwhirl.scene.toml_text import setting_value
 
-CASE = "case"  # column with the number of a case, as in tables of results; no input
+CASE = "case"  # column of case numbers, which tables of results have; not an input
 HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
 VARIABLES = {variable_name(name): name for name in INPUTS}
 
@@ -32,7 +32,7 @@ def listed_cases(given: Any, folder: Path | str = "") -> list[dict[str, Value]]:
     Raises
     ------
     InputError, MissingFileError
-        for a wrong value, an unknown input, or a file that is no such table
+        for a wrong value, an unknown input, or a file that is not a table of cases
     """
     if isinstance(given, str):
         return cases_in_file(Path(folder) / given)

@@ -25,10 +25,10 @@ class Casing(Inputs):
     )
     discretization: Literal["fourier", "elements", "file", "shell"] = given(
         "fourier",
-        "of the ring: harmonics, the paper's elements, or file: a round casing of the "
-        "table in engine.file; its sections, support and damping count for nothing "
-        "then; shell: harmonics of a cylindrical shell, simply supported at both ends, "
-        "its length the width",
+        "coordinates of the ring; fourier: harmonics; elements: the paper's; file: a "
+        "round casing, by the table of modes in engine.file, so that section, support "
+        "and damping have no effect; shell: harmonics of a cylindrical shell of length "
+        "`width`, simply supported at both ends",
     )
     harmonics: int = given(
         20,
@@ -113,19 +113,19 @@ class Casing(Inputs):
     )
     offset: NonNegative = given(
         0.0,
-        "distance of the rotor's axis from that of the casing, both at rest; the gap "
-        "is narrower by it at offset_angle, and wider opposite",
+        "distance of the rotor's axis from that of the casing, both at rest; it makes "
+        "the gap narrower at offset_angle, and wider on the opposite side",
         "m",
         symbol="e",
         later=True,
     )
     offset_angle: Finite = given(
-        0.0, "angle to which the rotor's axis lies off", "rad", later=True
+        0.0, "direction of `offset`, static frame", "rad", later=True
     )
     profile_rise: NonNegative = given(
         0.0,
-        "time in which profile and offset fade in, smoothly; 0: held from the start; "
-        "50 steps at least where they come into the blades",
+        "time in which profile and offset fade in smoothly; 0: they have full size "
+        "from the start; at least 50 steps if they reach the blades",
         "s",
         later=True,
     )
@@ -143,8 +143,8 @@ class Casing(Inputs):
     )
     layer_rods: int = given(
         4,
-        "rods K of a layer under the edge of one tip; a numerical choice; around the "
-        "casing stand M = 2 pi R K / layer_edge of them, rounded",
+        "number K of rods of a layer under the edge of one tip; a numerical choice; "
+        "the whole casing has M = 2 pi R K / layer_edge rods, rounded",
         symbol="K",
         ge=1,
         le=100,

@@ -36,7 +36,7 @@ class InputFact:
     Attributes
     ----------
     name : name in its table
-    table : table of the TOML
+    table : name of its table in TOML files
     default : default value; None: there is none
     unit : unit, "" for none
     meaning : explanation without the unit
@@ -83,7 +83,7 @@ def _told(table: str, name: str, told: Key, default: Any = None) -> InputFact:
 
 
 def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
-    """Return the inputs of a table, or with a name, or with a word in their meaning.
+    """Return the inputs that a word names: by table, name, or a word of their meaning.
 
     Meanings are searched only if no table or input has that name.
 

@@ -1,6 +1,6 @@
 """Tables of the laws of contact and friction of tips and casing.
 
-A scheme that does not know a law is refused; `modal` hands over to `general`.
+A scheme that cannot integrate a law is refused; `modal` uses `general` for a layer.
 `dynamics.layer` makes the kernels' arguments of a contact law.
 """
 
@@ -17,7 +17,7 @@ from hpcwhirl.scene.schemes import NAMES as SCHEMES
 from hpcwhirl.scene.schemes import STEPWISE, either
 
 RIGID = "rigid"
-MOST_RODS = 10**6  # around a casing
+MOST_RODS = 10**6  # largest number of rods around a casing
 
 
 @dataclass(frozen=True)
@@ -116,9 +116,9 @@ def refused(law: str, scheme: str) -> str:
 
 
 def _unless_rigid(name: str, usual: Any, told: str) -> Rule:
-    """Return the rule that an input must be `usual` where a layer wears.
+    """Return the rule that an input must be `usual` if the casing has a layer.
 
-    told : how the message names that value
+    told : text for that value in the message
     """
     return Rule(
         ("engine.casing.contact_law", name),

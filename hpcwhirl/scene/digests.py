@@ -26,7 +26,7 @@ KEY = 8  # leading bytes of a digest by which the index is sorted
 
 
 class Digests:
-    """Digest of a case from the inputs that it sets; each value is checked only once.
+    """Function from the inputs that a case sets to its digest; checks each value once.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Digests:
         return self._digest(values)
 
     def planned(self, settings: Mapping[str, Value]) -> str:
-        """Return the digest of a case, even if its inputs are not allowed."""
+        """Return the digest of a case of a plan, even if its inputs are not allowed."""
         try:
             return self(settings)
         except InputError:
@@ -137,7 +137,7 @@ class CaseDigests(OfCases[str]):
     __hash__ = None  # type: ignore[assignment]
 
     def _told(self) -> str:
-        # blocks of cases that do not set an input use the shared value
+        # shared values count: cases that do not set an input use them
         shared = without_defaults(self.shared)
         return json.dumps([shared, self.reads, self.physics], sort_keys=True)
 

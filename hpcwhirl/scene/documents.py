@@ -103,7 +103,7 @@ def _set(
 
 
 def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
-    """Return [engine] with the paths of its file and of its tables absolute."""
+    """Return [engine] with absolute paths of its file, bearing and profile."""
     placed = dict(engine)
     if isinstance(engine.get("file"), str):
         placed["file"] = _anchored(engine["file"], folder)

@@ -30,7 +30,7 @@ def engine_names() -> tuple[str, ...]:
 
 
 def engine_inputs(name: str) -> dict[str, Value]:
-    """Return {dotted name: value} of a named engine: its name, casing, dampings, pulse.
+    """Return {dotted name: value} of a named engine: name, casing, damping, pulse.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def engine_inputs(name: str) -> dict[str, Value]:
 
 
 def engine_shows(name: str) -> str:
-    """Return a text on the motions of a named engine in the scene of Table 2."""
+    """Return a text that describes a named engine's motions in the scene of Table 2."""
     return str(_table()[name]["shows"])
 
 

@@ -1,4 +1,4 @@
-"""Names of inputs: full ones from endings, and values in SI units."""
+"""Full dotted names of inputs from unambiguous endings, and their values in SI."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def value_in_si(name: str, value: Any) -> Any:
 
 
 def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
-    """Return the table that a text names, or a list of tables for a list of texts."""
+    """Return the kept table of a text, see `TABLES_KEPT`; for a list, a list."""
     if isinstance(value, list):
         return [_tables_in(one, table) for one in value]
     return table(value) if isinstance(value, str) else value

@@ -1,4 +1,4 @@
-"""What the tables of inputs share: their base class and the types of their fields."""
+"""Base class of the tables of inputs, and the types of their fields."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def as_tuple(value: Any) -> Any:
 
 
 def _own_ratio(value: float) -> float:
-    """Return a damping ratio after a check: >= 0, or -1 for that of other modes."""
+    """Return a damping ratio after checking that it is >= 0 or `AS_THE_REST`."""
     if value < 0.0 and value != AS_THE_REST:
         msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
         raise ValueError(msg)

@@ -124,8 +124,8 @@ class Output(Inputs):
     )
     windows: int = given(
         20,
-        "windows of equal time by which a run whose speed or gap changes has its words "
-        "told, each judged by the same rules",
+        "number of windows of equal time into which a run whose speed or gap changes "
+        "is divided; each window gets words by the same rules",
         ge=1,
         le=200,
         later=True,
@@ -228,8 +228,8 @@ class Scene(Inputs, metaclass=_Told):
     )
     start_energy: NonNegative = given(
         0.0,
-        "energy of the motion that the run begins with, on modes of both bodies; 0: at "
-        "rest; beside the pulse, which `force` = 0 leaves out; not with an unbalance",
+        "energy of the initial motion, in modes of both bodies; 0: at rest; the pulse "
+        "acts in addition, unless `force` is 0; not with an unbalance",
         "J",
         symbol="E_0",
         later=True,
@@ -237,20 +237,23 @@ class Scene(Inputs, metaclass=_Told):
     start_modes: Annotated[str, AfterValidator(printable)] = given(
         "rotor 1F 1",
         "modes that share start_energy; by body, family and nodal diameter as in "
-        "`hpcwhirl model`, any of them, several by commas: rotor suspension, casing 2",
+        "`hpcwhirl model`, or by some of these three, and several separated by commas: "
+        "rotor suspension, casing 2",
         max_length=200,
         later=True,
     )
     start_draw: NonNegative = given(
         0.0,
-        "number that draws how modes share start_energy; uniform over the shell of "
-        "that energy; sweep whole numbers, or draw it by [sample], uniform from 0 to 1",
+        "number that determines the random shares of modes in start_energy; uniform "
+        "over the shell of that energy; sweep whole numbers, or draw it by [sample], "
+        "uniform from 0 to 1",
         later=True,
     )
     start_as: Literal["velocities", "both"] = given(
         "velocities",
-        "what the start gives the modes; velocities: these alone, so that gaps are "
-        "open; both: displacements, too, and a case with a gap then closed is refused",
+        "initial values of the modes; velocities: velocities alone, so that all gaps "
+        "are open; both: velocities and displacements, and a case in which these close "
+        "a gap is refused",
         later=True,
     )
     branch: Annotated[str, AfterValidator(printable)] = given(
@@ -263,8 +266,8 @@ class Scene(Inputs, metaclass=_Told):
     history: Annotated[str, AfterValidator(checked)] = given(
         "",
         "cases that precede this one on its branch; an input and its values: the "
-        "first of them began with its pulse, each other one where the one before had "
-        "ended; set by [branch]",
+        "first of them began with its pulse, each later one with the last state of the "
+        "one before; set by [branch]",
         later=True,
     )
     acceleration: Finite = given(
@@ -284,7 +287,7 @@ class Scene(Inputs, metaclass=_Told):
         later=True,
     )
     speed_to: Finite = given(
-        0.0, "speed to which it changes; see `ramp`", "rad/s", later=True
+        0.0, "speed at the end of the change; see `ramp`", "rad/s", later=True
     )
     speed_table: Annotated[str, AfterValidator(speed_over_time)] = given(
         "",
@@ -295,7 +298,7 @@ class Scene(Inputs, metaclass=_Told):
     )
     gap_closure: Finite = given(
         0.0,
-        "part Delta of the gap that is lost in time, as by heat; gap(t) = gap - Delta "
+        "part Delta of the gap that closes in time, as by heat; gap(t) = gap - Delta "
         "(1 - exp(-t/gap_time)); < 0: it opens",
         "m",
         symbol="Δ",

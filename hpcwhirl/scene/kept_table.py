@@ -22,7 +22,7 @@ def text_of(path: Path) -> str:
     Raises
     ------
     ValueError
-        where it cannot be read, is empty or larger than `MOST_BYTES`
+        if it cannot be read, is empty, or is larger than `MOST_BYTES`
     """
     try:
         size = path.stat().st_size
@@ -46,7 +46,7 @@ def lines_of(text: str) -> list[str]:
     Raises
     ------
     ValueError
-        where the file cannot be read, or is empty
+        if the file cannot be read, or is empty
     """
     if ";" in text:
         return text.split(";")

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 KEY = "distribution"
-LEAST = 2.0**-64  # least probability: at 0 a normal law is infinite
+LEAST = 2.0**-64  # least probability used: the quantile of a normal law at 0 is -inf
 
 
 class Law(TableModel):
-    """A distribution: its parameters in order, and the distribution of SciPy."""
+    """A distribution; the fields of a subclass are its parameters."""
 
     RELATIVE: ClassVar[tuple[str, ...]] = ()  # parameters without the input's unit
     distribution: str
@@ -137,11 +137,11 @@ def parameters() -> str:
 
 
 def drawn(law: Law, unit: Floats) -> Floats:
-    """Return the quantiles of a law: draws of the input, of the shape of `unit`.
+    """Return draws of an input, in the shape of `unit`: the quantiles of its law.
 
     Parameters
     ----------
-    law : a law, see `law_of`
+    law : distribution of the input, see `law_of`
     unit : any shape, probabilities in [0, 1)
     """
     import numpy as np  # not needed to list the tables

@@ -1,4 +1,4 @@
-"""Answers to words that users look up, but that are no inputs."""
+"""Answers for words that users look up as if they were names of inputs."""
 
 _UNIT = "it is a unit, which the text of a value may contain"
 _LEFT_OUT = "it is not modelled; hpcwhirl manual trust lists what is left out"

@@ -26,7 +26,7 @@ def table_over_time(text: str, name: str) -> str:
     Raises
     ------
     ValueError
-        where the file cannot be read, or is no such table
+        if the file cannot be read, or is not a table over time
     """
     if not text:
         return ""

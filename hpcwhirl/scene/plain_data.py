@@ -1,4 +1,4 @@
-"""Scenes from plain data and from settings, and back as plain data and TOML."""
+"""Conversion of plain data and settings to scenes, and of scenes to data and TOML."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def flatten(scene: Scene) -> dict[str, Value]:
 def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
     """Return the scene with some inputs replaced, validated again.
 
-    Tables without a replaced input are frozen and shared with the scene.
+    Tables without a replaced input are shared with the given scene, being frozen.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
 
 
 def check_kept(settings: Mapping[str, Any]) -> None:
-    """Check that no setting is overridden by another one, see `SETS`.
+    """Refuse a setting without effect, which another one overrides, see `SETS`.
 
     Parameters
     ----------

@@ -40,10 +40,10 @@ def preset_inputs(name: str) -> dict[str, Value]:
 
 
 def preset_loss(name: str) -> str:
-    """Return the measured cost and errors of a preset, in one sentence.
+    """Return a text with the measured errors of a preset.
 
-    Errors on random engines come first, then those on the engines of the trade-off,
-    then those of maps.
+    Errors on random engines come first, then cost and errors on the engines of the
+    trade-off, then those of maps.
     """
     texts = {"engines": ELSEWHERE, **_table()[name]}
     parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
@@ -51,7 +51,7 @@ def preset_loss(name: str) -> str:
 
 
 def preset_bounds(name: str) -> dict[str, float]:
-    """Return {quantity: relative error not exceeded on 90 % of random engines}."""
+    """Return {quantity: relative error that 90 % of random engines do not exceed}."""
     return dict(_table()[name].get("nine_in_ten", {}))
 
 

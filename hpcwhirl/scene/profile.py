@@ -17,7 +17,7 @@ from hpcwhirl.scene.kept_table import Rows, kept_table, lines_of, rows_of
 HARMONICS = "harmonic,amplitude,phase"
 ANGLES = "angle,departure"
 MOST_ROWS = 4096
-HIGHEST = 200  # harmonic of a table
+HIGHEST = 200  # highest harmonic that a table may name
 FEWEST_ANGLES = 3
 
 
@@ -30,7 +30,7 @@ def profile_table(text: str) -> str:
     Raises
     ------
     ValueError
-        where the file cannot be read, or is no such table
+        if the file cannot be read, or is not a table of a profile
     """
     if not text:
         return ""

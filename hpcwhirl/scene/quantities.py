@@ -27,7 +27,7 @@ INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
 def _as_given(*names: str) -> dict[str, Quantity]:
-    """Return {last part of name: quantity} of inputs that all results have per case."""
+    """Return {last part of name: quantity} of inputs that are kept for each case."""
     kinds = {name: "i8" if f.annotation is int else "f8" for name, f in LEAVES}
     return {
         name.rpartition(".")[2]: replace(INPUTS[name], kind=kinds[name])
@@ -58,7 +58,7 @@ ROW: dict[str, Quantity] = {
         "f8", "m", orbit_radius="rms distance of the centre from its mean position"
     ),
     **_table(
-        "f8", "m", centre_peak="largest displacement of the centre, by the evidence"
+        "f8", "m", centre_peak="largest displacement of the centre in the evidence"
     ),
     **_table("f8", "s", last_contact="time of the last contact, -1 for none"),
     **_table("f8", "s", end_time="time of the last step", window="length of window"),
@@ -179,7 +179,7 @@ STATUS: dict[str, Quantity] = {
 # variables of the cases of a refined campaign
 REFINED: dict[str, Quantity] = {
     **_table("S16", "1", preset="preset whose inputs the case has"),
-    **_table("i8", "1", final="1 if no case of higher fidelity there has a word"),
+    **_table("i8", "1", final="1 unless a case of higher fidelity here has a word"),
     **_table("i8", "1", fidelity="0: first fidelity, 1: confirmation"),
     **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
     **_table("i8", "1", panel="number of the combination of unrefined inputs"),
@@ -232,9 +232,13 @@ DERIVED: dict[str, Quantity] = {
     ),
     **_table("f8", "rad/s", critical_speed="speed at which Eq. 13 holds"),
     **_table("f8", "s", time_step_limit="largest stable step of central differences"),
-    **_table("f8", "1", centre_share="share of a mode's energy that moves the centre"),
     **_table(
-        "f8", "1", clearance_consumption="radial amplitude of a mode over its whole one"
+        "f8", "1", centre_share="share of a mode's strain energy in the shaft's springs"
+    ),
+    **_table(
+        "f8",
+        "1",
+        clearance_consumption="radial amplitude of a mode's tips over the whole one",
     ),
 }
 # arrays of a model's file, by the last part of their names
@@ -245,7 +249,9 @@ ARRAYS: dict[str, Quantity] = {
     **_table("f8", "kg", coriolis="C, skew-symmetric; forces are -2 Omega C x'"),
     **_table("f8", "kg m", centrifugal_load="force per unit Omega^2"),
     **_table("f8", "kg", stress_stiffness="stiffening by tension, per unit Omega^2"),
-    **_table("f8", "kg", softening="mass matrix in the plane, subtracted from it"),
+    **_table(
+        "f8", "kg", softening="in-plane mass matrix, subtracted from stress_stiffness"
+    ),
     **_table("f8", "rad/s", speeds="the two speeds of stiffness_a and stiffness_b"),
     **_table("f8", "N/m", stiffness_a="stiffness matrix at the first of two speeds"),
     **_table("f8", "N/m", stiffness_b="stiffness matrix at the second of two speeds"),
@@ -260,8 +266,8 @@ ARRAYS: dict[str, Quantity] = {
     **_table("i8", "1", tip_tangential="index of each tip's tangential coordinate"),
     **_table("i8", "1", centre="indices of x_o and y_o; empty if clamped"),
     **_table("f8", "m", tip_station="axial position of each contact point of a tip"),
-    **_table("f8", "rad", tip_angle="angle of each contact point beyond its blade's"),
-    **_table("f8", "m", tip_gap="clearance of each contact point beyond the gap"),
+    **_table("f8", "rad", tip_angle="angle of each contact point from its blade's"),
+    **_table("f8", "m", tip_gap="clearance of each contact point less the gap"),
     **_table("f8", "Pa/m", stress="stress at named points, of unit coordinates"),
     **_table("S60", "1", stress_name="names of these points"),
     **_table("f8", "m", station="axial positions of modal_radial, modal_tangential"),

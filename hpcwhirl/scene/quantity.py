@@ -15,7 +15,7 @@ class Quantity:
     Attributes
     ----------
     unit : unit in UDUNITS and CF notation, "1" for none
-    meaning : long name
+    meaning : explanation in a phrase, the long name in files
     symbol : symbol in figures, "" for none
     kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
     axes : axes of a trace in addition to case and sample

@@ -19,7 +19,7 @@ from hpcwhirl.scene.table import Table
 MOST_FRICTION = 1.0  # usual for dry metal on metal: 0.1 to 0.8
 MOST_TIP_SPEED = 1000.0  # m/s; usual for engines and turbines: 300 to 600
 MOST_SLENDER = 0.5  # length over diameter up to which a film counts as short
-MOST_GAPS = 5.0  # gaps by which a pulse may move the casing while it lasts
+MOST_GAPS = 5.0  # motion of the casing by the pulse alone, in gaps, without a warning
 RPM = 30.0 / math.pi  # rpm per rad/s
 
 
@@ -141,7 +141,7 @@ def load_remarks(cases: Many | Scene) -> list[str]:
 
 
 def remarks(cases: Many | Scene) -> list[str]:
-    """Return the warnings of inputs that look as if in another unit, one line each.
+    """Return the warnings of inputs that look as if given in another unit, a line each.
 
     Parameters
     ----------

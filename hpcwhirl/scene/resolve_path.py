@@ -8,14 +8,14 @@ from hpcwhirl.errors import shown
 
 
 def anchored(file: str, folder: Path | str = "") -> str:
-    """Return the absolute path of a file that is named relative to `folder`.
+    """Return the absolute path of a file whose name is relative to `folder`.
 
     "" stays "".
 
     Raises
     ------
     ValueError
-        if no file can have such a name, or the path cannot be stored as text
+        if no file can have such a name, or the path is not printable UTF-8
     """
     if not file:
         return ""

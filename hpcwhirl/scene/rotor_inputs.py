@@ -1,4 +1,4 @@
-"""Inputs of the bladed disk, its shaft and what holds its centre."""
+"""Inputs of the bladed disk, its shaft and the supports of its centre."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ class Rotor(Inputs):
         "damping ratio of the suspension modes, in which the shaft's centre moves; a "
         "squeeze film, for example, makes it larger than `damping`; -1: that of the "
         "other modes; for a rotor from file used only if the file has no damping and "
-        "its suspension modes are recognised; with rotation full it holds at rest, "
-        "and the excess over `damping` is due to a damper that does not rotate",
+        "its suspension modes are recognised; with rotation full it is the ratio at "
+        "rest, and the excess over `damping` comes from a damper that does not rotate",
     )
     cross_coupling: Finite = given(
         0.0,

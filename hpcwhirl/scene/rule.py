@@ -18,7 +18,8 @@ class Rule:
     inputs : dotted names of the inputs, relative to the table
     holds : function from their values, scalars or (cases,), to whether they are
         allowed; a list is passed as its length
-    message : function from the values of a case that breaks the rule to its error
+    message : function from the values of a case that breaks the rule to the text of
+        its error
     """
 
     inputs: tuple[str, ...]

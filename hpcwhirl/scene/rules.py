@@ -1,7 +1,7 @@
 """Rules between inputs of a scene, which hold for one case or for many at once.
 
-A rule is arithmetic on scalars or arrays: a scene's model evaluates it on the inputs of
-one case, `batch_validation` on columns. The models of `inputs` list their rules.
+A rule is arithmetic on scalars or arrays: a `Scene` evaluates it on the inputs of one
+case, `batch_validation` on columns of cases. Each table of inputs lists its rules.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def last_end(
 
 
 def _is_one(scheme: Any, names: Sequence[str]) -> Any:
-    """Return whether a scheme is one of these, scalar or (cases,)."""
+    """Return whether a scheme is one of `names`; scheme : one, or (cases,)."""
     return functools.reduce(operator.or_, (scheme == name for name in names))
 
 
@@ -78,7 +78,7 @@ def _lobes_refused(
     return f"nodal_diameter must be <= {most} on a ring of {what}, got {lobes}"
 
 
-STANDING = (  # inputs of supports that only rotation full allows, else 0
+STANDING = (  # inputs of supports that must be 0 unless rotation is full
     "cross_coupling",
     "stiffness_difference",
     "damping_difference",
@@ -134,7 +134,7 @@ def _beside_a_table(name: str, usual: str | int) -> Rule:
     )
 
 
-WHOLE = (  # (input that only rotation full allows, its value otherwise)
+WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
     ("shaft", "springs"),
     ("lost_blade", NO_BLADE),
     ("bearing", ""),

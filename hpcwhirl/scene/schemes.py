@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING, Any, Literal
 
 NOMINAL_BLADES = 22
 USUAL = 0.55, 1 / 7  # assumed: share of steps in contact, part of the blades touching
-MOST_POINTS = 3  # a tip, up to which times of steps were measured
+MOST_POINTS = 3  # most contact points per tip for which times of steps were measured
 
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Time of a step by number of blades N, us, fitted to `hpcwhirl bench --sizes`.
+    """Time of a step, us, by number of blades N, fitted to `hpcwhirl bench --sizes`.
 
-    It is flight (N / 22)^grows and, with t blades in contact, contact (N / 22)^rises
-    + (blade + row N) t more. Of n > 1 contact points a tip, t of all of them touching,
-    a step in flight takes still[0] + still[1] n times as long, one in contact
-    pressed[0] + pressed[1] n times; measured for n = 2 and 3. Without these factors,
-    which only `modal` has, points are assumed to cost as so many blades.
-    `scripts/cost/step_costs.py` compares it with the clock.
+    A step without contact takes flight (N / 22)^grows; one with t blades in contact
+    takes contact (N / 22)^rises + (blade + row N) t more. With n > 1 contact points per
+    tip, of which t in all touch, a step without contact takes still[0] + still[1] n
+    times as long, one with contact pressed[0] + pressed[1] n times; this was measured
+    for n = 2 and 3. Only `modal` has these factors; without them, each point is assumed
+    to cost as much as a blade. `scripts/cost/step_costs.py` compares these times with
+    measured ones.
     """
 
     flight: float
@@ -37,10 +38,10 @@ class StepTimes:
     pressed: tuple[float, float] | None = None
 
     def step(self, blades: Any, share: Any, touching: Any, points: Any = 1) -> Any:
-        """Return the mean time of a step, us, as `blades` one or (cases,).
+        """Return the mean time of a step, us, one or (cases,), like `blades`.
 
         blades, share, touching : N; share of steps in contact; t in such a step
-        points : a tip, one number or (cases,)
+        points : contact points per tip, n, one number or (cases,)
         """
         still, pressed = (_factor(own, points) for own in (self.still, self.pressed))
         blades = blades if self.still else blades * points
@@ -52,7 +53,7 @@ class StepTimes:
 
 
 def _factor(of: tuple[float, float] | None, points: Any) -> Any:
-    """Return a + b n of several points a tip, 1 of one; of : (a, b), None: 1."""
+    """Return a + b n for n > 1 points per tip, else 1; of : (a, b), or None for 1."""
     first, each = of or (1.0, 0.0)
     several = points > 1
     return several * (first + each * points) + (1 - several)
@@ -74,19 +75,20 @@ class Scheme:
     name : value of solver.scheme, and name of its file
     meaning : explanation for users
     order : order, in the time step, of the error of a free mode; infinite: no error
-    nominal : s, computing time of a step with 22 blades and usual contact (`USUAL`),
-        assumed before any measurement
-    folds : whether one of many equal sectors may be computed alone; schemes that do
+    nominal : s, computing time of a step with 22 blades and usual contact (`USUAL`)
+        without effects of rotation, assumed before any measurement
+    folds : whether it may integrate one of several equal sectors alone; schemes that do
         not fold serve as reference for those that do
     settles : whether the rest of a run may be computed in closed form after a
         certificate that no contact can recur
     flies : whether the scheme jumps over steps in which no blade can touch
     cyclic : whether it always uses the cyclic kernel; then other models are refused
     matrices : whether it integrates coordinates with M, D and K instead of modes
-    stands : whether supports in the static frame may differ by direction
+    stands : whether supports may differ by direction in the static frame, or have a
+        film
     points : whether tips may have several contact points
-    turns : `nominal` with engine.rotation = "full", s, assumed for "auto", too
-    times : how that time depends on contact and blades, if no two sectors differ
+    turns : s, the same as `nominal` with engine.rotation = "full" or "auto"
+    times : how that time depends on contact and blades, if all sectors are equal
     """
 
     name: str
@@ -113,12 +115,14 @@ class Scheme:
         touching: Any = None,
         points: Any = 1,
     ) -> Any:
-        """Return the assumed computing time of a step, s, as `blades` one or (cases,).
+        """Return the assumed computing time of a step, s, one or (cases,).
 
-        rotation, blades : engine.rotation, N
+        rotation : engine.rotation
+        blades : N, one number or (cases,)
         uneven : whether blades differ
-        share, touching : of steps in contact; blades touching in such a step, if known
-        points : contact points a tip, one number or (cases,); above `MOST_POINTS` the
+        share : share of steps in contact
+        touching : blades, or points, that touch in such a step; None: `USUAL`
+        points : contact points per tip, one number or (cases,); above `MOST_POINTS` the
             time is extrapolated
         """
         own = self.nominal if rotation == "none" else self.turns

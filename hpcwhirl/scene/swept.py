@@ -95,7 +95,7 @@ def swept_values(document: Mapping[str, Any], table: str) -> dict[str, list[Valu
 
 
 def flat(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted name: value}, where a range counts as one value."""
+    """Return {dotted name: value} of a table; a range counts as one value."""
     keys = Range.model_fields.keys()
     return dict(undotted(content, lambda table: bool(table.keys() & keys)))
 

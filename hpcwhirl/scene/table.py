@@ -54,8 +54,8 @@ class Axis:
     Attributes
     ----------
     names : dotted names of the inputs
-    columns : values of each input, n of each; numbers may be an array, (n,), lists of
-        equally many numbers one of shape (n, width)
+    columns : n values of each input; numbers may be in an array, (n,), and lists of
+        equal length in one of shape (n, width)
     """
 
     names: tuple[str, ...]
@@ -111,8 +111,8 @@ class Column:
     ----------
     values : its values in all blocks, one block after the other
     starts : (blocks,), first case of a block
-    first : (blocks,), index of the block's first value in `values`
-    stride : (blocks,), number of cases after which the next value follows
+    first : (blocks,), index in `values` of each block's first value
+    stride : (blocks,), number of successive cases with the same value
     length : (blocks,), number of values of the block
     """
 
@@ -136,7 +136,7 @@ class Column:
         )
 
     def case_of(self, value: int) -> int:
-        """Return the first case that has a value, given by its index in `values`."""
+        """Return the first case whose value has the index `value` in `values`."""
         inside = (self.first <= value) & (value < self.first + self.length)
         block = int(np.argmax(inside))
         before = (value - self.first[block]) * self.stride[block]
@@ -213,7 +213,7 @@ class Table(OfCases[Settings]):
         return Table(Block(map(of, block)) for block in self.blocks)
 
     def along_last(self, axis: Axis) -> Table:
-        """Return the table with `axis` instead of the fastest axis of each block."""
+        """Return the table with the fastest axis of each block replaced by `axis`."""
         return Table(Block([*block[:-1], axis]) for block in self.blocks)
 
     def __len__(self) -> int:
@@ -251,7 +251,7 @@ class Table(OfCases[Settings]):
         return tuple(dict.fromkeys(names))
 
     def first_of(self, names: Iterable[str]) -> Cases:
-        """Return cases that cover every combination of some inputs' values, ascending.
+        """Return cases with every combination of some inputs' values, ascending.
 
         For a single block, these are the cases at the first place of all other axes;
         otherwise all cases.
@@ -343,7 +343,7 @@ def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
     Parameters
     ----------
     column : n values
-    key : function from a value to the text that is compared, unless they are an array
+    key : function from a value to the text that is compared; not used for an array
     """
     if isinstance(column, np.ndarray) and column.ndim == 1:
         bits = np.ascontiguousarray(column, dtype=float).view(np.int64)

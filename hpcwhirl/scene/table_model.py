@@ -48,7 +48,7 @@ def key(default: Any, meaning: str = "", allowed: str = "", **limits: Any) -> An
 
 
 def kind_of(field: Any) -> Any:
-    """Return the type of a field's value, without None."""
+    """Return the type of a field's value: X for a field of type X | None."""
     kinds = [kind for kind in get_args(field.annotation) if kind is not NoneType]
     is_literal = get_origin(field.annotation) is Literal
     return field.annotation if is_literal or len(kinds) != 1 else kinds[0]

@@ -8,7 +8,7 @@ HTML page evaluates them, too.
 
 Lightness decreases from `missing` to `failed` in steps of at least 11 (CIE L*), so that
 words differ in grey print, and all colours differ for the colour-blind;
-`tests/scene/test_palette.py` measures both. A letter tells a word without colour.
+`tests/scene/test_palette.py` measures both. A letter identifies a word without colour.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Look:
     ink : colour of a letter or marker on that fill
     letter : letter that stands for the word
     marker : Matplotlib's marker of a point
-    told : text of the word in legends
+    told : text in legends
     line : colour of thin lines and dots on white, if the fill is too light for them
     """
 
@@ -150,18 +150,18 @@ KEPT_UP = (
 )
 # In each list the first rule whose conditions all hold gives the word.
 RULES = {
-    # Unstable: not finite, no solution of the contact problem, a ledger that does not
-    # close or an energy below zero, which a stable scheme does not have, gaps that are
-    # not those of the bodies, a step at or above the limit. No regime, no whirl then,
-    # nor for a case that the swing of the pulse moved too far.
+    # Unstable: numbers not finite, no solution of the contact problem, a ledger that
+    # does not close or an energy below zero, which a stable scheme does not have, gaps
+    # that are not those of the bodies, a step at or above the limit. Such a case has no
+    # regime and no whirl, nor has an overloaded one.
     "outcome": (
         Rule("unstable", ("stop == 'nonfinite'",)),
         Rule("unstable", ("stop == 'complementarity'",)),
         Rule("unstable", ("ledger_error > ledger",)),
         Rule("unstable", ("gap_error > opening",)),
         Rule("unstable", ("step_share >= 1",)),
-        # the load carried the tips to the amplitude limit: it put in more than
-        # rotation and friction, or its swing is not over and does not grow
+        # the pulse carried the tips to the amplitude limit: it put in more energy than
+        # rotation and friction, or acts within the window, in which nothing grows
         Rule("overloaded", ("stop == 'amplitude'", "carried")),
         Rule("stopped", ("stop == 'amplitude'",)),
         Rule("completed"),
