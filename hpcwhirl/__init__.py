@@ -8,8 +8,8 @@ dimension `case` into one axis per swept input; `shares` estimates the probabili
 each regime where inputs were drawn, `basins` the share of starts that end on each
 motion; `credibility` counts the cases that keep their word in all their twins;
 `safe_ranges` returns the ranges of an input in which all cases are damped,
-`first_changes` how strong a pulse may be; `edge` follows the motion on the edge
-between two words. Each is imported on first use.
+`first_changes` the strongest pulse up to which they are; `edge` follows the motion on
+the boundary between two words. Each is imported on first use.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Record signals that arrive while a campaign is being imported, instead of dying.
+"""Keep signals from ending the process while it imports a campaign: record them.
 
 The imports of a campaign take up to a second, on a shared file system longer. A signal
-that a scheduler sends meanwhile is a request to stop, as it is later. This module
-imports nothing heavy, so that the handlers are installed first.
+that a scheduler sends in that time is a request to stop, as a later one is. This
+module imports nothing heavy, so that the handlers are installed first.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def leave(*, program: bool) -> None:
 
     Parameters
     ----------
-    program : whether the process is about to end: then the signals are ignored
-        instead, so that none changes its exit code
+    program : whether the process is about to end; if so, the signals are ignored from
+        now on, so that none changes the exit code
     """
     for name, handler in _before.items():
         if signal.getsignal(name) is _hear:

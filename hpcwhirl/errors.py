@@ -14,8 +14,8 @@ from typing import Any
 
 LONGEST = 2000  # largest number of characters of a message
 SHOWN = 100  # largest number of characters of a value repeated in a message
-# errno of failures that pass once someone frees space or remounts the file system; a
-# file server may report them in any call, as late as fsync or close
+# errno of temporary failures, which end once someone frees space or remounts the file
+# system; a file server may report them in any call, as late as fsync or close
 PASSING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS}
 
 
@@ -36,7 +36,7 @@ class MissingFileError(WhirlError, OSError):
 
 
 class NoRoomError(MissingFileError):
-    """A file cannot be written for a reason that may pass, such as a full disk."""
+    """A file cannot be written for a temporary reason, such as a full disk."""
 
 
 class StoreError(WhirlError, ValueError):
@@ -48,15 +48,15 @@ class ModelError(WhirlError, ArithmeticError):
 
 
 class CaseError(WhirlError, RuntimeError):
-    """One case of a campaign failed; the others go on."""
+    """One case of a campaign failed; the other cases are still integrated."""
 
 
 class StoppedError(WhirlError, RuntimeError):
-    """A campaign ended early: finished cases are kept, the same call continues."""
+    """A campaign was stopped early; its cases are kept, the same call resumes it."""
 
 
 def unwritable(message: str, failed: OSError | int) -> MissingFileError:
-    """Return the error for an unwritable file: `NoRoomError` if the cause may pass.
+    """Return the error for an unwritable file, `NoRoomError` for a temporary cause.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
 
 
 def one_line(text: str, most: int = LONGEST) -> str:
-    """Return a text with control characters escaped; if too long, its two ends."""
+    """Return a text with control characters escaped, its middle cut out if too long."""
     if len(text) > most:
         cut = len(text) - most
         text = f"{text[: most // 2]} ({cut} characters) {text[-most // 2 :]}"
@@ -96,7 +96,7 @@ def text_of(failed: BaseException) -> str:
         return f"{type(failed).__name__}: {failed}"
     except BaseException as worse:  # noqa: BLE001 - the class may be a user's
         why = type(worse).__name__
-        return f"{type(failed).__name__}, whose text cannot be told: {why}"
+        return f"{type(failed).__name__}, whose text cannot be printed: {why}"
 
 
 class _Short(reprlib.Repr):
@@ -157,7 +157,7 @@ def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str,
 
 
 def _listed(names: list[str]) -> str:
-    """Join names by commas; of too many, the first ones and the number of the rest."""
+    """Join names by commas; if too many, the first and the number of the others."""
     first: list[str] = []
     room = 3 * SHOWN
     for name in names:

@@ -35,7 +35,7 @@ FAMILIES = {  # MPI family: words in the version text of its libraries and launc
     "MPICH": ("mpich", "hydra", "intel(r) mpi", "mvapich", "cray mpich"),
 }
 READY = 13  # tag of the message by which rank 0 wakes another rank
-REST = 1e-4, 0.01  # s between checks for that message, the first and the longest
+REST = 1e-4, 0.01  # s, first and longest pause between two checks for that message
 HEARD_WITHIN = 2.0  # s, longest wait for the launcher to read a rank's last output
 MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
@@ -51,7 +51,7 @@ class Alone:
         return value
 
     def scatter(self, values: Any, root: int = 0) -> Any:
-        """Return the part of the only rank."""
+        """Return the first value, the part of the only rank."""
         del root
         return values[0]
 
@@ -93,9 +93,9 @@ def launched_ranks() -> int:
 
 
 def launched_first() -> bool:
-    """Return whether this is rank 0 by the launcher's environment, whatever MPI says.
+    """Return whether the launcher's environment names this process rank 0.
 
-    True without a launcher.
+    MPI is not asked; True without a launcher.
     """
     return next((os.environ[n] for n in RANKS if n in os.environ), "0") == "0"
 
@@ -115,7 +115,7 @@ def communicator() -> Communicator:
     if ranks != comm.size:
         why = "mpirun and mpi4py's MPI library do not belong together"
         if not has_pmi():
-            why = "srun offered it no PMI, see srun --mpi=list: pmix for Open MPI, "
+            why = "srun offered them no PMI, see srun --mpi=list: pmix for Open MPI, "
             why += "pmi2 for MPICH; or use mpirun"
         msg = f"the launcher started {ranks} ranks but MPI sees {comm.size}: {why}"
         raise InputError(msg)
@@ -142,7 +142,7 @@ def rest_until_root(comm: Any) -> None:
 def from_root(comm: Any, value: Any) -> Any:
     """Return rank 0's value on every rank; the others sleep until it is known.
 
-    value : that of rank 0; the others' are not used
+    value : what rank 0 returns; not used on other ranks
     """
     rest_until_root(comm)
     return comm.bcast(value, root=0)
@@ -239,8 +239,8 @@ def alien_family() -> str:
 def alien_library() -> str:
     """Return the name of mpi4py's MPI library if it would abort here, else "".
 
-    The name is read without initializing MPI. A library that would not abort is
-    initialized.
+    Where one family would abort, the name is read without initializing MPI; a library
+    of the other family is then initialized.
     """
     if not (alien := alien_family()):
         return ""
@@ -289,7 +289,7 @@ def fate(code: int) -> str:
 
 @dataclass(frozen=True)
 class Shard:
-    """One share of a campaign, the I-th of N, counted from 1."""
+    """One of the N parts of a campaign: the I-th, counted from 1."""
 
     number: int
     of: int

@@ -25,7 +25,7 @@ def open_regular(path: Path | str, mode: str = "rb", buffering: int = -1) -> Any
         as `open`, and for a FIFO, a socket, a device or a directory
     """
     with suppress(FileNotFoundError):
-        check_regular(path)  # before opening: that alone may act on a device
+        check_regular(path)  # before opening: opening a device may already act on it
     return open(path, mode, buffering, opener=_opener)
 
 

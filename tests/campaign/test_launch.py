@@ -105,7 +105,7 @@ def test_tasks_of_srun_without_pmi_are_refused_in_one_line(tmp_path, library):
     assert (done.returncode, done.out) == (2, "")
     assert done.err.count("\n") == 1
     assert (
-        "the launcher started 2 ranks but MPI sees 1: srun offered it no PMI"
+        "the launcher started 2 ranks but MPI sees 1: srun offered them no PMI"
         in done.err
     )
     assert not (tmp_path / "out").exists()

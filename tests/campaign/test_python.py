@@ -287,7 +287,7 @@ ENDS = {  # of a user's function, and what is told
     leaves_by_exit: "SystemExit: 3",
     leaves_by_0: "SystemExit: 0",
     leaves_at_once: "_EndError: os._exit(0) would have ended the campaign",
-    raises_silent: "Silent, whose text cannot be told: ValueError",
+    raises_silent: "Silent, whose text cannot be printed: ValueError",
     raises_base: "Base: ",
     forks: "",
     forks_and_leaves: "",
