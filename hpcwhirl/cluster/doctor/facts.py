@@ -64,7 +64,7 @@ def ranks_of(launched: int) -> tuple[Communicator, Facts]:
 
 
 def probed_mpi() -> Facts:
-    """Return `mpi_facts` from a child process, since MPI may abort the process."""
+    """Return `mpi_facts` of a child process, which alone ends if MPI aborts."""
     none: Facts = {"mpi": "", "mpi_libraries": []}
     try:
         done = subprocess.run(
@@ -82,7 +82,7 @@ def probed_mpi() -> Facts:
 
 
 def launcher_facts() -> Facts:
-    """Return the path of the mpirun on PATH and its version text; empty: none."""
+    """Return path and version text of the mpirun on PATH, both empty if none is."""
     path = shutil.which("mpirun") or shutil.which("mpiexec")
     if path is None:
         return {"mpirun": "", "mpirun_version": ""}
@@ -139,7 +139,7 @@ def _version(name: str) -> str:
 
 
 def rank_facts() -> Facts:
-    """Return the facts that a rank collects without communication with others."""
+    """Return the facts that a rank collects without communicating with other ranks."""
     return {
         "launched": launched_ranks(),
         **machine_facts(),

@@ -32,7 +32,7 @@ class Finding:
     what : name of the thing checked
     level : `FINE`, `SLOW` (works, but wastes time) or `BREAKS`
     got : what was found, as text for the user
-    remedy : what to do; empty if it is fine
+    remedy : what to do; empty: nothing
     """
 
     what: str
@@ -105,7 +105,7 @@ def hdf5(facts: Facts) -> Iterator[Finding]:
     """Check whether HDF5 is parallel and, if so, was built for mpi4py's MPI."""
     got = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']}"
     if not facts["mpi_io"]:
-        text = f"{got}, serial: rank 0 gathers, with equal results"
+        text = f"{got}, serial: rank 0 alone gathers the results, which are the same"
         yield Finding("HDF5", FINE, text, "optional: " + HDF5)
     elif len(facts["mpi_libraries"]) > 1:
         text = f"{got}, parallel, for another MPI than mpi4py's: "
@@ -144,11 +144,11 @@ def threads(ranks: Sequence[Facts]) -> Iterator[Finding]:
         remedy = "export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1"
         yield Finding("threads", SLOW, ", ".join(sorted(many)), remedy)
     else:
-        yield Finding("threads", FINE, "one a rank")
+        yield Finding("threads", FINE, "one per rank")
 
 
 def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that all ranks can write numba's cache; report how full it is."""
+    """Check that all ranks can write numba's cache; report its compiled functions."""
     closed = [facts for facts in ranks if not facts["cache_writable"]]
     if closed:
         got = f"{closed[0]['cache']} cannot be written on {closed[0]['host']}"
@@ -179,7 +179,7 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
     got = f"{place} is written and seen by all ranks"
     yield Finding("directory", FINE, got)
     if makers != 1:
-        got = f"{makers} ranks made the file that one alone may make"
+        got = f"{makers} ranks created a file that exactly one should have created"
         remedy = "no array jobs (--shard) there: choose another file system"
         yield Finding("exclusive files", BREAKS, got, remedy)
     yield from locks(ranks)
@@ -193,7 +193,7 @@ def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
     variable = f"HDF5_USE_FILE_LOCKING={ranks[0]['locking'] or 'not set'}"
     wrong = sorted({state for state in states if state != "held"})
     if not wrong:
-        yield Finding("file locks", FINE, f"kept by all ranks, {variable}")
+        yield Finding("file locks", FINE, f"respected by all ranks, {variable}")
     elif off:
         yield Finding("file locks", FINE, f"{', '.join(wrong)}, {variable}")
     else:

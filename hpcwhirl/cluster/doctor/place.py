@@ -37,13 +37,13 @@ def filesystem(path: Path, mounts: str) -> str:
 def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
     """Probe a directory from this rank; collective over `comm`.
 
-    The probe files have unique names and are removed again.
+    Rank 0 removes the probe files, whose names are unique.
 
     Returns
     -------
     dict with the keys
         writable : whether this rank may write there
-        seen : whether this rank sees a file that rank 0 has made
+        seen : whether this rank sees a file that rank 0 has created
         locks : ``held`` if rank 0's lock keeps this rank out, ``not held``, or the
             system's error
         exclusive : whether this rank created the file that only one rank can create
@@ -103,8 +103,8 @@ def _tried(path: Path, state: str) -> str:
     Parameters
     ----------
     path : the locked file
-    state : what `_held` returned on rank 0 if it could not lock; it is returned again.
-        Else ""
+    state : what `_held` returned to this rank; "" on ranks that did not call it. An
+        error is returned unchanged, without a try
     """
     if state and state != "held":
         return state

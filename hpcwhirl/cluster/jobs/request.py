@@ -27,7 +27,7 @@ LONGEST = 365 * 86400  # s, longest time limit of a job
 
 @dataclass(frozen=True)
 class Request:
-    """Options of the job that runs a campaign.
+    """Options of the job script that runs a campaign.
 
     Attributes
     ----------
@@ -42,13 +42,13 @@ class Request:
     constraint : features that nodes must all have (Slurm); a feature may be
         an expression with & and |
     array : number of elements of an array job, one shard each; 0: no array
-    shard : ``I/N``, the single shard that this job computes; empty: all
-    launcher : program that starts the ranks; empty: the scheduler's first
+    shard : ``I/N``, the single shard that this job computes; empty: all cases
+    launcher : program that starts the ranks; empty: the scheduler's default
     mpi : value of ``srun --mpi``
     pe : parallel environment of Grid Engine
     venv : virtual environment to activate
     modules : environment modules to load, in this order
-    requeues : how often the job may be started again while there is more to do
+    requeues : how often the job may be started again while cases remain
     warning : time before the limit at which the campaign is signalled to stop, s
     script : path of the script that will be submitted; empty: unknown
     """
@@ -94,7 +94,7 @@ class Request:
             value = getattr(self, name)
             if value and not pattern.fullmatch(value):
                 msg = f"--{name} must be letters, digits and {_allowed(pattern)}, "
-                raise InputError(msg + f"not first '-', got {value!r}")
+                raise InputError(msg + f"not beginning with '-', got {value!r}")
         self._check_slurm()
         self._check_numbers()
         self._check_together()

@@ -32,10 +32,11 @@ class Scheduler:
     index : shell expression for the number of an array element, from 1
     directives : function from a request to its directives, without `sentinel`
     launch : function from a request to the shell words that start the ranks
-    again : function from a request to shell lines that requeue the job; they may exit
+    again : function from a request to the shell lines that requeue the job; the lines
+        may end the script
     stop : shell command that asks the running ranks to stop
-    traps : signals sent before the time limit, and signals that cancel the job
-    opening : shell lines before all others
+    traps : names of the signals that warn of the time limit, and of those that cancel
+    opening : shell lines that precede the campaign's settings
     launchers : programs that may start the ranks, the default first
     """
 
@@ -79,7 +80,7 @@ def _slurm(request: Request) -> Lines:
         *_given("--account=", request.account),
         *_given("--mem=", request.mem),
         *_given("--qos=", request.qos),
-        # LSF removes these quotes, as a shell would
+        # Slurm removes these quotes, as a shell would
         *_given("--constraint=", features and f'"{features}"'),
         *_given("--array=1-", request.array),
         f"--signal=B:USR1@{request.warning}",
@@ -192,14 +193,13 @@ def _sge(request: Request) -> Lines:
 
 
 def _counted(job: str, code: int) -> Callable[[Request], Lines]:
-    """Return a function from a request to the shell lines that requeue its job.
-
-    It is for schedulers that requeue a job by its exit code.
+    """Return `Scheduler.again` for a scheduler that requeues a job by its exit code.
 
     Parameters
     ----------
-    job : shell text that identifies the job; its requeues are counted in a file
-    code : exit code by which the scheduler requeues
+    job : shell text that identifies the job, in the name of the file that counts its
+        requeues
+    code : exit code with which the scheduler requeues a job
     """
 
     def again(request: Request) -> Lines:
@@ -212,7 +212,7 @@ def _counted(job: str, code: int) -> Callable[[Request], Lines]:
             f"  exit {code}",
             "fi",
             "used_up",
-            "code=1  # not 75: that would bring it back",
+            "code=1  # not 75, at which some schedulers requeue the job",
         ]
 
     return again

@@ -94,7 +94,7 @@ def _work(request: Request, scheduler: Scheduler) -> str:
 
 
 def _traps(scheduler: Scheduler) -> str:
-    """Return the shell traps for signals that stop the job, set first of all."""
+    """Return the shell traps for signals that stop the job, the first commands."""
     warned, ended = scheduler.traps
     return _text([
         f"# {warned}: the time limit is near; stop the campaign, then requeue the job.",
