@@ -29,7 +29,7 @@ UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them
 
 
 def plot_result(result: Result, *, transient: bool = False) -> Any:
-    """Return two axes with the orbit of a result of `simulate`, see `Whirl.orbit`."""
+    """Return the axes of the orbit of a result of `simulate`, as `Whirl.orbit` does."""
     from hpcwhirl.report.figures.motions import orbits_of
 
     if NEEDED not in result.traces:
@@ -58,7 +58,7 @@ class WordsPlot(DataArrayPlotAccessor):
     __slots__ = ()
 
     def __call__(self, **wish: Any) -> Any:  # type: ignore[override]
-        """Draw words in their colours, over one or two inputs.
+        """Draw the words of an array over its one or two inputs, in the map's colours.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class WordsPlot(DataArrayPlotAccessor):
         Raises
         ------
         InputError
-            where there are more inputs than axes
+            if words have three dimensions or more, none, or only `case`
         """
         words, looks = self._da, LOOKS.get(str(self._da.name), {})
         if words.dtype.kind not in set("OUT") or not looks:
@@ -115,13 +115,13 @@ class Whirl:
         self._data = data
 
     def map(self, **wish: Any) -> Any:
-        """Return the axes of the campaign's map, an array if there are several.
+        """Return the axes of the campaign's map; an array if there are several panels.
 
         Parameters
         ----------
         wish : options as of `hpcwhirl map`: x, y: swept inputs; panels, at: tuples,
-            such as ("gap=1e-4",); colour: "regime", "whirl" or the name of a number;
-            rpm, critical: bool
+            such as ("gap=1e-4",); colour: "regime", "whirl", "attractor", "motion" or
+            an expression of numbers; units: tuple; rpm, critical: bool
         """
         from hpcwhirl.report.map.maps import drawing_of
 
@@ -129,7 +129,7 @@ class Whirl:
         return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
     def hover(self, **wish: Any) -> Any:
-        """Return the map as a plotly figure with the numbers of the case at the mouse.
+        """Return the map as a plotly figure; pointing at a case shows its numbers.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class Whirl:
         Raises
         ------
         InputError
-            where plotly is not installed, or the map is one of shares
+            if plotly is not installed, or the map shows shares of regimes
         """
         from hpcwhirl.report.map.hover import hover_map
 
@@ -159,11 +159,13 @@ class Whirl:
         return self._data.isel(case=np.flatnonzero(found))
 
     def orbit(self, case: int, *, transient: bool = False) -> Any:
-        """Return two axes: the centre's orbit in the static and the rotating frame.
+        """Return the axes of the centre's orbit: static frame, rotating frame.
+
+        The rotating frame is left out if the speed or the gap changes in time.
 
         Parameters
         ----------
-        case : its number in the campaign
+        case : number of a case in the campaign
         transient : also draw the time before the window
         """
         from hpcwhirl.report.figures.motions import draw_orbits
@@ -179,7 +181,7 @@ class Whirl:
 
         Parameters
         ----------
-        case : its number in the campaign
+        case : number of a case in the campaign
         """
         from matplotlib.figure import Figure
 
@@ -213,11 +215,11 @@ class Whirl:
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the results file, and the case after checking that it has an orbit."""
+        """Return the results and the case's number; refuse a case without an orbit."""
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:
-            msg = f"case must be a finished one of {len(cases)}, got {case}"
+            msg = f"case must be a finished case, 0 to {len(cases) - 1}, got {case}"
             raise InputError(msg)
         if NEEDED not in cases.kept:
             raise InputError(UNKEPT)

@@ -16,8 +16,8 @@ from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text
 
-FIXED = ("speed", "nodal_diameter", "gap", "friction")  # first in a title
-DIGITS = 6  # of a number in a unit other than SI, and in the title of a case
+FIXED = ("speed", "nodal_diameter", "gap", "friction")  # inputs named first in titles
+DIGITS = 6  # digits of a number in a unit other than SI, and in the title of a case
 SEQUENTIAL = "cividis"  # perceptually uniform, readable by the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
@@ -31,12 +31,12 @@ def name_of(name: str) -> str:
 
 
 def axis_of(name: str) -> str:
-    """Return the label of an axis: symbol, or else name, and SI unit."""
+    """Return the label of an axis: the symbol, else the name, and the SI unit."""
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
 def eq13_of(family: str) -> str:
-    """Return the label of a critical speed of Eq. 13, with the family unless 1F."""
+    """Return the label of a critical speed of Eq. 13, with its family except for 1F."""
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 

@@ -34,14 +34,14 @@ TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
 def draw_apart(results: Path, out: Path) -> list[Path]:
     """Draw map.png and map.svg by `report.map.maps.draw_map` in another process.
 
-    If Matplotlib is loaded already, or no process can be started, this process draws.
+    If Matplotlib and xarray are loaded, or no process can start, this process draws.
 
     Raises
     ------
     WhirlError, MemoryError, ImportError
         as raised by `draw_map` there; `StoreError` if that process was killed
     RuntimeError
-        if it failed in another way; it has printed the traceback
+        if that process failed in another way; it has printed the traceback
     """
     if not {"matplotlib", "xarray"} <= sys.modules.keys():
         try:
@@ -81,7 +81,7 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Draw a map; standard output carries the reply only, prints go to stderr."""
+    """Draw a map; write the reply alone to standard output, other prints to stderr."""
     with os.fdopen(os.dup(1), "w") as sink:
         os.dup2(2, 1)
         threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -11,7 +11,7 @@ from typing import Any
 from hpcwhirl.errors import legible
 from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
 
-LONGEST = 80  # largest number of characters of a text in a file's name
+LONGEST = 80  # largest number of characters of a text that is part of a file name
 
 
 def part_of_name(text: str) -> str:
@@ -28,7 +28,7 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
         make_folders(path.parent)
         sweep_idle(path.parent, path.name)  # files left by a killed process
         with replacing(path, held=True) as part, warnings.catch_warnings():
-            # an engine's name may be in any script: boxes in a PNG, readable in an SVG
+            # an engine's name may be in any script: missing letters are boxes in a PNG
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font")
             _tidy(figure)
             figure.savefig(part, format=path.suffix[1:], dpi=dpi, **options)

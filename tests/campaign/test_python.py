@@ -560,7 +560,7 @@ def test_a_spectrum_has_a_circle_at_its_frequency_and_side(opened):
 
 @pytest.mark.parametrize("case", [6, -1])
 def test_a_case_that_is_none_is_one_clear_line(opened, case):
-    with pytest.raises(InputError, match="case must be a finished one of 6"):
+    with pytest.raises(InputError, match="case must be a finished case, 0 to 5"):
         opened.hpcwhirl.orbit(case)
 
 

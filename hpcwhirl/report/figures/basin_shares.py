@@ -1,4 +1,4 @@
-"""Figures of basins: the attractor of each start, and their shares over an input."""
+"""Figures of basins: attractors of all starts, shares of attractors over an input."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from hpcwhirl.store.reading.results_file import Results
 if TYPE_CHECKING:
     import xarray
 
-PANELS = 6  # largest number of panels, those of the points with the largest entropy
+PANELS = 6  # largest number of panels: points of the sweep with the largest entropy
 
 
 def draw_fractions(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:
-    """Draw shares of starts by attractor: basins.png and basins.svg; return the paths.
+    """Draw the share of starts that reach each attractor: basins.png, basins.svg.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def draw_fractions(
     Raises
     ------
     InputError
-        where the points differ in more than one input
+        if the points of the sweep differ in more than one input
     """
     starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
     how = "drawn" if found.attrs["drawn"] else "on a grid"

@@ -1,4 +1,4 @@
-"""The figure of branches: words and orbit radius over the input, up and down."""
+"""The figure of branches: words and orbit radius over an input swept up and down."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
 
 LOOKS = {"up": (">", "-"), "down": ("<", "--")}  # marker and line of a direction
-AT_REST = 1e-9  # mm, drawn for a centre at rest
+AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest
 
 
 def draw_branches(results: Results, line: list[int]) -> Any:
     """Return a figure: words of each branch above, orbit radius below.
 
-    line : cases of the branches to draw; they share all other inputs
+    line : cases of the branches to draw, which differ only in the input swept
     """
     over, branches = branches_of(results, line)
     figure = Figure(figsize=(10, 6), layout="constrained")

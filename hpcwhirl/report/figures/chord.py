@@ -17,21 +17,21 @@ from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
-BINS = 120  # along time and around the casing
-DECADES = 1e-3  # of the colours
+BINS = 120  # number of cells along time and around the casing
+DECADES = 1e-3  # least impulse on the scale of colours, over the largest
 
 
 def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
     """Return the figure of contact impulses over time, angle on the casing and chord.
 
-    Three projections of one map: time and point, angle and point, time and angle.
+    Three panels: point over time, point over angle, angle over time.
     """
     traces, row = cases.traces(case), cases.rows[case]
     impulse = traces["point_impulse"]
     model = resolve(cases.scene(case)).model
     points = model.rotor.points
     if points is None:
-        msg = "engine.file has one contact point a tip now"
+        msg = "engine.file has changed: it now has one contact point per tip"
         raise InputError(msg)
     flat = impulse.reshape(len(impulse), -1)
     found = touches(traces["time"], flat, row["speed"], model.angles)
@@ -60,7 +60,7 @@ def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _label(panels: list[Any], station: Floats) -> None:
-    """Label the panels of time and point, angle and point, time and angle."""
+    """Label the panels: point over time, point over angle, angle over time."""
     along, around, over = panels
     for axes in (along, around):
         axes.set_ylabel("axial place of the point, mm")
@@ -73,7 +73,7 @@ def _label(panels: list[Any], station: Floats) -> None:
 
 
 def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) -> None:
-    """Draw impulses summed over cells; place : values and cell edges of x, of y."""
+    """Draw the sums of impulses in cells; place : x, its cell edges, y, its edges."""
     x, of_x, y, of_y = place
     total, _, _ = np.histogram2d(x, y, bins=[of_x, of_y], weights=push)
     shown = np.ma.masked_less_equal(total.T, 0.0)

@@ -41,8 +41,8 @@ MARGIN = 1.2
 POINTS = 61  # speeds at which curves are computed
 FAMILIES = ("1F", "2F", "suspension")
 COLOURS = dict(zip(FAMILIES, ("#0072B2", "#56B4E9", "#009E73"), strict=True))
-INWARD = 0.75  # part of the span of speeds beyond which names are left of their point
-MOST_ORDERS = 12  # engine orders, and super-harmonics of the casing
+INWARD = 0.75  # fraction of the speed axis beyond which labels are left of their point
+MOST_ORDERS = 12  # largest number of engine orders, and of harmonics of the casing
 
 
 def draw_campbell(scene: Scene, speeds: Floats) -> Any:
@@ -51,8 +51,8 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     The blades see a wave of the casing with k lobes at |omega_c -+ k Omega|. Eq. 13
     holds where such a wave against the rotation meets 1F or the suspension of the same
     k. With full rotation the rotor's frequencies depend on the speed; frequencies
-    without rotation are dotted, and marks show the speeds where an unbalance excites a
-    wave, and from which a free motion grows.
+    without rotation are dotted. Vertical lines mark the speeds at which an unbalance
+    excites a wave, and the speed from which a free motion grows.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def engine_orders(
     top: float,
     colours: tuple[str, str] = ("#999999", "#666666"),
 ) -> None:
-    """Draw engine orders n Omega / 2 pi, with a name where each leaves the axes.
+    """Draw engine orders n Omega / 2 pi, with n where each line leaves the axes.
 
     colours : colour of the lines, and of their names
     """
@@ -185,12 +185,12 @@ def _marks(axes: Any, case: Case, first: float, most: float) -> None:
 
 
 def draw_stability(scene: Scene, speeds: Floats) -> Any:
-    """Return a figure of the growth rates of the rotor's free motions, no contact.
+    """Return a figure of growth rates of the rotor's free motions without contact.
 
     A motion with a growth rate above 0 grows by rotating damping, by cross-coupled
     stiffness, or where two waves meet. The largest growth rate over all nodal diameters
-    is drawn with and without the effects of rotation; with them also those of the waves
-    of k = 1, which move the centre.
+    is drawn with and without the effects of rotation; with them, also the growth rates
+    of the waves of k = 1, which move the centre.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def _waves(axes: Any, waves: Waves, speeds: Floats) -> None:
 
 
 def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
-    """Draw, dotted, the waves without effects of rotation, if the rotor has these."""
+    """Draw the waves as they are without the effects of rotation, dotted."""
     other = None if case.model.rotor.spin is None else beside(case)
     if other is None:
         return
@@ -326,7 +326,7 @@ def _marked(
     first: float,
     span: Floats,
 ) -> None:
-    """Mark coincidences; write the speed at the first and the last one on the axes."""
+    """Mark coincidences; write the speed beside the first and the last in the axes."""
     named = [int(row["order"]) for row in seen if row["side"] == -1]
     told = {"label": "a wave meets ±n ω$_c$"} if family == "1F" else {}
     for row in seen:
@@ -361,12 +361,12 @@ def heading(cases: Results, line: list[int]) -> str:
 
 
 def shown_word(row: dict[str, Any]) -> str:
-    """Return the word that stands for a finished case in figures."""
+    """Return the word by which figures show a finished case."""
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
 
 
 def legend_below(figure: Any, *panels: Any, more: Sequence[Any] = ()) -> None:
-    """Add one legend for all panels below a figure, where it hides nothing.
+    """Add one legend for all panels below a figure, where it hides no curve.
 
     more : further handles of the legend
     """
@@ -389,7 +389,7 @@ def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) ->
 
 
 def rotating_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the highest frequency of a map in the rotating frame, Hz.
+    """Return the end of a frequency axis in the rotating frame, Hz.
 
     It lies above the suspension and both bending families of the blades, but not above
     the Nyquist frequency.
@@ -400,7 +400,7 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def centre_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the highest |omega| of a cascade of the static-frame centre, rad/s.
+    """Return the end of the axis of a cascade of the static-frame centre, rad/s.
 
     It covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and Omega.
     """
@@ -421,7 +421,7 @@ def nyquist(cases: Results, line: Sequence[int]) -> float:
 
 
 def own_waves(table: list[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} of a nodal diameter's families with omega > 0."""
+    """Return {family: omega, rad/s} at nodal diameter k, families with omega > 0."""
     found = moving_families(table)
     return {family: own[k] for family, own in found.items() if k in own}
 

@@ -36,10 +36,10 @@ def title_of(quantity: str) -> str:
 def draw_sensitivity(
     data: xarray.Dataset, found: xarray.Dataset, out: Path
 ) -> list[Path]:
-    """Draw Sobol' indices as bars into sensitivity.png and .svg; return their paths.
+    """Draw Sobol' indices into sensitivity.png and .svg; return their paths.
 
     Quantities that do not vary, or with too few draws, are left out; if none is left,
-    there is no figure.
+    no figure is drawn, and the list is empty.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def draw_sensitivity(
     Raises
     ------
     InputError
-        where the points differ in more than one input
+        if the points of the sweep differ in more than one input
     """
     every = found["quantity"].values.tolist()
     told = [name for name in every if _is_told(found.sel(quantity=name))]
@@ -119,7 +119,7 @@ def _panel(axes: Any, one: xarray.Dataset) -> None:
 
 
 def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
-    """Return indices and the distances to both ends of their intervals."""
+    """Return indices (m,), and the distances (2, m) to the ends of their intervals."""
     value, low, high = (
         one[f"{order}{end}"].to_numpy() for end in ("", "_low", "_high")
     )
@@ -127,7 +127,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Write into a panel why there is no index."""
+    """If a quantity has no index, write the reason into its panel."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

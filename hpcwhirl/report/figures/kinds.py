@@ -31,10 +31,10 @@ from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
-MOST_CASES = 12  # of a campaign, drawn one by one without being asked for
-# traces that `full` alone keeps
+MOST_CASES = 12  # most figures of a kind; of a case: unless the user names the cases
+# traces that only `traces = "full"` keeps
 FULL = {"tips", "blade_impulse", "point_impulse", "stress", "worn"}
-SPECIAL = {  # trace: what it needs beside `full`
+SPECIAL = {  # trace: what it needs in addition to `traces = "full"`
     "point_impulse": "needs an engine.file of several contact points a tip",
     "stress": "needs an engine.file with rotor/stress, and a scheme other than exact",
     "worn": "needs a layer that wears: engine.casing.contact_law",
@@ -135,14 +135,14 @@ def draw_figures(
     transient: bool = False,
     units: Sequence[str] = ("practical",),
 ) -> Iterator[Path | str]:
-    """Draw figures of a campaign; yield the path of each, or the reason for none.
+    """Draw figures of a campaign; yield the path of each, or why it is not drawn.
 
     Parameters
     ----------
     results : those of a campaign
     out : directory of the figures
-    kinds : names of `KINDS`; None: all that need not be named, `branches` only for a
-        campaign with a table [branch]
+    kinds : names of `KINDS`; None: all that suit the campaign and whose `Kind.asked` is
+        false
     only : cases for which figures of one case are drawn; None: all
     transient : also show the time before the window
     units : units in titles and on axes, see `scene.units.showing`
@@ -204,7 +204,7 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 
 def _lacking(results: Results, kind: Kind) -> str:
-    """Return why a kind of figure cannot be drawn for a campaign, "" if it can."""
+    """Return the reason why a campaign cannot have a kind of figure, "" if it can."""
     if kind.of == "branches" and not _has_branches(results):
         return "needs a campaign with a table [branch]"
     if kind.speed == "constant" and changes_in_time(results.plan):
@@ -223,14 +223,14 @@ def _lacking(results: Results, kind: Kind) -> str:
 def _wanted(
     results: Results, kind: Kind, only: list[int] | None
 ) -> dict[str, Any] | str:
-    """Return {part of the file name: line or case}, or why there are too many."""
+    """Return {part of the file name: line or case to draw}, or why none is drawn."""
     finished = only or results.finished()
     if kind.of == "engine":
         return {"": finished}
     if kind.of == "case":
         if only is None and len(finished) > MOST_CASES:
-            which = "say which with --case or --at"
-            return f"one figure a case, of {len(finished)}: {which}"
+            which = "choose cases with --case or --at"
+            return f"one figure for each of {len(finished)} cases: {which}"
         return {f"-{case:04d}": case for case in finished}
     every = bundles_of(results) if kind.of == "branches" else results.slices()
     if len(every) == 1:

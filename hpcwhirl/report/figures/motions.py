@@ -27,8 +27,8 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
-TURNED = np.radians(15.0)  # turn between samples above which an orbit is coarse
-DECADES = 6  # of the axis of energies
+TURNED = np.radians(15.0)  # turn of the path at a sample above which it is coarse
+DECADES = 6  # decades of the axis of energies
 WINDOW = "window of the words"  # not "steady state": divergent orbits have it, too
 
 
@@ -39,7 +39,7 @@ def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return which samples lie in the window that decides the regime, (n,)."""
+    """Return which samples lie in the window by which a case is judged, (n,)."""
     return np.asarray(time > row["end_time"] - row["window"])
 
 
@@ -52,7 +52,7 @@ def unit_of(largest: float) -> tuple[float, str]:
 
 
 def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of the centre's orbit in the window, static and rotating frame.
+    """Return a figure of the centre's orbit in the window, in one or two frames.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def orbits_of(
     """Return the figure of `draw_orbits` from the traces and the row of a case."""
     figure = Figure(figsize=(11, 5.4), layout="constrained")
     frames = {"static": (traces["centre"], "$X_o$", "$Y_o$")}
-    if "words_over_speed" not in row:  # whose angle is not Omega t
+    if "words_over_speed" not in row:  # at a changing speed the angle is not Omega t
         path = rotating(traces, row["speed"])
         frames["rotating"] = (path, "$x_o$", "$y_o$")
     late = in_window(traces["time"], row)
@@ -83,7 +83,7 @@ def orbits_of(
 
 
 def is_coarse(path: Floats) -> bool:
-    """Return whether a path (n, 2) turns by more than `TURNED` at half its samples.
+    """Return whether a path (n, 2) turns by over `TURNED` at most of its samples.
 
     Lines between so few samples would look like polygons.
     """
@@ -102,7 +102,9 @@ def draw_orbit(
     *,
     transient: bool,
 ) -> None:
-    """Draw one orbit and, if it fits, the gap; the label of the axes has the unit.
+    """Draw an orbit; set the label of the axes to the unit of length chosen for it.
+
+    The circle of the gap is left out if it is over 20 times larger than the orbit.
 
     Parameters
     ----------
@@ -128,7 +130,7 @@ def draw_orbit(
 
 
 def draw_contributions(cases: Results, case: int) -> Any:
-    """Return a figure of |q_k| over time, of 1F and suspension (Figs. 10, 12, 14)."""
+    """Return a figure of |q_k| over time: 1F, 2F, suspension (Figs. 10, 12, 14)."""
     traces, row = cases.traces(case), cases.rows[case]
     amplitude = family_amplitudes(
         traces["tips"],
@@ -200,7 +202,7 @@ def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of the centre, static frame, once a revolution."""
+    """Return the figure of a Poincaré section: the static-frame centre once a turn."""
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])
@@ -218,7 +220,7 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _motion(row: Mapping[str, Any]) -> str:
-    """Return the word of a motion with its period, "" if `output.chaos` was off."""
+    """Return a motion's word, and its period if any; "" without `output.chaos`."""
     if row.get("motion", "none") == "none":
         return ""
     number = f", {row['period']} revolutions" * (row["motion"] == "periodic")
@@ -282,7 +284,7 @@ def draw_case(
 
 
 def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
-    """Return a figure over time: centre, energy and, if kept, the tips' extremes."""
+    """Return a figure over time: centre, energies and, if kept, largest tip motions."""
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
     figure = Figure(figsize=(9, 2.6 * panels), layout="constrained")

@@ -58,7 +58,7 @@ class Row:
 
 
 def table_of(facts: Facts) -> list[Row]:
-    """Return a row for each setting, in the order of trial, the front marked.
+    """Return a row for each setting, in the order tried, with `Row.front` set.
 
     Parameters
     ----------
@@ -125,9 +125,9 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
-    """Return {variable: (median, largest)} of the twins' differences, over the scenes.
+    """Return {variable: (median, largest)} over the scenes of the twins' differences.
 
-    They show by how much results differ by chance alone.
+    These relative differences show how much results differ by chance alone.
     """
     floors, out = facts["floors"].values(), {}
     for name in COLUMNS:

@@ -36,7 +36,7 @@ def draw_shapes(
     ----------
     rotor : rotor with equal blades
     diameters : nodal diameters k, one panel each
-    model : model whose casing's first mode of the same k is drawn, too, if it has one
+    model : model of rotor and casing; its casing's first mode of each k is drawn, too
     """
     whole = bladed_disk(rotor.model_copy(update={"centre": "free"}))
     own = modal_model(whole, 0.0)
@@ -122,6 +122,6 @@ def _casing(axes: Any, radius: float, model: Model, k: int) -> float | None:
     moved = radius * (AROUND + scale * (w + 1j * u)) * np.exp(1j * angle)
     axes.plot(rest.real, rest.imag, c=PALE, lw=1.0)
     axes.plot(moved.real, moved.imag, c=ORANGE, lw=1.8, label="casing, first mode of k")
-    marks = moved[:-1:20]  # they alone show rotation of a whole ring
+    marks = moved[:-1:20]  # only these show that the whole ring rotates
     axes.plot(marks.real, marks.imag, ".", c=ORANGE, ms=4)
     return float(casing.omega[mode] / (2 * np.pi))

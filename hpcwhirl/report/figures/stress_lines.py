@@ -20,14 +20,14 @@ MOST_LINES = 10  # points that are drawn, those with the largest stress
 
 
 def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the stress at each named point: over time on one blade, and its largest.
+    """Return a figure of the stress at named points: over time, and largest by blade.
 
-    The blade is the one on which the point's stress is largest in size.
+    Over time, each point is shown on the blade on which |stress| is largest there.
     """
     traces, row = cases.traces(case), cases.rows[case]
     own = resolve(cases.scene(case)).model.rotor.stress
     if own is None or len(own.names) != traces["stress"].shape[2]:
-        msg = "engine.file has other named points now"
+        msg = "engine.file has changed: it now has other named points"
         raise InputError(msg)
     shown = in_window(traces["time"], row) | transient
     time, stress = traces["time"][shown], MEGA * traces["stress"][shown]

@@ -40,9 +40,9 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
 FEW_TURNS = 50  # revolutions, up to which dots are larger
-PLAIN = 10.0  # ratio of powers up to which an axis is linear
-DECADES = 4.0  # of amplitudes shown below the largest one
-AT_REST = 1e-9  # mm, amplitude that counts as rest
+PLAIN = 10.0  # largest |work over losses| up to which its axis is linear
+DECADES = 4.0  # decades of amplitude shown below the largest one
+AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
 
 
 def _mesh(
@@ -80,7 +80,7 @@ def frequency_spectra(
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
         part = after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
-        if len(traces["time"][part]) < 16:  # the run ended before
+        if len(traces["time"][part]) < 16:  # the run ended too early: take all of it
             part = slice(0, None)
         signals = {
             "tip": traces["tips"][part, 0, 1],
@@ -120,8 +120,8 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
 def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
     """Draw engine orders and natural frequencies omega(Omega) over a tip's spectra.
 
-    A family's band over nodal diameters, see `bands_over`, is between dashed lines; of
-    unequal sectors with full rotation, whose waves have none, it is left out.
+    Dashed lines bound each family's band over nodal diameters, see `bands_over`. With
+    full rotation, waves of unequal sectors have no nodal diameter, so no bands.
     """
     span = np.linspace(edges[0], edges[-1], POINTS)
     engine_orders(axes, span, top, ("#ffffff", "#ffffff"))
@@ -198,8 +198,8 @@ def draw_bifurcation(
 def draw_growth(cases: Results, line: list[int]) -> Any:
     """Return a figure of growth rates, measured and linear, and of energy input.
 
-    Linear theory takes the contacts of nodal diameter k as closed, or as the springs
-    with which motion grows fastest; both count only roots with |omega| below `SLOW`.
+    Linear theory holds the contacts of nodal diameter k closed, or takes them as the
+    springs with which motion grows fastest; only roots with |omega| < `SLOW` count.
     """
     rows = [cases.rows[i] for i in line]
     linear = [_linear(cases, i) for i in line]

@@ -17,15 +17,15 @@ from hpcwhirl.report.labels import DIVERGING, axis_of, title_of
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
-MOST_COLUMNS = 600  # of a map, along time
+MOST_COLUMNS = 600  # largest number of cells of a map along time
 DIRECTIONS = "radial", "tangential"
 
 
 def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
     """Return maps of the tips' displacements, rotating frame, over time and blade.
 
-    Of several contact points a tip also over time and chord, of the blade that moves
-    most. A cell in which there are several samples has the one that is largest in size.
+    With several contact points per tip, two more maps show the chord of the blade that
+    moves most. A cell shows the sample of largest magnitude among those in it.
     """
     traces, row = cases.traces(case), cases.rows[case]
     shown = in_window(traces["time"], row) | transient
@@ -60,16 +60,16 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def edges_of(time: Floats, interval: float) -> Floats:
-    """Return the ends of the cells along time, (c + 1,), s, c <= `MOST_COLUMNS`.
+    """Return the edges of the cells along time, (c + 1,), s, c <= `MOST_COLUMNS`.
 
-    time : (n,), s, of samples `interval` apart; each is the end of its own interval
+    time : (n,), s, times of samples, each at the end of its interval of `interval` s
     """
     every = -(-len(time) // MOST_COLUMNS)
     return np.append(time[::every], time[-1] + interval) - interval
 
 
 def extremes(values: Floats) -> Floats:
-    """Return values (n, r) of cells (c, r): of each the sample largest in size."""
+    """Return for each of c cells the samples of largest magnitude: (n, r) to (c, r)."""
     every = -(-len(values) // MOST_COLUMNS)
     cells = [values[first : first + every] for first in range(0, len(values), every)]
     found = [np.take_along_axis(own, np.abs(own).argmax(0)[None], 0) for own in cells]
@@ -77,7 +77,7 @@ def extremes(values: Floats) -> Floats:
 
 
 def _scale(values: Floats) -> dict[str, Any]:
-    """Return factor and unit of lengths, m, and the end of the colours."""
+    """Return factor and unit in which to show values, m, and the largest |value| so."""
     most = float(np.abs(values).max())
     factor, unit = unit_of(most)
     return {"factor": factor, "unit": unit, "end": factor * most or 1.0}

@@ -20,11 +20,11 @@ from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
-COLUMNS = 120  # spectra, at most
-TURNS = 8.0  # revolutions of a spectrum, by the mean speed
-FEWEST = 32  # samples of a spectrum
+COLUMNS = 120  # largest number of spectra
+TURNS = 8.0  # revolutions at the mean speed that each spectrum covers
+FEWEST = 32  # least number of samples of a spectrum
 DECADES = 4
-STRIP = 0.05  # share of the height by which the words are shown
+STRIP = 0.05  # height of the strip of words, over that of the axes
 
 
 def spectra_over(
@@ -55,8 +55,8 @@ def spectra_over(
 def draw_waterfall(cases: Results, case: int) -> Any:
     """Return spectra of the static-frame centre over time and, if it changes, speed.
 
-    The strip below shows the words by windows, dashed lines Omega and -Omega, dotted
-    ones the critical speeds where they are crossed.
+    The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
+    lines the times and speeds at which a critical speed is crossed.
     """
     resolved, row, traces = (
         resolve(cases.scene(case)),
@@ -103,7 +103,7 @@ def _mesh(axes: Any, at: Floats, omega: Floats, amplitude: Floats, most: float) 
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
     """Return the highest |omega| to draw, rad/s, between 1.2 and 3 times `speed`.
 
-    It is that of the highest line with a thousandth of the largest amplitude.
+    Within these limits it is the highest line over 1/1000 of the largest amplitude.
     """
     seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
     highest = float(np.abs(omega[seen]).max(initial=0.0))
@@ -124,7 +124,7 @@ def _over_time(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) ->
 
 
 def _over_speed(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> None:
-    """Draw the spectra over speed: of the last passage through a speed, if several."""
+    """Draw the spectra over speed; at speeds passed repeatedly, those passed last."""
     middles, omega, amplitude = spectra
     speeds, last = np.unique(speed_at(case.scene, middles)[::-1], return_index=True)
     most = _top(omega, amplitude, float(np.abs(speeds).max()))

@@ -15,7 +15,7 @@ WIDEST = 5.0  # ratio of largest to least value from which an axis may be logari
 MOST_TICKS = 14  # number of values up to which each has a tick
 LONGEST = 26  # largest number of characters of a text on an axis
 WIDE, HIGH = 6.5, 13.0  # points, width of a letter and height of a line
-TOLD = 0.6  # share of the levels that must have room for a tick, else ticks are even
+TOLD = 0.6  # fraction of levels that must have room for a tick, else no level has one
 ALONE = 0.5  # half the width of a cell without neighbours, over its value
 
 
@@ -54,7 +54,7 @@ class Axis:
         return cell_edges(self.levels, self.scale)
 
     def middles(self, rows: NDArray[np.intp]) -> Floats:
-        """Return the middle, on the axis' scale, of the cells of some cases."""
+        """Return the middles, on the axis' scale, of the cells of the cases `rows`."""
         edges = straight(self.edges(), self.scale)
         middle = (edges[:-1] + edges[1:]) / 2
         where = np.exp(middle) if self.scale == "log" else middle
@@ -70,7 +70,7 @@ class Axis:
         return points * np.diff(edges) / np.ptp(edges)
 
     def ticks(self, points: float, *, upright: bool) -> tuple[Floats, tuple[str, ...]]:
-        """Return the levels with a tick, and their texts; none without room for them.
+        """Return the levels with a tick, and their texts; none if there is no room.
 
         Parameters
         ----------

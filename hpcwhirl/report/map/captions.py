@@ -85,7 +85,7 @@ def shared(
 
 
 def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
-    """Return a note on how many cases shown keep their word in all twins."""
+    """Return a note on how many cases keep their word in all twins; [] if no twins."""
     if COUNT not in data:
         return []
     found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
@@ -190,7 +190,7 @@ def _whirl_keys(found: set[str]) -> list[Any]:
 def twin_keys(
     data: xarray.Dataset, picture: Picture, unsure: NDArray[np.bool_]
 ) -> list[Any]:
-    """Return legend entries: unsure cells, and cells coloured by the twins' word.
+    """Return legend entries of unsure cells, and of cells coloured by the twins' word.
 
     Parameters
     ----------

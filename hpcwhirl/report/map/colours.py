@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 DECADES = 100.0  # ratio of largest to least number from which a scale is logarithmic
-KEPT = 1e-4  # part of the largest number down to which a signed scale is logarithmic
+KEPT = 1e-4  # least |number| on a signed logarithmic scale, over the largest
 INK = "#000000"
 HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
@@ -66,16 +66,16 @@ class Colours:
         return self.looks[word].colour if self.number is None else "#FFFFFF"
 
     def hatch(self, word: str) -> tuple[str, str] | None:
-        """Return (pattern, colour) of a word's hatch; None if its colour is enough.
+        """Return (pattern, colour) of a word's hatch; None if the word is not hatched.
 
-        If words are coloured, only `missing` is hatched.
+        On a map of words only `missing` is hatched: the others have a colour.
         """
         if word not in HATCHES or (self.number is None and word != "missing"):
             return None
         return HATCHES[word], HATCHED
 
     def norm(self) -> Any:
-        """Return Matplotlib's norm of the numbers, logarithmic if they span decades."""
+        """Return Matplotlib's norm of the numbers, logarithmic if it spans decades."""
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()

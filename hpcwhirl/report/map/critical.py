@@ -20,8 +20,8 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.store.reading.results_file import Results
 
 ORDERS = 12  # highest super-harmonic of the casing
-CLOSE = 0.035  # part of the axis within which names would overlap
-MOST_MODELS = 7  # models made along the other axis; between them lines are straight
+CLOSE = 0.035  # fraction of the speed axis within which labels would overlap
+MOST_MODELS = 7  # models made along the other axis; in between, speeds are constant
 Floats = NDArray[np.float64]
 Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 
@@ -65,7 +65,7 @@ def speeds_of(scene: Scene) -> Rows:
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return the levels for which models are made: all if few, else some."""
+    """Return the cells along the other axis; of a real input at most `MOST_MODELS`."""
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]
     chosen = np.unique(index)
@@ -83,9 +83,9 @@ def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
 
 
 def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return lower and upper ends of cells around some levels of an axis.
+    """Return lower and upper ends of cells around the chosen levels of an axis.
 
-    Cells end half way between the chosen levels; the outer ones at the axis' ends.
+    Cells meet half way between these levels; the first and the last end with the axis.
     """
     at = straight(across.levels[chosen], across.scale)
     middle = (at[1:] + at[:-1]) / 2
@@ -138,7 +138,7 @@ def _piece(
 
 
 def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> None:
-    """Write the name of a line at its end, on white."""
+    """Write the label of a critical speed at the end of its line, on white."""
     look = {"fontsize": 6.5, "textcoords": "offset points"}
     box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
     if upright:  # two lines, since wide names would overlap

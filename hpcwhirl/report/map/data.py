@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 AUTOMATIC = 12  # largest number of panels if none are named
 MOST_PANELS = 60
-FEW = 12  # number of values up to which an input becomes panels
+FEW = 12  # largest number of values of an input that has a panel for each value
 Columns = dict[str, NDArray[Any]]
 Cells = NDArray[np.intp]
 
@@ -46,7 +46,7 @@ class Wish:
     ----------
     x, y, panels : names of swept inputs
     at : settings ``NAME=V`` that select cases
-    colour : "regime", "whirl", a number of the file, or an expression of numbers
+    colour : "regime", "whirl", "attractor", "motion", or an expression of numbers
     rpm : whether speeds are in revolutions per minute, as with "rpm" in `units`
     critical : whether the speeds of Eq. 13 are marked
     units : of axes, panels, title and numbers: names of units, "practical" (mm, kN) or
@@ -64,7 +64,7 @@ class Wish:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Units in which numbers are shown; of each kind the first one counts."""
+        """Units in which numbers are shown; of each quantity the first one counts."""
         return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
@@ -75,7 +75,7 @@ class Picture:
     Attributes
     ----------
     case : (n,), numbers of the cases shown
-    inputs : {swept variable: (n,)}
+    inputs : {swept variable: (n,), its values}
     x, y : axes
     panel : (n,), number of each case's panel
     panels : {variable: value} of each panel's inputs
@@ -124,7 +124,7 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
     Raises
     ------
     InputError
-        where an axis was not swept, or cases would be hidden behind others
+        if an axis was not swept, or some cases would cover others
     """
     inputs: Columns = {n: data[n].to_numpy() for n in swept_of(data)}
     shown = where(wish.at, inputs)
@@ -160,7 +160,7 @@ def with_cells(
 
 
 def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
-    """Return an axis with the scale of the coarse values of its input."""
+    """Return an axis scaled as [refine] says, or else as its coarse values suggest."""
     if axis.name not in refined.over:
         return axis
     coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
@@ -171,9 +171,9 @@ def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
 def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
     """Return which cases a map shows, (cases,).
 
-    Of a refined campaign, the case with the highest fidelity at each point is shown. If
-    three inputs are refined, panels are the coarse values of the one that is no axis,
-    unless `at` selects others.
+    A refined campaign's map shows the case of the highest fidelity at each point. If
+    three inputs are refined, the input that is no axis has a panel for each coarse
+    value, unless `at` selects others.
     """
     found = np.ones(data.sizes["case"], dtype=bool)
     if "final" not in data:
@@ -232,8 +232,8 @@ def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
 def _follows(inputs: Columns, name: str, by: str) -> bool:
     """Return whether input `name` is a function of input `by`, as in [zip].
 
-    If no value of `by` occurs twice, any input would be one; then it must rise or fall
-    monotonically with `by`.
+    If no value of `by` occurs twice, every input is a function of it; then the input
+    must rise or fall monotonically with `by`.
     """
     pairs = set(zip(inputs[by].tolist(), inputs[name].tolist(), strict=True))
     known = {value for value, _ in pairs}

@@ -19,9 +19,9 @@ from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene.words import BAD, WHIRLS
 
 FEW_LEVELS = 12
-COVER = 0.35  # share of a panel that points cover, unless they would be too large
+COVER = 0.35  # fraction of a panel that points cover, within limits of their size
 RASTER = 480, 320  # cells along x and y that show the nearest of scattered cases
-FAINT = 0.45  # opacity of that raster, behind the points
+FAINT = 0.45  # opacity of this raster, behind the points
 NO_CELL = -1
 NARROW = 9.0  # points, width of a letter or a marker
 MOST_DRAWN = 2000  # largest number of vector shapes in an SVG; more become an image
@@ -110,7 +110,7 @@ def raster_of(part: Part) -> Mesh:
 
 
 def limits_of(axis: Axis) -> tuple[float, float]:
-    """Return the ends of an axis, a little beyond its scattered cases."""
+    """Return the ends of an axis of scattered cases, somewhat beyond the outer ones."""
     at = np.unique(axis.scaled())
     more = 0.02 * np.ptp(at) or 0.5
     if len(at) <= FEW_LEVELS:  # as for the cells of a grid
@@ -220,7 +220,7 @@ def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
 
 
 def rooms(part: Part) -> tuple[Mask, Mask]:
-    """Return which cells fit a letter above a marker, and which both side by side."""
+    """Return which cells fit a letter above a marker, which beside it, (n,) each."""
     wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
     high = part.y.widths(part.size[1])[part.y.index[part.rows]]
     stacked = (wide >= NARROW) & (high >= 2 * NARROW)
@@ -238,7 +238,7 @@ def _letters(axes: Any, part: Part) -> None:
             axes.annotate(look.letter, (x[i], y[i]), (right, up), fontsize=8,
                           color=look.ink if plain else INK, ha="center", va="center",
                           textcoords="offset points")  # fmt: skip
-        if part.colours.name == "whirl":  # the letter says it
+        if part.colours.name == "whirl":  # the letter shows the whirl
             continue
         marked = chosen & ~np.isin(part.kind, list(HATCHES))
         shift = ScaledTranslation(-right / 72 * plain, -up / 72 * plain,

@@ -1,4 +1,4 @@
-"""A map as a plotly figure, with the numbers of the case at the mouse."""
+"""A map as a plotly figure that shows the numbers of the case under the pointer."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from hpcwhirl.store.reading.reader import open_results
 if TYPE_CHECKING:
     import xarray
 
-TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")  # in the label
+TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")  # of a case
 WIDTH, HEIGHT, ABOVE = 800, 460, 110  # pixels: a panel; title and legend above
 LETTERS = 7.0  # in, width for `captions.title_of`
 POINT = 9  # pixels, size of a point
@@ -41,7 +41,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
     Raises
     ------
     InputError
-        where plotly is not installed, or the map would be one of shares
+        if plotly is not installed, or the map would show shares of regimes
     """
     try:
         from plotly.subplots import make_subplots
@@ -78,7 +78,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
 
 
 def _told(data: xarray.Dataset, picture: Picture) -> NDArray[np.str_]:
-    """Return the text shown when the mouse is at a case, (n,)."""
+    """Return the text shown when the pointer is at a case, (n,)."""
     names = [*picture.inputs, *(name for name in TOLD if name in data)]
     columns = {name: data[name].to_numpy()[picture.case] for name in names}
     units = {name: str(data[name].attrs.get("units", "")) for name in names}
@@ -136,7 +136,7 @@ def _outlines(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _cells(part: Part, picture: Picture) -> tuple[NDArray[Any], NDArray[np.float64]]:
-    """Return cases of k cells, (k,), and their left, right, bottom, top, (k, 4)."""
+    """Return the cases of k cells, (k,), and their left, right, bottom, top, (k, 4)."""
     if picture.refined is not None:
         return boxes_of(part, picture, picture.refined)[:2]
     if picture.scattered:

@@ -1,8 +1,8 @@
 """The limit up to which cases are damped, drawn over the other swept inputs.
 
 Over one input, a bar joins the last damped case and the next one, which has another
-word; over two, colours show the last damped value. Arrows or hatches mark lines without
-a change, and lines whose first case is not damped.
+word; over two, colours show the last damped value. Triangles mark lines of cases that
+are all damped, and lines whose first case is not damped.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ def draw_limits(
     data : results
     found : the limit on each line of cases
     over : the input whose limits are drawn
-    point : its present value, by which limits are divided; None: limits in its unit
+    point : present value of that input, to divide limits by; None: limits in its unit
     path : file to write
 
     Raises
     ------
     InputError
-        unless one or two other inputs with numbers vary
+        unless one or two other inputs vary, and their values are numbers
     """
     from matplotlib.figure import Figure
 

@@ -39,7 +39,7 @@ KEY = "Description"  # entry of a PNG's metadata with the map's options
 class Drawing:
     """A drawn map: figure, content and options.
 
-    If inputs of the campaign were drawn at random, it shows `analysis.shares`.
+    If the map shows shares of regimes, `shares` has them, and `picture` is None.
     """
 
     figure: Any
@@ -93,7 +93,7 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
 def stem_of(wish: Wish) -> str:
     """Return the name of a map's files: ``map`` and its options.
 
-    An example is ``map-growth_rate``; so maps do not replace each other.
+    Maps with other options have other names, such as ``map-growth_rate``.
     """
     parts = [wish.colour] if wish.colour != "regime" else []
     parts += [f"{side}-{name}" for side in ("x", "y") if (name := getattr(wish, side))]
@@ -104,7 +104,7 @@ def stem_of(wish: Wish) -> str:
 
 
 def drawing_of(results: Path, wish: Wish) -> Drawing:
-    """Return the map of a campaign; no traces are read."""
+    """Return the map of a campaign, drawn without reading traces."""
     from hpcwhirl.report.map.layout import figure_of
     from hpcwhirl.report.map.probabilities import wants_shares
 
@@ -123,7 +123,7 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
 
 
 def picture_in(data: xarray.Dataset, results: Path, wish: Wish) -> Picture:
-    """Return the content of a map, for a refined campaign with its cells.
+    """Return the content of a map, including the cells of a refined campaign.
 
     results : path of `results.h5`, from which the cells are read
     """

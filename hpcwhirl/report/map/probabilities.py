@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 SHARE = "share_of_cases"  # name as a variable, so that expressions can use it
 SHARE_LABEL = SHARE.replace("_", " ")
-PANEL = "motion"  # pseudo-input of the map: whose share a panel shows
+PANEL = "motion"  # pseudo-input of the map: the regime whose share a panel shows
 BARS = 0.55  # width of a bar, over the distance between bars
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
-    """Return whether a map shows shares: inputs were drawn, and none is an axis.
+    """Return whether a map shows shares: inputs were drawn, and `wish` names none.
 
     If two inputs were drawn and none was swept, the map shows cases over these two.
     """
@@ -97,7 +97,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
     Raises
     ------
     InputError
-        where the points differ in more than one input
+        if the points of the sweep differ in more than one input
     """
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes, over = figure.subplots(), varied(found)
@@ -134,7 +134,7 @@ def looks_of(found: xarray.Dataset) -> dict[str, Look]:
 def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
-    """Stack the shares over one input; error bars are intervals of the sums."""
+    """Stack the shares over one input; error bars: intervals of the stacked sums."""
     along, looks = _along(found), looks_of(found)
     found = found.isel(point=np.argsort(found[over].to_numpy()))
     x = factor * found[over].to_numpy()

@@ -72,7 +72,7 @@ def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
 def boxes_of(
     part: Part, picture: Picture, refined: Refined
 ) -> tuple[Ints, Floats, Ints]:
-    """Return the parts of cells that are nearest to each of their corners.
+    """Divide each cell into parts, those nearest to each corner, and return the parts.
 
     Returns
     -------
@@ -104,8 +104,8 @@ def _bit(refined: Refined, name: str) -> int:
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
     """Return for which cells corner i lies in the plane that the map shows, (cells,).
 
-    If a refined input is no axis, a plane between two cells belongs to the upper cell,
-    except the last plane.
+    If a refined input is no axis, a plane on the border of two cells belongs to the
+    upper cell, and the last plane to the last cell.
 
     found, i : as in `_ends`
     """

@@ -1,4 +1,4 @@
-"""The command that integrates one case of a campaign again, with the same digest."""
+"""The command that integrates one case of a campaign again, from the same inputs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
     Parameters
     ----------
     given : {dotted name: value}; other names than inputs are skipped
-    swept : names that are always set
+    swept : names of inputs that are set even to their default
     """
     start = _start()
     names = sorted((n for n in start if n in given), key=lambda n: n not in swept)

@@ -29,8 +29,8 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
-LEFT_OUT = ("message", "rank")  # columns shown elsewhere, or of no interest
-CHARTED = ("time", "energy", "power", "line_frequency")  # the axes of a case's figures
+LEFT_OUT = ("message", "rank")  # columns that the page shows elsewhere or not at all
+CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
 DERIVED = {  # {name: (expression, unit, meaning)}
     "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius over gap"),
     "fed_over_lost": ("late_fed / late_lost", "1", "fed over lost in the window"),
@@ -88,7 +88,7 @@ def page_data(results: Results) -> PageData:
 
 
 def _refined(results: Results) -> dict[str, Any] | None:
-    """Return the cells of a refined campaign; boundaries by its words and by whirl."""
+    """Return a refined campaign's cells, and its boundaries of regimes and of whirl."""
     found, whirl = (read_refined(results.path, by) for by in ("", "whirl"))
     if found is None or whirl is None:
         return None
@@ -157,7 +157,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return the shared parts of the cases' commands, and all commands that deviate."""
+    """Return the shared parts of the cases' commands, and the commands without them."""
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
         {n: v for n, v in plan.base.items() if n not in swept}, frozenset()

@@ -1,6 +1,6 @@
 """Tables of a page: folds of branches, limits of damped starts, shares of motions.
 
-They show which motions coexist, which the words of single cases do not tell.
+They show which motions coexist, which the word of a single case cannot show.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from hpcwhirl.store.reading.select import value_text
 if TYPE_CHECKING:
     import xarray
 
-STRENGTHS = ("force", "start_energy")  # of starts: from none to strong ones
-FEWEST = 8  # starts of a point whose shares are told
-MOST = 100  # rows of a table
+STRENGTHS = ("force", "start_energy")  # inputs that set the strength of a start
+FEWEST = 8  # least number of starts at every point of the sweep to show shares
+MOST = 100  # largest number of rows of a table
 DIGITS = 6
 
 
@@ -80,7 +80,7 @@ def _of_branches(results: Results) -> Told:
 
 
 def _of_starts(results: Results) -> Iterator[Told]:
-    """Yield tables: force or energy up to which all are damped; shares of motions."""
+    """Yield tables: force or energy up to which all cases are damped; basin shares."""
     from hpcwhirl.analysis.basins import starts_of
     from hpcwhirl.errors import InputError
     from hpcwhirl.store.reading.reader import open_results

@@ -17,14 +17,14 @@ from hpcwhirl.analysis.spectrum import full_spectrum
 
 Floats = NDArray[np.float64]
 Traces = dict[str, Floats]
-TARGET = 4_200_000  # bytes of all records of a page, unless they become too small
+TARGET = 4_200_000  # bytes of all records of a page, unless each would be too small
 THINNEST, FINEST = 600, 12_000  # bytes of a record, smallest and largest
 MOST_RECORDS = 20_000
 LARGEST, LEAST = 1e38, 1e-37  # limits of single precision
 HEAD = 8  # numbers of four bytes before the curves
 NEEDED = ("centre", "energy", "fed", "rubbed", "lost")
 PER_TURN = 36  # samples of an orbit in the period of its fastest strong line
-LEAST_LINE = 1e-2  # of the strongest line: a spectrum is shown up to such lines
+LEAST_LINE = 1e-2  # line up to which a spectrum is shown, over the strongest line
 SCALE = 32767  # steps of a coordinate of the orbit
 NOTHING = -32768  # code for "no value"
 OCTAVES = 40  # from the largest value of a curve down to the smallest
@@ -93,7 +93,7 @@ def record_of(
 
 
 def _fastest(speed: float, line: float) -> float:
-    """Return the higher angular speed, rad/s, of the strongest line in both frames."""
+    """Return the fastest of speed and strongest line in both frames, rad/s."""
     return max(abs(speed), abs(line), abs(line - abs(speed)), 1e-9)
 
 
@@ -177,7 +177,7 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return a limit, rad/s, and the largest line, m, in each interval of +- limit."""
+    """Return a limit, rad/s, and the largest line in each interval of +- limit, m."""
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
         return 0.0, out

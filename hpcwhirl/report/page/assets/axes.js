@@ -27,19 +27,19 @@ function runsOf(values, factor) {
   return runs.map(([count, v]) => (count > 1 ? `${count} × ${levelText(v, factor)}` : levelText(v, factor))).join(", ");
 }
 
-// Of an input: `factor` to the unit shown.
+// The text of an input's level; `factor`: from SI to the unit shown.
 function levelText(value, factor = 1) {
   if (Array.isArray(value)) return runsOf(value, factor) || "none";
   return typeof value === "number" ? short(factor * value) : String(value);
 }
 
-// Whether a refined input is logarithmic; undefined of others, whose levels tell.
+// Whether a refined input has a logarithmic axis; undefined for others: levels decide.
 function scaleOfRefined(name) {
   const place = told.refined?.over.indexOf(name) ?? -1;
   return place < 0 ? undefined : told.refined.scale[place] === "log";
 }
 
-// What can stand on an axis: swept inputs of several levels; speed and gap otherwise.
+// Inputs that an axis may show: swept ones with several levels; else speed and gap.
 const axes = (() => {
   const found = swept
     .filter((s) => s.levels.length > 1)

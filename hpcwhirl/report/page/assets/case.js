@@ -117,7 +117,7 @@ function lackingList(table, rule, i) {
 
 const isMeasured = ({ tree }) => !namesIn(tree).includes("stop");
 
-// In one line: what stands between a case and the word it is nearest to.
+// One line: the conditions that a case misses for the word nearest to it.
 function nearest(i) {
   const open = tables.regime
     .filter(({ word, needs }) => word !== words.regime[i] && needs.length && needs.every(isMeasured))

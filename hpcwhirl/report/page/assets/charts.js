@@ -2,13 +2,13 @@
 
 const LENGTHS = [[1, ""], [1e3, "m"], [1e6, "µ"], [1e9, "n"], [1e12, "p"]]
   .map(([factor, prefix]) => [factor, prefix + columns.get("gap").unit]);
-const GAP_FITS = 0.05; // of the gap that an orbit must reach for its circle to be drawn
+const GAP_FITS = 0.05; // least size of an orbit, over the gap, to draw the gap's circle
 
 function lengthUnit(largest) {
   return LENGTHS.find(([factor]) => largest * factor >= 0.1) ?? LENGTHS.at(-1);
 }
 
-const POWER_DECADES = 1e-8; // of the largest power: what is drawn
+const POWER_DECADES = 1e-8; // smallest power drawn, over the largest
 const CHART = { width: 330, height: 200, marginLeft: 52, marginBottom: 36, marginTop: 24, marginRight: 12 };
 
 // A logarithmic axis with a few powers of ten.
@@ -168,7 +168,7 @@ function energyFigure(record, i) {
   return figureOf("Energy of both bodies", plot, `mean of each of ${count} pieces of the run`);
 }
 
-// Powers span decades; what has the other sign is dashed.
+// Powers span decades; negative ones are dashed.
 function powerFigure(record, i) {
   const curves = [
     { name: "fed by friction", values: record.friction },

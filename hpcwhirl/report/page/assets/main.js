@@ -48,7 +48,7 @@ function drawChoosers() {
 
 const firstFree = () => leftOver(choice)[0]?.name ?? "";
 
-// Cases of the panels and values that the map is at.
+// Cases in the panels and at the values that the map shows.
 function onMap() {
   const fixed = leftOver(choice).filter((axis) => at[axis.name] !== "all");
   return CASES.filter((i) => fixed.every((axis) => axis.level(i) === Number(at[axis.name])));
@@ -342,7 +342,7 @@ function rename() {
     note.replaceChildren(textElement("p", moved.length ? `${changed} of ${counted(COUNT)} have other words than in the file.` : ""));
     if (moved.length) {
       const away = told.thresholds.filter((t) => limits[t.name] !== t.default);
-      note.append(commandBlock("Name them so in the results", `hpcwhirl classify DIR${away.map((t) => ` --set ${t.name}=${limits[t.name]}`).join("")}`));
+      note.append(commandBlock("Store these words in the results", `hpcwhirl classify DIR${away.map((t) => ` --set ${t.name}=${limits[t.name]}`).join("")}`));
     }
     drawAll();
     applyFilter();
@@ -377,7 +377,7 @@ function drawHead() {
   tellTables();
   const others = otherwiseNamed().length;
   element("warning").hidden = !others;
-  element("warning").textContent = `${others} cases have other words in the file than this version gives them: hpcwhirl classify DIR names them anew.`;
+  element("warning").textContent = `${others} cases have other words in the file than this version gives them: hpcwhirl classify DIR determines them again.`;
   element("about-body").replaceChildren(
     heading("h4", "Campaign"), tableOf([...Object.entries(told.facts), ["digest", told.digest.slice(0, 12)]]),
     heading("h4", "Inputs that all cases share"),
@@ -385,7 +385,7 @@ function drawHead() {
   );
 }
 
-// Which motions live side by side: each table below its title.
+// Tables of coexisting motions, each below its title.
 function tellTables() {
   element("tables").replaceChildren(...told.tables.map((one) => {
     const table = tableOf(one.rows);
@@ -412,7 +412,7 @@ function tellPreset(name, loses) {
 
 const INTERESTING = ["divergent", "overloaded", "sustained", "undecided", "unstable", "damped"];
 
-// The case to begin with: of the word that asks most for a look, one with an orbit.
+// The case shown first: one with an orbit, of the word that most needs attention.
 function firstCase() {
   for (const word of INTERESTING) {
     const own = state.shown.filter((i) => words.shown[i] === word);
@@ -444,7 +444,7 @@ addEventListener("resize", () => {
   drawAll();
 });
 
-// When the first picture stands: milliseconds since the page was asked for.
+// Time at which the first picture is complete, ms since the page was requested.
 requestAnimationFrame(() =>
   requestAnimationFrame(() => {
     document.documentElement.dataset.drawn = Math.round(performance.now());

@@ -58,7 +58,7 @@ function letters(i) {
   return most === own ? most : `${most}(${own})`;
 }
 
-// Cases of equal place share its cell, side by side.
+// Cases at the same place share its cell, side by side.
 function sharedCells(shown, keyOf) {
   const cells = d3.group(shown, keyOf);
   const part = new Map();

@@ -40,15 +40,15 @@ function wordsByRule(i) {
   return [outcome, ruleOf("regime", i).word, ruleOf("whirl", i).word];
 }
 
-// As `palette.words_of`: what a case is shown by.
+// The word by which a case is shown, as by `words_of` in store/reading/shares.py.
 function shownWord(status, outcome, regime) {
   if (status !== "ok") return status === "missing" ? "missing" : "failed";
   if (NO_REGIME.includes(outcome)) return outcome;
   return regime === "none" ? "unstable" : regime;
 }
 
-// What a case is coloured by: the word of most of its twins and itself. What twins would
-// be by other thresholds is not known here: then it is the case's own.
+// The word by which a case is coloured: the most frequent one of case and twins. With
+// moved thresholds the twins' words are not known here, so the case's own word counts.
 function byMajority(own, i, moved) {
   const most = columns.get("word_majority")?.value(i) ?? "none";
   return moved || most === "none" ? own : most;
@@ -80,7 +80,7 @@ function nameAll() {
   return changed;
 }
 
-// Cases whose stored words are not those that the tables give: another version's.
+// Cases whose stored words, of another version, differ from those of the tables here.
 function otherwiseNamed() {
   return CASES.filter(
     (i) =>
