@@ -22,13 +22,13 @@ COMMANDS = {
     "gather": "write results.h5 from the journals and traces of a campaign",
     "classify": "classify the regimes again with other thresholds, without integrating",
     "map": "draw regimes, whirl or a number over the swept inputs",
-    "basins": "list shares of starts that end on each motion, at each point",
+    "basins": "list which share of starts ends on each motion, at each point",
     "sensitivity": "compute Sobol indices: which drawn input makes an output vary",
     "cases": "list the cases of a campaign that meet a condition",
     "margin": "list the ranges of an input in which all cases are damped",
     "branches": "list where sweeps up and down change their words",
     "edge": "follow the motion on the boundary between two words",
-    "figures": "draw spectra, orbits, contributions, contacts and energy ledgers",
+    "figures": "draw spectra, orbits, modal amplitudes, contacts and energy ledgers",
     "report": "write one HTML page to explore a campaign offline",
     "job": "print a job script for the scheduler of a cluster",
     "doctor": "check machine, MPI and directory: what will break, and the remedy",
@@ -47,8 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    argv : words after the program's name; None: those of `sys.argv`, and this process
-        is the program, which may replace its standard streams
+    argv : words after the program's name; None: those of `sys.argv`; this process is
+        then the program, and its standard streams may be replaced
     """
     words = list(sys.argv[1:] if argv is None else argv)
     listens = words[:1] == ["campaign"]  # a signal ends other commands

@@ -1,4 +1,4 @@
-"""`hpcwhirl basins`: share of starts that end on each motion, at each point."""
+"""`hpcwhirl basins`: share of starts that end on each motion, by point of the sweep."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     parser.add_argument(
         "--by", default="regime", metavar="WHAT",
-        help="what motions are told apart by: regime (default), or attractor: the "
-        "sustained and divergent ones also by radius, line, whirl, energy and growth",
+        help="what distinguishes motions: regime (default), or attractor: sustained "
+        "and divergent ones also by orbit radius, line, whirl, energy and growth rate",
     )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V[,V]",
@@ -75,8 +75,8 @@ def run(args: argparse.Namespace) -> int:
 def columns_of(found: xarray.Dataset) -> dict[str, Any]:
     """Return {name: (rows,)}: a row for each point and motion that occurs.
 
-    Of attractors, only those of the point are listed. Of regimes, all that occur at any
-    point are listed, since a share of zero is a result, too.
+    A point has rows only for the attractors that occur there, but for every regime that
+    occurs at any point, since a share of zero is a result, too.
     """
     import numpy as np
 

@@ -30,9 +30,9 @@ CASES: tuple[dict[str, float | int], ...] = (
     {"speed": 520.0, "gap": 1e-3, "nodal_diameter": 2},
 )
 COUNTED = (DEFAULT, "general")  # schemes whose floating-point operations are counted
-POINTS = 3  # a tip, with several
-TWIST = 0.3  # of the ends of a tip, and where these and the middle stand: m, rad, m
-CHORD = {
+POINTS = 3  # contact points per tip of an engine that has several
+TWIST = 0.3  # relative change of radial motion from the middle of a chord to its end
+CHORD = {  # places of one end, the middle and the other end: m, rad, m
     "station": [-0.02, 0.0, 0.02], "angle": [-0.01, 0.0, 0.01], "gap": [2e-6, 0.0, 4e-6]
 }  # fmt: skip
 START = (
@@ -44,8 +44,8 @@ START = (
     "chosen = sizes | {'scheme': sys.argv[1]}\n"
     "March(resolve(apply_settings(named_scene('table2'), chosen))).warm()\n"
 )
-# {name: inputs} of processes that take one step each, one after the other, with one
-# cache of compiled functions, which is empty for the first
+# {name: inputs} of processes that start one after the other and take one step each;
+# they share a cache of compiled functions, which is empty for the first
 STARTS: dict[str, tuple[str, ...]] = {
     "cold": (),
     "new_size": ("blades=13", "modes=52", "harmonics=7"),
@@ -66,9 +66,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--sizes", type=int, nargs="*", metavar="N",
-        help="instead, time the default scheme by number of blades (default 22 44 88 "
-        "176), equal and unequal, up to 44 also with three contact points a tip, and "
-        "what of the machine's limits it reaches",
+        help="instead, time the default scheme with N equal and N unequal blades "
+        "(default 22 44 88 176), up to 44 also with three contact points per tip, and "
+        "print the fraction of the machine's limits that it reaches",
     )  # fmt: skip
     parser.add_argument(
         "--compile",
@@ -123,7 +123,7 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
 
 
 def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
-    """Return times per step of all schemes, FLOP rates without contact, and the peak.
+    """Return times per step of all schemes, FLOP rates without contact, and peak rate.
 
     Parameters
     ----------
@@ -184,11 +184,11 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
 
 
 def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
-    """Return a scene whose engine, written to a file, has several points a tip.
+    """Return a scene whose engine, written to a file, has several points per tip.
 
-    They are spread evenly between the ends of the chord; two are one end and the
-    middle. Its modes move the ends of a tip by `TWIST` more or less than the middle,
-    those of odd rank the other way round, as blades that twist.
+    The points are spread evenly over the chord; two are one end and the middle. As if
+    blades twisted, one end of a tip moves radially by the fraction `TWIST` less than
+    the middle, the other by as much more; in modes of odd rank it is the reverse.
     """
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
@@ -301,15 +301,15 @@ def _show(facts: dict[str, Any]) -> None:
         )
     console.print(
         f"peak memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
-        f"damped tail costs {facts['modal_tail_ratio']:.2f} times one that is alive"
+        f"decayed motion takes {facts['modal_tail_ratio']:.2f} times one of a large one"
     )
     for name, over in facts["over_none"].items():
         (with_it, without), (many, few) = over["shares"], over["touching"]
         console.print(
-            f"{name}: a step in flight takes {over['in_flight']:.2f} times that of the "
-            f"same without, one in contact {over['in_contact']:.2f} times "
+            f"{name}: a step in flight takes {over['in_flight']:.2f} times one without "
+            f"this feature, a step in contact {over['in_contact']:.2f} times "
             f"({with_it:.0%} of the timed steps, {many:.1f} blades touching; without "
-            f"{without:.0%}, {few:.1f})"
+            f"it {without:.0%}, {few:.1f})"
         )
     for case in facts.get("cases", []):
         console.print(

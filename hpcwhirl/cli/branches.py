@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each change of word, and how many points have several words."""
+    """Print a row for each change of word, and at how many points branches differ."""
     from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
     from hpcwhirl.report.figures.kinds import cases_at
     from hpcwhirl.scene.quantities import INPUTS, variable_name

@@ -96,7 +96,7 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print a forecast of the rest, learned from the directory; return exit code 0."""
+    """Print a forecast for the cases left, learned from those ended; return code 0."""
     from hpcwhirl.campaign.foresight.forecast import age, forecast
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
@@ -161,8 +161,8 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
 def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
     """Return the inputs that --regimes-only sets: traces, and the end of a case.
 
-    A case ends when its word is certain, unless the campaign asks for ``until =
-    decided``, which stays.
+    A case ends when its word is certain; ``until = decided`` is kept if the campaign
+    asks for it.
     """
     file = None if file is None or file.is_dir() else file
     solver = load_document(file).get("solver") if file else {}
@@ -173,7 +173,7 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
 
 def _explain(design: Design) -> None:
-    """Print on stderr what the cases' plans leave out, once for each kind of plan."""
+    """Print on stderr what the plan of each kind of cases leaves out."""
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}
@@ -184,7 +184,7 @@ def _explain(design: Design) -> None:
             continue
         kinds.setdefault((plan.folds, plan.settles), []).append(case)
     for cases in kinds.values():
-        print(f"{len(cases)} cases, such as the first of them:", file=sys.stderr)
+        print(f"{len(cases)} cases like case {cases[0]}:", file=sys.stderr)
         notes = [asdict(note) for note in notes_of(design.resolved(cases[0]))]
         print_notes(notes, sys.stderr)
 
@@ -194,7 +194,7 @@ def _conclude(
 ) -> int:
     """Print how the campaign ended, draw map and page, and return the exit code.
 
-    A pilot whose time is over prints a forecast of the rest instead.
+    If the time of a pilot is over, print a forecast for the cases left instead.
     """
     if ending.piloted and not ending.complete:
         return _foretell(args, session, prepared)
@@ -275,7 +275,7 @@ def _maps(ending: Any, out: Path) -> list[Path]:
 
 
 def _is_after(results: Path, paths: list[Path]) -> bool:
-    """Return whether all these files exist and are no older than the results file."""
+    """Return whether all `paths` exist and are no older than the results file."""
     try:
         oldest = min(path.stat().st_mtime_ns for path in paths)
         return oldest >= results.stat().st_mtime_ns
@@ -305,8 +305,7 @@ def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
     """Print that this shard is complete, other shards are not; return the exit code.
 
     The code is 0 unless a case of this shard has no result; missing cases of other
-    shards are no failure. The last shard to finish gathers, and returns 1 if any case
-    failed.
+    shards are no failure.
     """
     if ending.failed:
         print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Options of `hpcwhirl campaign`, many of which the table [campaign] may set, too."""
+"""Options of `hpcwhirl campaign`; many may also be set in the table [campaign]."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--shard",
         metavar="I/N",
-        help="compute only the I-th of N shares, as one element of an array job; the "
-        "last to finish gathers the results of all",
+        help="compute only the I-th of N shares of the cases, as one element of an "
+        "array job; the last share to finish gathers all results",
     )
     parser.add_argument(
         "--regimes-only",
@@ -107,14 +107,14 @@ def _add_option(parser: Any, name: str, field: Any) -> None:
 
 
 def rules_of(args: argparse.Namespace, table: Campaign) -> Campaign:
-    """Return the table [campaign] with the options of the call, but `out`, applied."""
+    """Return the table [campaign], overridden by the options given, except --out."""
     options = {name: getattr(args, name) for name in FIELDS.keys() - {"out"}}
     given = {name: value for name, value in options.items() if value is not None}
     return table.with_options(Campaign.read(given, "options", option))
 
 
 def extension(args: argparse.Namespace) -> float | None:
-    """Return the simulated time up to which undecided cases continue, s; None: no more.
+    """Return the simulated time, s, to which undecided cases are extended, or None.
 
     Raises
     ------
@@ -188,8 +188,8 @@ def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Poli
     Raises
     ------
     InputError
-        for a shard of a campaign whose shards need one another's words, or a pilot of
-        no positive time
+        for a shard of a campaign whose cases depend on words of other shards, or a
+        pilot of a time that is not positive and finite
     """
     shard = parse_shard(args.shard) if args.shard is not None else None
     if shard:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 SHOWN = 200  # default number of rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
-ENDS = ("outcome", "stop")  # why a case has its word, or none
+ENDS = ("outcome", "stop")  # how the run of a case ended
 TWINS = ("word_majority", "word_share", "twin_count")
 Columns = dict[str, NDArray[Any]]
 
@@ -138,7 +138,7 @@ def _is_same(values: NDArray[Any]) -> bool:
 def _chosen(
     args: argparse.Namespace, data: xarray.Dataset, source: Source
 ) -> NDArray[np.intp]:
-    """Return the numbers of the cases that --at and --where select, by --sort."""
+    """Return numbers of the cases that --at and --where select, sorted by --sort."""
     from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where
 

@@ -1,4 +1,4 @@
-"""Run a sub-command: checks, arguments, exit code, and one line for each error."""
+"""Run a sub-command: check and parse its arguments, print errors, set the exit code."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ NO_MEMORY = ("failed to map segment", "cannot allocate memory", "out of memory")
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser that raises `InputError`, so that its errors are one line."""
+    """Argument parser that raises `InputError`, so that each error is one line."""
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError, instead of printing the usage and exiting."""
@@ -68,12 +68,12 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
 
 
 def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -> int:
-    """Print an error and return the exit code; raise again what is no error."""
+    """Print an error and return the exit code; raise again exceptions that are none."""
     if isinstance(failed, WhirlError):
         tell_error(failed)
         return code_of(failed)
     unread = failed.__context__ if isinstance(failed, SystemExit) else failed
-    if isinstance(unread, BrokenPipeError):  # Rich exits then
+    if isinstance(unread, BrokenPipeError):  # Rich raises SystemExit from it
         return _unread(words)
     if program and isinstance(failed, SystemExit):  # --help, --version
         return int(failed.code or COMPLETE)
@@ -83,7 +83,7 @@ def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -
 
 
 def _flushed(code: int, words: Sequence[str]) -> int:
-    """Flush stdout; return the exit code, or that of an error in doing so."""
+    """Flush stdout; return the exit code, or that of an error of flushing."""
     try:
         flush_stdout()
     except WhirlError as failed:
@@ -96,16 +96,16 @@ def _flushed(code: int, words: Sequence[str]) -> int:
 
 
 def code_of(failed: BaseException) -> int:
-    """Return the exit code of an error: `STOPPED` if a repetition may succeed.
+    """Return the exit code of an error: `STOPPED` if the same command may yet succeed.
 
-    This is so for a full disk or quota, see `PASSING`; otherwise it is `WRONG_INPUT`.
+    It may after a full disk or quota, see `PASSING`; else the code is `WRONG_INPUT`.
     """
     passing = isinstance(failed, OSError) and failed.errno in PASSING
     return STOPPED if passing or isinstance(failed, NoRoomError) else WRONG_INPUT
 
 
 def _unread(words: Sequence[str]) -> int:
-    """Return the exit code after a closed pipe: success if the command only prints."""
+    """Return the exit code if a reader closed stdout: 0 if the command only prints."""
     return COMPLETE if {*words[:1]} <= TELL else FAILED
 
 
@@ -142,7 +142,7 @@ def _limit() -> str:
 
 
 def _prepared(words: Sequence[str]) -> Callable[[], int]:
-    """Return the sub-command with its arguments, once they are checked."""
+    """Return a sub-command with its arguments bound, after checking both."""
     if not words or words[0].startswith("-"):
         return partial(_help, words)
     _check_words(words)

@@ -1,6 +1,7 @@
 """`hpcwhirl edge`: follow the motion on the edge between two words, from two pulses.
 
-For a campaign swept over the pulse, the edge of each of its lines is followed.
+In a campaign swept over force, one edge is followed for each line of cases, which
+differ in force only.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ NONE = {"word_high": "", "message": ""}  # of a line without edge; numbers are N
 
 
 class Asked(NamedTuple):
-    """An edge to follow: line of a campaign ({} for a scene), scene, both pulses, N."""
+    """An edge to follow: inputs fixed on a campaign's line, scene, both forces, N."""
 
     fixed: dict[str, Any]
     scene: Scene
@@ -59,8 +60,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(
             f"--{side}", metavar="FORCE",
             help=f"force of the {word} pulse, N or with a unit; instead of SCENE and "
-            "pulses the directory of a campaign swept over force may be given: the "
-            "edge of each of its lines is followed, between the first change's pulses",
+            "pulses the directory of a campaign swept over force may be given: for "
+            "each combination of its other inputs an edge is followed, between the "
+            "forces of the first change of word",
         )  # fmt: skip
     parser.add_argument(
         "--at", action="append", default=[], metavar="NAME=V",
@@ -68,7 +70,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     helps = {
         "span": "time over which the edge is followed, s",
-        "look": "time after which a motion gets its word, s; undecided: up to 3 times",
+        "look": "time after which a motion gets its word, s; 3 times that if undecided",
         "near": "relative distance of the two states at which bisection ends",
         "far": "relative distance of the two states at which they are bisected again",
     }

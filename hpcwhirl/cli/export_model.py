@@ -63,9 +63,9 @@ def turning_arrays(
 ) -> dict[str, Any]:
     """Return {name in the group rotor: array} of the terms of rotation.
 
-    The change of stiffness is written as stress stiffness and softening if K(Omega) has
-    no term of Omega^4. The softening written is then the whole mass matrix, and the
-    stress stiffness is such that their difference is right.
+    If K(Omega) has no term in Omega^4, its change is written as stress stiffness minus
+    softening: the softening is the whole mass matrix, and the stress stiffness the
+    change per Omega^2 plus the mass matrix. Otherwise K is written at two speeds.
     """
     own = spin.support.at(0.0)  # a squeeze film is an input, no part of the file
     out = {

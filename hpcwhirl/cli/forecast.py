@@ -80,7 +80,7 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
     if span[1] <= enough:
         return text
     whole = "may not be" if usual <= enough else "is not"
-    again = f"it comes again up to {request.requeues} times (--requeues)"
+    again = f"the job is requeued up to {request.requeues} times (--requeues)"
     return f"{text} {whole} enough for all: " + (
         again if request.requeues else "submit it again"
     )
@@ -95,7 +95,7 @@ def _on(ranks: int) -> str:
 
 
 def _step(cost: Forecast, seconds: float) -> float:
-    """Return the time of a step, microseconds, if all cases left take `seconds`."""
+    """Return the time of a step, us, if all cases left together take `seconds`."""
     return 1e6 * seconds / cost.steps if cost.steps else 0.0
 
 
@@ -138,7 +138,7 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
 
 
 def _extrapolated(design: Design) -> str:
-    """Return a clause on nominal times beyond those measured, "" for none."""
+    """Return a clause that nominal times are extrapolated; "" if they are not."""
     from hpcwhirl.campaign.plan.cost import most_points
     from hpcwhirl.scene.schemes import MOST_POINTS
 
@@ -178,7 +178,7 @@ def _wall(cost: Forecast, ranks: int) -> str:
     usual, span = cost.wall(ranks)
     told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())
-    overhead = f"{1e3 * cost.overhead:.2g} ms a case beside its steps"
+    overhead = f"{1e3 * cost.overhead:.2g} ms a case in addition to its steps"
     return (
         f"wall time on {_on(ranks)}: {told}; "
         f"{_duration(serial)} of it start, gather and map, {overhead}"

@@ -24,8 +24,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Gather all results so far; a case without one is a row with status missing.
 
-    The exit code is 0 only if every case has a result: 1 if one failed or is missing,
-    also while a campaign is still computing it.
+    The exit code is 0 only if every case has a result, and 1 if a case failed or is
+    missing, even if a campaign is still computing it.
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts

@@ -1,4 +1,4 @@
-"""`hpcwhirl job`: print or write a job script, and what the job will take."""
+"""`hpcwhirl job`: print or write a job script; predict the time that the job needs."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ TEXTS = {
 IN_FILE = {"out": "out", "time": "walltime"}  # option: key of [campaign], its default
 PLACES = ("file", "out", "venv", "script")  # where ~ is the home directory
 NUMBERS = {
-    "ntasks": "number of ranks, of an array for each element (default 32)",
+    "ntasks": "number of ranks of the job, or of each array element (default 32)",
     "nodes": "number of nodes to spread the ranks over (default: scheduler's choice)",
     "array": "make an array job of N elements, each of which computes a shard",
-    "requeues": "restart the job up to N times while there is more to do (default 20)",
+    "requeues": "requeue the job up to N times while cases remain (default 20)",
     "warning": "stop the campaign N seconds before the time limit (default 120)",
 }
 
@@ -125,8 +125,8 @@ def _design(path: Path, *, shards: bool) -> Design:
     Raises
     ------
     InputError, MissingFileError
-        if it cannot be read or is no campaign: else the job would fail only after
-        waiting in the queue
+        if the file cannot be read or is no campaign; the job would fail for this only
+        after waiting in the queue
     """
     from hpcwhirl.campaign.plan.design import load_design
 
@@ -139,7 +139,7 @@ def _design(path: Path, *, shards: bool) -> Design:
 def _predict(design: Design, request: Request) -> None:
     """Print on stderr the time that the campaign still needs, and the job's limit.
 
-    The cost is nominal where no case has ended in the directory, as in a pilot.
+    The cost is nominal if no case has ended in the directory yet, not even in a pilot.
 
     Raises
     ------

@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 
     from hpcwhirl.analysis.first_changes import Along, FirstChange
 
-TOLD = 12  # number of lines up to which each has a sentence
+TOLD = 12  # largest number of lines of cases with a sentence for each
 ENDS = ("low", "high", "below", "above")
 
 
 def first_change(
     args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
 ) -> int:
-    """Print up to which value of an input cases are damped, a row for each line.
+    """Print up to which value of an input cases are damped, for each line of cases.
 
     Parameters
     ----------
     args : options of `hpcwhirl margin`
     data : results of the selected cases
     over : name of the input
-    point : a value of it to compare with; None: none
+    point : value of that input to compare limits with; None: no comparison
     """
     from hpcwhirl.analysis.first_changes import first_changes
 
@@ -75,7 +75,7 @@ def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
     least = min(found, key=lambda f: np.nan_to_num(f.safe))
     open_ = sum(not f.word for f in found)
     text = (
-        f"{told}: of {len(found)} lines the least safe {least.times(point)} times it "
+        f"{told}: the lowest of {len(found)} limits is {least.times(point)} times it "
     )
     return [f"{text}({_place(least).rstrip(': ')}); no change was met on {open_}"]
 

@@ -180,7 +180,7 @@ def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
     ends = f"{film['straight']:.3f}, {film['circling']:.3f}"
     return {
         "squeeze film: c of small motions, N s/m": f"{film['damping']:.4g}",
-        "10 % off beyond, of its clearance (straight, circle)": ends,
+        "displacement over clearance where c is 10 % larger (straight, circle)": ends,
     }
 
 
@@ -229,7 +229,9 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return rows of the modal table; modes that do not move the centre share a row.
+    """Return rows of the modal table.
+
+    Modes of a rotor's family that do not move the centre share a row.
 
     Columns: body, family, nodal diameters, frequencies in Hz, share of the centre,
     clearance consumption.

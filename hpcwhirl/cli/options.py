@@ -49,7 +49,7 @@ class _Preset(argparse.Action):
     def __call__(
         self, parser: Any, namespace: Any, name: Any, option: Any = None
     ) -> None:
-        """Store the preset's name; put its inputs before the settings so far."""
+        """Store the preset's name; put its inputs before the settings given so far."""
         del option
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")
@@ -179,8 +179,8 @@ def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
 def scene_of(name: str, settings: Sequence[str]) -> Scene:
     """Return the scene of a file or of a named scene, with settings applied.
 
-    A word without dot or slash that is no file is the name of a scene. Of a campaign
-    file only the scene is used, and a line on stderr says so.
+    A word without dot or slash that is no file is the name of a scene. If the file is
+    that of a campaign, only its scene is used, and a line on stderr says so.
 
     Parameters
     ----------
@@ -226,12 +226,12 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
     Parameters
     ----------
     path : file or directory to write; None: nothing is checked
-    folder : whether it is a directory
+    folder : whether the output is a directory
 
     Raises
     ------
     MissingFileError
-        if it cannot
+        if `path` cannot be written
     """
     if path is None:
         return

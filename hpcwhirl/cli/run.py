@@ -95,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a row, one of them if tips may slip backward."""
+    """Return warnings on the row of a case, also that tips may have slid backward."""
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
@@ -196,7 +196,7 @@ def _plain(course: Course) -> Callable[[], None]:
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:
-    """Return a line on the word and exponent of the motion, for `output.chaos` > 0."""
+    """Return a line on the motion's word and exponent, for `output.chaos` > 0."""
     if "exponent" not in facts:
         return f"motion {facts['motion']}: nothing measured"
     turn = 2 * math.pi / abs(facts["speed"])

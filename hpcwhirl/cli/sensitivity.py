@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-FARTHEST = 64  # largest estimate of the draws needed, in multiples of those made
-RESTS = ("draws", "dropped", "mean", "deviation")  # columns without an input
+FARTHEST = 64  # largest estimate of the draws needed, over the draws made
+RESTS = ("draws", "dropped", "mean", "deviation")  # columns that no input changes
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -136,7 +136,8 @@ def tell(found: xarray.Dataset) -> None:
         needed, draws = pairs_needed(one), int(one["draws"].max())
         if needed:
             told = f"{name}: intervals up to {widest(one):.2g} wide: too few draws"
-            how = f"some count = {needed} might do"
+            how = f"about count = {needed} may suffice"
             if needed > FARTHEST * draws:
-                how = f"count = {FARTHEST * draws} might not do: a few cases cause all"
+                how = f"even count = {FARTHEST * draws} may not suffice: the variance "
+                how += "is due to a few cases"
             print(f"hpcwhirl: {told} ({draws}) to rank inputs; {how}", file=sys.stderr)

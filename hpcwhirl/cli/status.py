@@ -1,8 +1,8 @@
 """`hpcwhirl status`: progress of a campaign, from its journals and heartbeats.
 
-Printed are counts by status, the case of each rank and for how long, rate, time and
-core-hours left, the share of time in the kernel, why the campaign stopped, and whether
-report.html is out of date; JSON has all ranks.
+It prints counts by status, the cases that ranks compute and for how long, rate, time
+and core-hours left, the share of time in the kernel, why the campaign stopped, and
+whether report.html is out of date; JSON has all ranks, the text only the first.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the progress once, or again and again with --watch."""
+    """Print the progress once; with --watch, repeat until all cases have ended."""
     from hpcwhirl.campaign.progress import progress_of
     from hpcwhirl.errors import InputError, legible
     from hpcwhirl.store.directory.campaign_directory import Directory

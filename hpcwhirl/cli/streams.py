@@ -22,7 +22,7 @@ class _Deaf(io.FileIO):
 
 
 class _Strict(io.FileIO):
-    """Raw stdout: failed writes raise MissingFileError, closed pipes stay errors."""
+    """Raw stdout; a failed write is a MissingFileError, but a closed pipe is not."""
 
     def write(self, data: Any) -> int:
         """Write some of the data and return the number of bytes, like `io.FileIO`."""
@@ -62,7 +62,7 @@ def stand_in() -> None:
 
 
 def _tell_late(number: int) -> None:
-    """Raise the error of a full disk that a file server reports only at close.
+    """Raise MissingFileError for a full disk that a file server reports only at close.
 
     Closing a duplicate of the descriptor makes the server report it, and leaves the
     stream open.

@@ -65,7 +65,7 @@ def in_units(
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
-    """Return values in another unit, rounded to the 15 digits that are exact."""
+    """Return values in another unit, rounded to 15 digits to hide round-off."""
     if factor == 1.0:
         return values
     return np.array([float(f"{factor * one:.15g}") for one in values.tolist()])

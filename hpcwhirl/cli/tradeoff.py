@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.report.figures.pareto import markdown
 
     if args.repeats < 2:
-        msg = f"--repeats must be >= 2 (confidence needs two), got {args.repeats}"
+        msg = f"--repeats must be >= 2 (to know the scatter), got {args.repeats}"
         raise InputError(msg)
     settings, scenes = settings_of(args.axes), _scenes(args)
     check_writable(args.out or Path(), folder=True)

@@ -436,5 +436,5 @@ def test_core_hours_are_told_beside_the_time_limit(capsys, monkeypatch):
         low, *rest = (32 * 86400 * day * part for part in (0.5, 0.6, 1.0))
         more = replace(cost, range=(low, rest[1]), seconds=rest[0], finished=9)
         line = job_line(more, 32, request("slurm", time="24:00:00"))
-        assert f" {told} for all: it comes again up to 20 times" in line
+        assert f" {told} for all: the job is requeued up to 20 times" in line
         assert f"predicted {rest[0] / 3600:.3g} core-hours" in line
