@@ -24,7 +24,7 @@ Check = Callable[[], None]
 Say = Callable[[str], None]  # prints one line
 YOUNG = 2.0  # s, age from which a file being written is certain to be locked
 LONGEST = 200  # bytes of a file's name that its temporary name repeats
-# Temporary names, those of older versions too.
+# Pattern of temporary names, including those of older versions.
 PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
 
 
@@ -92,7 +92,7 @@ def telling(what: Path | str) -> Iterator[None]:
     Raises
     ------
     MissingFileError
-        if the block raises OSError; its subclass `NoRoomError` if the cause may pass
+        if the block raises OSError; its subclass `NoRoomError` for a temporary cause
     """
     try:
         yield
@@ -180,7 +180,7 @@ def sweep_idle(folder: Path, stem: str) -> None:
 
 
 def _remove_idle(item: os.DirEntry[str]) -> None:
-    """Remove a temporary file unless its process still has a lock on it.
+    """Remove a temporary file unless it is younger than `YOUNG` or still locked.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Optional variables of results: of blades, chaos and wear; tuned cases."""
+"""Optional variables of results: of blades, chaos, changing speed, wear and tuning."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
 LAW = "engine.casing.contact_law"
-MODEL = ("modes", "time_step", "scheme")  # must be equal, or models differ, not blades
+MODEL = ("modes", "time_step", "scheme")  # equal where models differ by mistuning only
 LOOKED_AT = {"blades", "full"}
 
 
@@ -82,10 +82,10 @@ def _others(row: Mapping[str, Any]) -> str:
 
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
-    """Return {"amplification": value} of a case against its tuned case.
+    """Return {"amplification": amplitude of a case over that of its tuned case}.
 
     {} if either has no amplitude or exceeded the amplitude limit, if the tuned case is
-    at rest, or if their models differ, since `truncation` may choose other ones.
+    at rest, or if their `MODEL` differs, which `truncation` may cause.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Told(NamedTuple):
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
-    """Return the number of integrated steps, those up to a certificate, (rows,).
+    """Return the number of steps integrated, up to the certificate if any, (rows,).
 
     Parameters
     ----------

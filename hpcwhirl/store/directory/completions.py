@@ -88,11 +88,11 @@ class Ended:
     ----------
     plan : plan of the directory
     over, ok : (cases,), whether each case of the plan, at its planned duration, has
-        ended, and whether it gave a result; of a refined plan the coarse cases
+        ended, and whether it gave a result; in a refined plan, of the coarse cases
     seconds, marched : (cases,), computing time, s, and integrated steps, see
         `columns.marched`; NaN for cases without a result
-    told : {digest: completion}; of a plain plan (`is_plain`), only of the digests that
-        `ended_in` was asked for
+    told : {digest: completion}; for a plain plan (`is_plain`), only of the digests
+        `asked` of `ended_in`
     places : {key of a record: completion}; empty for a plain plan
     taken : {digest: computing time, s} of cases at their planned duration
     """

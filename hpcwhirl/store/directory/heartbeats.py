@@ -137,7 +137,7 @@ class Notes:
         self.folder, self.place = folder, folder / "running"
 
     def _whole(self) -> list[tuple[Path, Note]]:
-        """Return (file, note) for each complete note; no result depends on others."""
+        """Return (file, note) for each complete note; others are skipped."""
         try:
             paths = listed(self.place, ".log")
         except MissingFileError:
@@ -167,7 +167,7 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove the notes of dead processes all of whose cases have ended since."""
+        """Remove notes whose cases have all ended, but not of processes alive here."""
         ended = set(finished)
         here = socket.gethostname()
         for path, note in self._whole():

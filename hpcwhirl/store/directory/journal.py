@@ -206,7 +206,7 @@ class Journal:
         self.keep_due()
 
     def keep_due(self) -> None:
-        """Write the waiting cases if that is due; cheap otherwise.
+        """Write the waiting cases if that is due; else return at once.
 
         Raises
         ------

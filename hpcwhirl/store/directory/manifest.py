@@ -28,12 +28,12 @@ from hpcwhirl.store.atomic import Check, anyone, write_whole
 
 NAME = "campaign.json"
 FORMAT = 6  # 6: journals are records of fixed size
-CONTENT = f"{FILE} (SHA-256)"  # an entry of `base`: a changed file is a changed input
+CONTENT = f"{FILE} (SHA-256)"  # an entry of `base`: digest of the engine's file
 MEASURE = "measure"  # an entry of `base`: {a user's own variable: [unit, meaning]}
 FINGERPRINT = "measure's code"  # an entry of `base`: fingerprint of the function
 SAMPLE = "sample"  # an entry of `base`: {method, seed, inputs} of drawn inputs
 PHYSICS = "physics version"  # an entry of `base`: version of the equations
-BEYOND = (MEASURE, SAMPLE)  # entries that may not be dropped, either
+BEYOND = (MEASURE, SAMPLE)  # entries that a later call must not lack
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (

@@ -40,11 +40,11 @@ NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
 PULSE = 15.0  # s between signs of life
 STALE = 120.0  # s without a sign of life: a claim of another machine counts as dead
 GRACE = 10.0  # s that a process may take to end, before its claim is an error
-SOON = 2.0  # s of waiting after which a line says for whom
+SOON = 2.0  # s of waiting after which a line names the other process
 PAUSE = 0.02, 0.3  # s between checks, shortest and longest
 MOST_BYTES = 10_000  # largest size of a claim's file
 MOST_COMMAND = 200  # largest number of characters of a command that is kept
-TRIES = 100  # to make a file, since other processes may remove the directory
+TRIES = 100  # attempts to make a file, since others may remove the directory
 CAREFUL = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 

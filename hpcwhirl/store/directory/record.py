@@ -52,7 +52,7 @@ class Layout:
 
     Parameters
     ----------
-    fields : (table of the record or "", name, kind, words if the kind is `word`) each
+    fields : tuples (table of the record or "", name, kind, words of the kind `word`)
     """
 
     def __init__(self, fields: Sequence[Field]) -> None:
@@ -243,7 +243,7 @@ def _text_of(left: Record) -> bytes:
 
 
 def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts a value to what a field stores, or raises.
+    """Return the function that converts a value for a field; it raises if it cannot.
 
     kind : "f8", "i8", "hex", "text", or "word", stored as its index in `words`
     """

@@ -119,7 +119,7 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
     Raises
     ------
     MissingFileError, StoreError
-        where there is no plan beside the file, or they do not belong together
+        if the file's directory has no plan, or plan and file do not belong together
     """
     plan = PlanFile(path.parent).read()
     if not plan.refine:

@@ -13,7 +13,7 @@ from hpcwhirl.store.directory.listing import listed
 
 Share = dict[str, Any]
 KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}
-COSTS = {"beside": float, "first": float}  # s; missing in records of older versions
+COSTS = {"beside": float, "first": float}  # optional entries, s, see `read_runs`
 LARGEST = 1 << 53  # limit of all numbers: whole ones are exact below
 
 

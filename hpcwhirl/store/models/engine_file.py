@@ -223,9 +223,9 @@ def read_rotor(file: str) -> Given:
 
 
 def points_named(file: str) -> int:
-    """Return the contact points a tip, n_c, that an engine's file names; 1 if none.
+    """Return the number of contact points per tip, n_c, in an engine's file, or 1.
 
-    Only shapes are read. Also 1 of a file that cannot be read, whose cases will fail.
+    Only shapes are read. It is also 1 if the file cannot be read; its cases will fail.
     """
     with suppress(WhirlError):
         return _points_named(file, content_digest(file)) if file else 1
@@ -255,7 +255,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
     """Return the arrays of a group, finite and of the right kind.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
-    `scene.case_digest.MOST_BYTES`. Of a larger file nothing is read.
+    `scene.case_digest.MOST_BYTES`. Nothing is read from a larger file.
 
     Raises
     ------
@@ -425,7 +425,7 @@ def _texts(given: Given, name: str, array: Array) -> Array:
 
 
 def wrong_name(names: tuple[str, ...]) -> str | None:
-    """Return the first name that is empty, cannot be printed or is there twice."""
+    """Return the first name that is empty, cannot be printed or occurs twice."""
     for place, name in enumerate(names):
         if not name.strip() or not name.isprintable() or name in names[:place]:
             return name

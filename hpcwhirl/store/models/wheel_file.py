@@ -106,9 +106,9 @@ class FiniteElements:
     cut : DoF on the cuts of a sector; None for a wheel
     turning : {name as in an engine's file: matrix, vector, or two speeds} of the terms
         of rotation, all or none
-    points : {name as in an engine's file: (n_c,)} of several contact points a tip
-    stress : None, or names of P points and rows (r, n), Pa/m: of a blade its points,
-        of a point its components, as in an engine's file; r = N P c, of a sector P c
+    points : {name as in an engine's file: (n_c,)} of several contact points per tip
+    stress : None, or names of P points and rows (r, n), Pa/m, ordered by blade, then
+        point, then component, as in an engine's file; r = N P c, or P c for a sector
     """
 
     file: str
@@ -128,7 +128,7 @@ class FiniteElements:
 
     @property
     def each(self) -> int:
-        """Number of contact points a tip, n_c."""
+        """Number of contact points per tip, n_c."""
         return len(self.points["tip_station"]) if self.points else 1
 
     @property
@@ -331,7 +331,7 @@ def _read_turning(
 
 
 def _points(table: _Table) -> dict[str, Floats]:
-    """Return {name as in an engine's file: (n_c,)} of several contact points a tip."""
+    """Return {name in an engine's file: (n_c,)} of several contact points per tip."""
     names = {"station": "tip_station", "turn": "tip_angle", "gap": "tip_gap"}
     beside = [name for name in ("turn", "gap") if name in table.data]
     if "station" not in table.data:
@@ -362,7 +362,7 @@ def _stress(
     Parameters
     ----------
     size : n, number of DoF
-    blades : number of blades that the rows are of
+    blades : number of blades for which the matrix has rows
     """
     if "stress" not in document:
         return None, []
@@ -389,7 +389,7 @@ def _tips(
 ) -> tuple[Integers, Floats]:
     """Return the DoF of the tips and angles of the axes of blades.
 
-    counts : blades, c; contact points a tip, n_c. The results are (c n_c, 2) and (c,)
+    counts : blades, c; contact points per tip, n_c. The results: (c n_c, 2) and (c,)
     """
     count, each = counts
     plane = "x" in table.data or "y" in table.data

@@ -28,7 +28,7 @@ from hpcwhirl.store.schema import FORMAT
 
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
-WHOLE = 1e-6  # intervals, round-off allowed in the time of the last sample
+WHOLE = 1e-6  # round-off allowed in the time of the last sample, over the interval
 BLOCK = 4_000_000  # bytes of traces read at once, but at least one case's
 
 
@@ -153,7 +153,7 @@ class Results:
         return str(name) in self._group(str(name))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return a variable of one value a case, (cases,), words and texts as `str`."""
+        """Return a variable with one value per case, (cases,); words as `str`."""
         if name not in self._columns:
             group = self._group(name)
             with reading(self.path):
@@ -212,7 +212,7 @@ class Results:
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return the swept inputs of a case as text, without the speed.
+        """Return the swept inputs of a case as text, without speed and history.
 
         Parameters
         ----------

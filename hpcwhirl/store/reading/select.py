@@ -76,7 +76,7 @@ def where(
     ----------
     settings : such as ``speed=410``
     columns : {variable: (cases,)} of the inputs that may be named
-    option : its name, for messages
+    option : name of the option that has the settings, for messages
     """
     admitted: dict[str, Mask] = {}
     for text in settings:

@@ -42,7 +42,7 @@ for _word in REGIMES:
 
 
 def words_of(status: Words, outcome: Words, regime: Words) -> Words:
-    """Return the word that stands for each case, one of `SHOWN`, (cases,).
+    """Return the word by which each case is shown, one of `SHOWN`, (cases,).
 
     `scene.words.word_of` is the same for a single case.
     """

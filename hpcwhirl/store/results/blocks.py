@@ -24,7 +24,7 @@ from hpcwhirl.store.results.layout import stored, swept_extra
 from hpcwhirl.store.results.measured import VALUES, WHY_NOT, measured_of
 from hpcwhirl.store.schema import dtype, encode, missing
 
-MOST_BYTES = 32 << 20  # traces in a block, but at least those of one case
+MOST_BYTES = 32 << 20  # most bytes of traces in a block, unless one case has more
 MOST_CASES = 1024
 Array = NDArray[Any]
 Block = dict[str, Array]  # {path of the variable in the file: (cases, ...)}

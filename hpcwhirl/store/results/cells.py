@@ -286,7 +286,7 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return (cells with states by the words at corners, {variable: (cases,)}).
+    """Return the cells, their states found from words again, and {variable: (cases,)}.
 
     by : kind of word, see `refinement.words`
     """

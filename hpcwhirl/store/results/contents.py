@@ -37,7 +37,7 @@ NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word o
 
 @dataclass
 class Contents:
-    """Index of a campaign's records and traces; takes some 50 bytes of memory a case.
+    """Index of a campaign's records and traces; takes some 50 bytes per case.
 
     Attributes
     ----------
@@ -187,9 +187,9 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 
 
 class _Index:
-    """Finds the record of each case and twin; of several, the newest counts.
+    """Index of the newest record of each case and twin.
 
-    Of an extended case, the newest record of the last stage with a result counts.
+    For an extended case, it is the newest record of the last stage with a result.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the index of the last occurrence of each key, by ascending key."""
+    """Return the index of the last occurrence of each key, in ascending order."""
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 

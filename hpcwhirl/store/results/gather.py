@@ -255,7 +255,7 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return the cause of a failure of MPI-IO, found by writing one more byte."""
+    """Return the cause of a failure of MPI-IO, found by making the file longer."""
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)

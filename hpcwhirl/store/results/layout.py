@@ -239,7 +239,7 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
-    """Return the HDF5 options for chunks and compression; a chunk is of one case."""
+    """Return HDF5's options for chunks, each with data of one case, and compression."""
     if not compress or not all(shape):
         return {}
     samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))

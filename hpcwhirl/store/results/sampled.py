@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
 TUNED = "tuned"
-EACH = "each"  # added to the attribute: number of draws at a point
+EACH = "each"  # key in the attribute, not in [sample]: number of draws at a point
 
 
 def drawn_axis(plan: Manifest) -> Axis:

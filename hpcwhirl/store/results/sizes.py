@@ -21,8 +21,8 @@ from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define
 
-NAME = "0001-00000.bin"  # of a file of traces
-# what `full` keeps beyond `orbit`
+NAME = "0001-00000.bin"  # name of a trace file, as a journal's header has it
+# traces that `full` keeps in addition to those of `orbit`
 MORE = (
     "tips", "blade_impulse", "point_tips", "point_impulse", "casing", "stress", "worn",
 )  # fmt: skip
