@@ -76,4 +76,4 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
     }
     if cases:
         noun = "case" if len(cases) == 1 else "cases"
-        say(f"{len(cases)} {noun} ended at the limit: more time cannot help")
+        say(f"{len(cases)} {noun} ended at the amplitude limit: more time cannot help")

@@ -43,7 +43,7 @@ OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
 
 @dataclass(frozen=True)
 class Call:
-    """The arguments of `hpcwhirl.campaign`."""
+    """The arguments of one call of `hpcwhirl.campaign`, not checked yet."""
 
     design: Any
     out: Any
@@ -75,7 +75,7 @@ class Call:
         return data
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
-        """Return the user's function on this rank, or the error if any rank's is wrong.
+        """Return the user's function of this rank, and the error of any rank, if any.
 
         Ranks with different functions would mix their numbers in one campaign, so all
         ranks call this before a directory is made.

@@ -23,7 +23,7 @@ from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 
 FITS = "model, kernel or compiler"  # what a fingerprint identifies, for messages
-MOTIONS = f"motion by {CODE}"  # later cases depend on its rounding
+MOTIONS = f"motion by {CODE}"  # later cases depend on the round-off of that code
 
 
 def end_name(digest: str) -> str:
@@ -102,7 +102,7 @@ class Checkpoints:
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; if that fails, the case can start anew."""
+        """Save the state of a case; a failure is printed once, and is no error."""
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))
@@ -119,7 +119,7 @@ class Checkpoints:
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return whether the end of a case is stored, and its last motion."""
+        """Return (whether the end of a case is stored, its last motion or None)."""
         try:  # any rank may have saved it
             arrays = self.states.read(end_name(digest), {FITS: MOTIONS})
         except StoreError as failed:

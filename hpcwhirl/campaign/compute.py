@@ -101,7 +101,7 @@ def compute(
 
 
 def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
-    """Raise LateError if a case exceeds its computing time, s; else call `between`."""
+    """Raise LateError if a case exceeds its limit, s; else call `between`."""
     if course.seconds > limit and not course.done:
         raise late(course.march, limit)
     between()

@@ -35,7 +35,7 @@ class Ends(Protocol):
 
 
 class NoEnds:
-    """Storage that stores nothing."""
+    """Storage that is always empty, so that preceding cases are integrated again."""
 
     def read(self, _: str) -> tuple[bool, Motion | None]:
         """Return (False, None): nothing is known."""

@@ -37,7 +37,7 @@ USUAL = Thresholds()
 AFTER = 2.0  # durations of the pulse after which its states are taken
 ROWS = 2  # rows of evidence in a stride, a sixth of a period of the fastest line
 LOOKS = 3  # times `look` after which an undecided side counts as unknown
-LATER = 0.5  # last part of the motion that is followed, from which numbers are taken
+LATER = 0.5  # fraction of the followed motion, up to its end, that gives the numbers
 Tell = Callable[[str], None] | None
 CAN_TELL = ("damped", "sustained", "divergent")
 

@@ -130,7 +130,7 @@ class Evaluator:
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return the time per result outside its kernel, s: median, extra of the first.
+        """Return the overhead of a result beyond its kernel, s: median, first's extra.
 
         The first result takes longer, since it builds models and tables that later
         results share.

@@ -156,7 +156,7 @@ def _is_function(given: Any) -> bool:
 
 
 def _attribute(given: Any, name: str) -> Any:
-    """Return an attribute of an object itself, not of its class; else None."""
+    """Return an attribute; None if there is none, or if reading it raises."""
     try:
         return getattr(given, name, None)
     except Exception:  # noqa: BLE001 - what a user's property raises is no attribute

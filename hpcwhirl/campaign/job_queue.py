@@ -1,4 +1,4 @@
-"""The queue of jobs that are handed out to ranks, and of those that follow."""
+"""The queue of jobs handed out to ranks, including jobs that follow from others."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
 
 
 def _told(name: Any, given: Any) -> tuple[str, str]:
-    """Return unit and meaning of a variable, checked with its name."""
+    """Check a variable's name, unit and meaning; return unit and meaning."""
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         msg = f"variables: a name is letters, digits and _, got {shown(name)}"
         raise InputError(msg)

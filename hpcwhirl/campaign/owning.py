@@ -21,7 +21,7 @@ from hpcwhirl.store.directory.owner import (
 )
 
 LONG_AGO = 3600.0  # s, longer than writing a small file can take
-PICTURES = ("map.", "report.")  # beginnings of their names
+PICTURES = ("map.", "report.")  # beginnings of the names of maps and pages
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:

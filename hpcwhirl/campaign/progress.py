@@ -27,7 +27,7 @@ from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
 Floats = NDArray[np.float64]
-PATIENCE = 3.0  # a rank that finished no case for this many longest cases is gone
+PATIENCE = 3.0  # times of the longest case without a finished one: the rank is gone
 LEAST_PATIENCE = 60.0  # s
 
 
@@ -57,7 +57,8 @@ class Progress:
 
     Attributes
     ----------
-    cases, done, failed, left : numbers of cases
+    cases, done, failed, left : numbers of all cases, of those with a result, without
+        one, and not yet ended
     ranks : number of ranks that finished a case recently
     rate : cases per hour of these ranks; None before the first case has ended
     eta : time left at that rate, by predicted cost, s; None if unknown
@@ -160,8 +161,8 @@ def computing(
 
     Parameters
     ----------
-    notes : of all ranks and runs
-    digests : those of the plan
+    notes : notes of all ranks and runs
+    digests : digests of the plan's cases
     ends : {digest: time at which the case ended, s since 1970}
     now : present time, s since 1970
     """
@@ -221,7 +222,7 @@ class Seen:
     open : (cases,), whether a job of a case or of its twins is left
     without : number of cases without a result, or that failed in an extension
     regimes, statuses : {word: number of cases}, see `Progress`
-    ends : {digest: s since 1970} of ended cases, at least of those in heartbeats
+    ends : {digest: s since 1970} of ended cases, at least of those named in heartbeats
     spent, longest : time of all computations, and of the longest one, s
     """
 
@@ -236,7 +237,7 @@ class Seen:
             self._from_records()
 
     def _from_columns(self) -> None:
-        """Read a plan in which each case is one job, by columns."""
+        """Read the journals as columns; each case of the plan must be one job."""
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)

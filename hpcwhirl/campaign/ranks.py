@@ -36,7 +36,7 @@ class Evaluate(Protocol):
     """Function that computes and journals one unit of work; returns its completion."""
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Any:
-        """Return the completion of a task; `Stop` passes through."""
+        """Compute a task and return its completion; raise Stop on a stop request."""
 
 
 Notice = Callable[[int, Any], None]
@@ -253,7 +253,7 @@ class _Worker:
             self.look()
 
     def tell(self, word: str) -> None:
-        """Report the units finished since the last message, and whether to stop."""
+        """Report the units finished since the last message, and any stop request."""
         told = self.comm.rank, word, self.finished, self.stopping()
         self.comm.send(told, dest=0)
         self.finished = []

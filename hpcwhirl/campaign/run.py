@@ -26,7 +26,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Claim
 
 PROGRESS_EVERY = 5.0  # s between progress lines, at first
-PROGRESS_SHARE = 0.02  # later, in parts of the time spent so far
+PROGRESS_SHARE = 0.02  # later, time between progress lines over the time spent so far
 PROGRESS_RAREST = 300.0  # s, longest time between progress lines
 
 

@@ -110,14 +110,14 @@ class Session:
             return self.on_root(lambda: conclude(ending, prepared))
 
     def __enter__(self) -> Self:
-        """Watch over the ranks that wait for each other, if there is `tell`."""
+        """Start the watchdog, if `tell` is set: other ranks may wait for this one."""
         if self.tell is not None:
             dog = Watchdog(self.stopping, Policy().patience, self.comm)
             self.watchdog = self._after.enter_context(dog)
         return self
 
     def __exit__(self, _: object, failed: BaseException | None, trace: object) -> bool:
-        """Tell an exception of this rank, and end all ranks."""
+        """Print an exception of this rank by `tell`, and end all ranks."""
         with self._after:
             if failed is None or self.tell is None:
                 return False

@@ -55,7 +55,7 @@ class Result:
     traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
         `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
-        (n, H + 1, 2), m, STATIC frame, and with several contact points a tip
+        (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
         `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
         stress matrix `stress` (n, N, P), Pa; empty for `summary`
     performance : numbers that depend on the machine and the day
@@ -66,7 +66,9 @@ class Result:
     performance: dict[str, Value]
 
     def plot(self, *, transient: bool = False) -> Any:
-        """Return two axes of Matplotlib: the centre's orbit, static and rotating frame.
+        """Return Matplotlib's axes of the centre's orbit: static frame, rotating frame.
+
+        The rotating frame is left out if the speed or the gap changes in time.
 
         Parameters
         ----------

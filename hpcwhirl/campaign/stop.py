@@ -122,7 +122,7 @@ class Stopping:
 
 
 class _Alarm:
-    """Calls `check` at every tick of a timer and stores the exception."""
+    """Handler of a timer: call `check` at every tick, and store its Stop."""
 
     def __init__(self, check: Callable[[], None]) -> None:
         self.check, self._at_it = check, False

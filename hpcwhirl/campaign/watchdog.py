@@ -73,7 +73,7 @@ class Watchdog:
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:
-        """Start the thread; only for the main thread, which alone gets signals."""
+        """Start the thread; the main thread, which alone gets signals, passes them."""
         for end in (self._read, self._write):
             os.set_blocking(end, False)
         if threading.current_thread() is threading.main_thread():

@@ -28,7 +28,7 @@ from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.results.measured import WHY_NOT
 
-CRASHES = 2  # number of processes that died during a case, from which it is isolated
+CRASHES = 2  # a case is isolated after this number of processes died computing it
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Work:
     Attributes
     ----------
     jobs, cases : number of jobs left so far, and of cases with jobs left
-    kinds : one case of each kind that may need a kernel of its own
+    kinds : one case for each kernel that the cases left may need
     suspects : cases to isolate, since they were being computed when two processes died
     mine : all cases of this run, that is, of its shard
     run : number of the run
@@ -114,8 +114,8 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
 def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
     """Return whether the case of a record is to be computed again.
 
-    retry : statuses to compute again; so are cases with damaged traces, and those for
-        which the measure returned no numbers
+    retry : statuses to compute again; cases with damaged traces, or for which the
+        measure returned no numbers, are computed again, too
     """
     status = str(record["status"])
     damaged = status == "ok" and not journals.is_whole(record)
@@ -134,7 +134,7 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
 
 
 def _tidy(states: States, ended: Mapping[str, Completion]) -> None:
-    """Remove states of cases that have ended since, unless their regime is open."""
+    """Remove states of ended cases, except timeouts and cases with an open regime."""
     for name in states.names() & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
             states.drop(name)

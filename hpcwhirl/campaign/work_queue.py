@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.cost import Costs
 
-SORTED_ANEW = 20_000  # largest queue sorted again: 30 ms, in which rank 0 is silent
-EVERY = 8  # sorted again when 1/EVERY of the units left have become known
+SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
+EVERY = 8  # sorted again when the times newly known number 1/EVERY of the units left
 SHORTEST = 0.05  # s, least work in an answer to a worker
-A_RANK = 1e-3  # s, the same, times the number of ranks: 20 times rank 0's time for it
+A_RANK = 1e-3  # s per rank, the same: 20 times the time that rank 0 takes to answer
 MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
-LEAST_A_RANK = 1e-4  # s, least work times ranks, even if unfair: twice an answer's time
+LEAST_A_RANK = 1e-4  # s per rank, least work even beyond `FAIR`: twice an answer's time
 FASTEST = 1e-4  # s, least predicted time of a unit
 FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949
@@ -175,7 +175,7 @@ class WorkQueue:
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Record the completion of a unit; nothing follows from it here."""
+        """Do nothing: in this queue, no unit follows from a completion."""
 
     def drop(self) -> None:
         """Hand out nothing more, not even units that are added later."""
@@ -208,7 +208,7 @@ class WorkQueue:
         return float(np.frombuffer(self.predicted)[still].sum()) * missed
 
     def _ordered(self, chosen: np.ndarray) -> bytes:
-        """Return units by predicted time, the longest last, as 8 bytes each."""
+        """Return units, 8 bytes each, in ascending priority and, unless even, time."""
         order = scattered(len(chosen))
         turn, seconds = np.frombuffer(self.turn, np.int8), np.frombuffer(self.predicted)
         keys = (turn,) if self.even else (seconds, turn)
@@ -234,7 +234,7 @@ class Questions:
     def __init__(self, queue: WorkQueue, ranks: int) -> None:
         self.queue, self.ranks = queue, ranks
         self.open: dict[int, None] = {}  # ranks in the order of their requests
-        self.idle: dict[int, None] = {}  # those of them without work
+        self.idle: dict[int, None] = {}  # those ranks of `open` that have no work
 
     def ask(self, rank: int) -> Answers:
         """Return the answers that are due after a rank has asked in advance."""
@@ -251,7 +251,7 @@ class Questions:
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return the answers to idle ranks, or to all once nothing is left."""
+        """Return answers to idle ranks; once nothing is left, empty ones to all."""
         due: Answers = []
         while self.queue and self.idle:
             due += self._answer(next(iter(self.idle)))

@@ -40,13 +40,13 @@ from hpcwhirl.store.directory.runs import COSTS, Runs
 from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 
-LITTLE = 0.1  # share of a run below which it says nothing about the rest
+LITTLE = 0.1  # least share of a case's steps from which its whole cost is extrapolated
 APART = 0.25  # relative difference of two runs on a shared machine
 SIDES = 2.0  # half the width of a range, in standard errors
 GUESSED = 2.0  # factor of uncertainty of the number of refined cases
-# Times, s, on the machine where the program started in `LOADED` s: for gathering in
-# total, per row and per byte of traces; for a map, and per case of it; for a page, and
-# per case with traces on it.
+# Times, s, on the machine where the program started in `LOADED` s: for connecting ranks
+# and loading kernels; for gathering in total, per row and per byte of traces; for a
+# map, and per case of it; for a page, and per case with traces on it.
 LOADED, LAUNCHED, WARMED = 0.27, 0.6, 0.18
 BESIDE = 1e-3  # s, time of a case beyond its kernel, before any has ended
 GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
@@ -59,7 +59,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Forecast:
-    """Forecast of the rest of a campaign.
+    """Predicted time of the cases left in a campaign, and disk space of all cases.
 
     Attributes
     ----------
@@ -70,8 +70,8 @@ class Forecast:
         "decided"` counts up to the next time at which its regime is determined
     most : upper bound of `seconds`: no case ends early, every undecided one runs to
         `longest`
-    range : lower and upper limit of `seconds`, by finished cases; if there are none,
-        nominal ones, of no step in contact and of all
+    range : lower and upper limit of `seconds`, by the scatter of finished cases; if
+        there are none, nominal times with no step and with every step in contact
     computations : number of cases and twins left
     overhead : time of each computation beyond its kernel, s
     before, after : {stage: s} of the stages before and after the cases, whose time does
@@ -192,7 +192,7 @@ def _pace(loaded: float) -> float:
 
 
 def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
-    """Return {stage: s} of gathering, map and page.
+    """Return {stage: predicted time, s} of gathering, map and page.
 
     rows, traces : number of cases, and bytes of their traces
     """
@@ -248,7 +248,7 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 def _beside(runs: Runs, pace: float) -> tuple[float, float]:
     """Return the time per case outside its kernel, and the first case's extra time, s.
 
-    They are those of the last run that recorded them, or nominal ones.
+    Both are taken from the last run that recorded them; without one they are nominal.
     """
     shares = [share for share in runs.shares() if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]

@@ -20,7 +20,7 @@ MOST = 200_000  # largest number of cases simulated for an estimate
 
 @dataclass(frozen=True)
 class Beyond:
-    """Numbers of the refined cases of a campaign, those beyond the coarse level.
+    """Number and cost of a campaign's refined cases, beyond the coarse level.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return the cases that have ended, and how many refined cases they require."""
+    """Return the cases that have ended, and the number of refined cases left so far."""
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
     for row, end in planner.ends.items():
@@ -91,7 +91,7 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 def _each(
     design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
-    """Return the mean kernel time, s, of a refined case of either fidelity."""
+    """Return the mean kernel times, s, of a refined case at fidelity 0 and at 1."""
     taken: tuple[list[float], list[float]] = ([], [])
     for address, one in known.items():
         if (address.level or address.fidelity) and math.isfinite(one.seconds):

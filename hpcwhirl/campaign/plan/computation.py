@@ -75,6 +75,6 @@ def resolved(design: Design, computed: Computation) -> Case:
     """Return the resolved case that a computation integrates."""
     if not computed.facts:
         return design.resolved(computed.job.case)
-    from hpcwhirl.case.resolve import resolve  # SciPy, for which help waits not
+    from hpcwhirl.case.resolve import resolve  # imports SciPy, too slow for --help
 
     return resolve(computed.scene)

@@ -41,6 +41,7 @@ STEPLESS = frozenset({
     "direction", "duration", "revolutions", "solver.scheme", "solver.plan",
     "solver.until", "solver.longest", "solver.amplitude_limit",
 })  # fmt: skip
+# inputs that change the time step less than model and friction, see `time_steps`
 OF_LIMITS = frozenset({"speed", "gap", "force", "pulse"})
 
 
@@ -61,7 +62,7 @@ class Costs:
         steps: Sequence[float] | Floats = (),
     ) -> None:
         self.nominal, self.places, self.steps = nominal, places, steps
-        self.factor = np.full(len(nominal), np.nan)  # seconds over nominal, if known
+        self.factor = np.full(len(nominal), np.nan)  # seconds over nominal; NaN: none
 
     @classmethod
     def unknown(cls) -> Costs:
@@ -86,7 +87,7 @@ class Costs:
         self.factor[known] = seconds[known] / self.nominal[known]
 
     def cover(self, planner: Planner) -> None:
-        """Append the cases that the planner has added since the last call."""
+        """Do nothing: the planner of a plain design adds no cases."""
 
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
         """Return the predicted time of some cases, (m,), s."""
@@ -249,7 +250,7 @@ def _nominal(get: Columns, share: float) -> Any:
     uneven = (changes > 0) | (lost != NO_BLADE)
     moving = np.not_equal(get("acceleration"), 0.0)
     moving = moving | np.not_equal(get("speed_table"), "")
-    moving = moving & (rotations != "none")  # `modal` hands over, see `case.resolve`
+    moving = moving & (rotations != "none")  # `general` integrates, see `case.resolve`
     schemes = np.where(moving, "general", schemes)
     kinds = product(np.unique(schemes), np.unique(rotations), (False, True))
     return sum(
@@ -262,7 +263,7 @@ def _nominal(get: Columns, share: float) -> Any:
 
 
 def points_a_tip(get: Columns) -> Any:
-    """Return the contact points a tip of each case, one for all or (cases,)."""
+    """Return the number of contact points per tip, one for all cases or (cases,)."""
     files, place = np.unique(
         np.asarray(get("engine.file"), dtype=str), return_inverse=True
     )
@@ -270,7 +271,7 @@ def points_a_tip(get: Columns) -> Any:
 
 
 def most_points(design: Design) -> int:
-    """Return the largest number of contact points a tip of a campaign's engines."""
+    """Return the largest number of contact points per tip of a campaign's engines."""
     many = design.columns
     return int(max(np.max(points_a_tip(many.all(c))) for c in many.chunks()))
 

@@ -170,7 +170,7 @@ class Design:
 
     @property
     def grows(self) -> bool:
-        """Whether further cases may be added by the words of ended ones."""
+        """Whether the words of ended cases may add further cases."""
         return self.rule is not None
 
     def check_shards(self, none: str) -> None:
@@ -272,7 +272,7 @@ class Design:
         return lru_cache(MOST_KEPT)(self._resolved)
 
     def _resolved(self, case: int) -> Case:
-        from hpcwhirl.case.resolve import resolve  # SciPy, for which help waits not
+        from hpcwhirl.case.resolve import resolve  # imports SciPy, too slow for --help
 
         return resolve(self.scene(case))
 
@@ -429,7 +429,7 @@ def _anchored(rows: Table, folder: Path | str) -> Table:
 
 
 def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse twins equal to their case, and twins at boundaries that do not exist."""
+    """Refuse twins equal to their case, and `of = "boundary"` without neighbours."""
     check_spread(twins, base, rows)
     if twins.of != "boundary":
         return

@@ -221,7 +221,7 @@ def _bisections(
 
 
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
-    """Refuse levels that give whole numbers fractions, or values equal to round-off."""
+    """Refuse levels that lead to fractions of integer inputs, or to equal values."""
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
         if name in WHOLE and step != step.to_integral_value():

@@ -19,7 +19,7 @@ from hpcwhirl.scene.campaign_tables import TwinsTable
 from hpcwhirl.scene.table import Table, listed
 
 CHAOS = "output.chaos"
-# inputs that count as having their defaults
+# inputs without influence on the twins drawn, which count as having their defaults
 ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
 ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
 ASIDE |= {CHAOS: flatten(Scene())[CHAOS]}
