@@ -49,7 +49,7 @@ def prepare(
     ----------
     design, directory : the campaign
     extend : end time to which undecided cases are extended, s; None: as before
-    mends : whether the measure may differ, to compute cases that have no numbers of it
+    mends : whether the user's function may differ, to compute cases without its numbers
     check : raises if another process has taken over the directory; see
         `store.directory.owner.Claim.check`
 

@@ -30,16 +30,16 @@ ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; number after which they are h
 
 @rare
 def to_worn(turned, before, points, worn, under, space, gaps):
-    """Find the rods under each tip; return the lowest gap to the worn surface, m, or 1.
+    """Find the rods under each tip; return the lowest gap of tips in the layer, m.
 
     Parameters
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
     points : `body_types.Points`
     worn : (3, M), see `kernel_types.BodiesState`
-    under : rods under a tip
+    under : number of rods under a tip
     space : `body_types.LayerSpace`; out: `rod`, `left`
-    gaps : (N,), m, to the unworn surface
+    gaps : (N,), m, to the unworn surface; if none is below 0, 1 is returned
     """
     lowest, size = 1.0, worn.shape[1]
     for j in range(len(gaps)):

@@ -112,7 +112,7 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return what contact forces add to y, and to d, re and im; push : Lambda."""
+    """Return re and im of what contact adds to y, and as much to d; push : Lambda."""
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
 

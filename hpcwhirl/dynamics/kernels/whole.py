@@ -390,7 +390,7 @@ def add_rows(rows, push, where, active, s, modes):
 @inlined
 def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
                 sums, held):  # fmt: skip
-    """Enter the works of a step's multipliers in `sums`; complete the gaps before it.
+    """Enter works of a step's multipliers in `sums`; add the rotor's part to `before`.
 
     A blade that was also in contact two steps before, as nearly all are, has moved like
     the casing: its gap is closed at both steps. For other blades the motion follows

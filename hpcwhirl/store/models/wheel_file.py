@@ -278,9 +278,9 @@ def _kind_of(document: dict[str, Any], file: str) -> str:
 
 
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Return the terms of rotation: {"speeds": the two speeds, if given}, {name: file}.
+    """Return the terms of rotation: {"speeds": two speeds, if given}, {name: file}.
 
-    Both dictionaries are empty if the table has none of these terms.
+    The speeds are those of `stiffness_a` and `_b`. Both are empty if no term is given.
     """
     if not any(name in table.data for name in TURNING):
         return {}, {}
