@@ -2,11 +2,12 @@
 
 Terms used in these modules, besides those of the manual:
 
-- slot: a nodal diameter 0 .. N // 2 as an index of spectra, which have k slots, padded
+- slot: a nodal diameter 0 .. N // 2 as an index of spectra
+- spectrum: (2 k,), re of the k slots, then im; k is N // 2 + 1, padded to vectors
 - row, column: the f-th modes of all slots; a slot's real or imaginary part
 - items: coefficients of one mode or wave, in a fixed order
-- folded: in the order of blades 0 .. N // 2, then N - j, (2 wide,), see
-  `circulant.folded`; `row` is the index at which such a row begins in a flat array
+- folded: of a row (2 wide,), that its first half has blades j = 0 .. N // 2, its second
+  N - j, see `circulant.folded`; `row` is the index where it begins in a flat array
 - pending: of a step, that its contact forces are found, but not yet applied
 - push, where: multipliers, N, and indices of the blades in contact (active blades)
 - tips: displacements of the blades' tips; known: the active blades of the last solution

@@ -86,8 +86,9 @@ def place_blades(ring, turned, points, index, shape):
 
 @njit(cache=True)
 def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
-    """Set gaps (N,) from tips u and the ring's coordinates `radial`; return the lowest.
+    """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest.
 
+    u, radial : (N,) or more, m, radial displacements of tips; radial coordinates
     lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)
@@ -142,7 +143,7 @@ def layer_space(blades):
 
 @njit(cache=True)
 def energies_of(rotor, casing, state, step):
-    """Return the energies of both bodies, J."""
+    """Return (energy of the rotor, energy of the casing), J."""
     return (
         energy(rotor, state.q_b, state.d_b, step),
         energy(casing, state.q_c, state.d_c, step),

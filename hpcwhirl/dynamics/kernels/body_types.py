@@ -242,7 +242,7 @@ class DrivenBody(NamedTuple):
     swerve : blocks of (dOmega/dt) C, stored like `keep`
     force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes
     work : (m,), N/sqrt(kg), work space for the forces of the present step
-    alike : (m - own,), index among the first modes of each further one
+    alike : (m - own,), for each further mode, the index of the same one among the first
     blocks : b, number of blocks of the first modes
     """
 

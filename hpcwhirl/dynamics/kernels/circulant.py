@@ -91,9 +91,9 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers, wave: Floats
 ) -> ConstantSpace:
-    """Return the work space of a circulant W.
+    """Return the work space, as `constant_space` does, of a circulant W.
 
-    column : (N,), m/N, its column 0; wave : see `passes.to_gaps`
+    column : (N,), m/N, column 0 of W; wave : see `passes.to_gaps`
     """
     space = constant_space(blades, wide, column[_apart(blades)], known)
     span = wave[-BEHIND + SPAN]
@@ -133,7 +133,7 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set push to the multipliers that close the gaps of the blades `known`.
+    """Set space.push to the multipliers, N, that close the gaps of known[:size].
 
     Return the lowest multiplier, N; 0 if none is negative.
     """
@@ -171,7 +171,7 @@ def by_slots(size, space):
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do `openings` by spectra; return the lowest gaps, one for each vector lane."""
+    """Do `openings` by spectra; return four numbers, whose least is the lowest or 0."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -190,7 +190,10 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again to the gaps with multipliers acting; return the lowest, or 0."""
+    """Set space.again (2 wide,) to the gaps, m, under the multipliers space.push.
+
+    Return the lowest of these gaps; 0 if none is negative.
+    """
     if by_slots(size, space):
         return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
     push, known, rows, again = space.push, space.known, space.rows, space.again
@@ -214,7 +217,10 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Accept space.again as the corrected gaps; set `where`; return `size`."""
+    """Copy space.again to the row, space.known to space.where; return `size`.
+
+    The gaps of these `size` active blades are set to exactly 0.
+    """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(again, v))
@@ -320,7 +326,7 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve as `contact.complementarity` does, where W is complete."""
+    """Solve as `contact.complementarity`, with all rows of W already in `space`."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)

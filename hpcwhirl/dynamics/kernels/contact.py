@@ -24,11 +24,11 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # m, the bound of all displacements; see `opening`
-SLIP = 7  # m/s, the fastest tip along the casing, of all contacts; see `note_slip`
+CERTIFICATE, MISS = 5, 6  # m, bound of all later displacements; see `opening`
+SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
 ENTRIES = 9
-# energy, damping, pulse, impact, friction, rotation, wear at the last sample, J
+# terms of `Tracks.closed`: energy, damping, pulse, impact, friction, rotation, wear
 CLOSED = 7
 # counter slots: steps taken, touchdowns, last step with contact, samples written,
 # reason to stop, steps with contact
@@ -211,10 +211,11 @@ def contact_space(blades, coordinates):
 
 @part
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
-    """Enter the work of the multipliers `push` of blades where[:active] in the ledger.
+    """Enter impact loss and impulse of blades where[:active]; count their contacts.
 
-    before : (N,), gaps of step n - 1; those of n + 1 are closed
-    last : (N,), step of each blade's last contact
+    push : multipliers, N, of these blades
+    before : (N,), m, gaps of step n - 1; those of n + 1 are closed
+    last, impulse : (N,), set here: step of the last contact; N s, impulse so far
 
     The normal work on both bodies is in ledger[ROTATION]; its part lambda (g_{n+1} -
     g_{n-1}) / 2 is the impact loss and moves to its own entry.
@@ -258,10 +259,11 @@ def slips_now(counter):
 
 @part
 def note_slip(both, step, ledger):
-    """Note the largest |v' - u_c'|, m/s, of tips in contact, without Omega R.
+    """Raise ledger[SLIP] to the slip, m/s, of a tip in contact, if this is larger.
 
-    Friction drags against the rotation as long as this is below |Omega| R. The
-    velocities are those of the friction's work, averaged over both sides of a step.
+    The slip is the tangential velocity of the tip relative to the casing, without Omega
+    R, averaged over both sides of a step. Friction drags against the rotation as long
+    as it is below |Omega| R.
 
     both : dt (v- + v+) of the casing at a blade less that of its tip, along the
         rotation, m

@@ -110,7 +110,7 @@ def accept(body, motion, step):
 
 @does(verbs.energy, CoupledBody)
 def energy(body, values, increments, step):
-    """Return Jacobi's energy, 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}."""
+    """Return Jacobi's energy at n + 1/2, 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, J."""
     before = values - increments
     total = 0.5 * form(body.stiffness, body.starts, values, before)
     for m in range(body.own):

@@ -103,7 +103,7 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def turn_quarter(lam, k):
-    """Set the second half of lam (4 k,) to (im, -re) of the first."""
+    """Set the second half of lam (4 k,) to (im, -re); the first half is (re, im)."""
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
         store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
@@ -136,7 +136,7 @@ def flush(s):
 
 
 def widths(blades: int) -> tuple[int, int]:
-    """Return (slots, columns of the transform): K = N // 2 + 1, padded to vectors."""
+    """Return (k, wide), slots and columns of the transform: N // 2 + 1, both padded."""
     slots = -(-(blades // 2 + 1) // FOUR) * FOUR
     return slots, slots
 
@@ -225,7 +225,7 @@ def angle_of(wall, speed, time):
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set the spectrum of the gaps at `time`, a sum over both bodies and the shape."""
+    """Set the spectrum (2 k,), m, of the gaps without clearance: bodies plus shape."""
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if is_shaped(wall):
@@ -236,7 +236,7 @@ def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
 def farthest(rotor, limit, q, out_b, wave, sizes, work):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
-    If a bound of all tips is below `NEAR` of the limit, the bound is returned.
+    If a bound for all tips is below `NEAR` times the limit, the bound is returned.
 
     q, out_b : predicted amplitudes, and their radial spectrum; work : (2 k,) and two of
         (2 wide,)
@@ -257,7 +257,7 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
 @rare
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
-    """Note the slip of each blade that was in contact in the completed step.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
     slips : of rotor and ring, see `slip_of`; known : see `ConstantSpace`; work : (2 k,)
     """
@@ -273,14 +273,14 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Set `before` (N,) to the active blades' gaps in a row, for the impact loss."""
+    """Copy the active blades' gaps, m, from a folded row to `before` (N,)."""
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 
 
 @inlined
 def prepare(step, speed, wall, state, sample):
-    """Copy the state's sums to `sample`; set its spectrum of the casing's shape."""
+    """Copy the state's sums to `sample`; set sample.wall to the shape's spectrum, m."""
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):

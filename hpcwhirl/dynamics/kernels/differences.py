@@ -54,7 +54,7 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 @inlined
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
-    """Complete a step of four modes; return q, d, and the sums `loss` and `works`."""
+    """Complete a step of four modes; return q, d, `loss`, `works`; old : previous d."""
     if touched:
         change = push_rotor(c, at, push)
         q, d = q + change, d + change
@@ -236,7 +236,10 @@ def settle_ring(s, t, c, lam, k, counter, sums):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy both bodies to t_b, t_c with the pending step completed; add its works."""
+    """Copy s_b, s_c to t_b, t_c with the pending step completed.
+
+    Its works and losses are added to sums_b and sums_c, J.
+    """
 
 
 @does(end_step, CyclicRotor)
@@ -250,7 +253,7 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @rare
 def energy_of(s, c, place, increment, size, step):
-    """Return the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over modes, n + 1/2, J.
+    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
 
     place, increment : first indices in s of the amplitudes and of their d
     """

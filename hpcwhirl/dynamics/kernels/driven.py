@@ -40,7 +40,7 @@ for _verb, _function in (
 
 @does(verbs.stand, DrivenBody)
 def stand(body, motion, _, __):
-    """Add the increments due to the forces of the changing speed.
+    """Add to `ahead` and `following` the increments by forces of the changing speed.
 
     `normal` of `motion` is used as work space; contact sets it later.
     """

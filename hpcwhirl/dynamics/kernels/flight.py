@@ -155,7 +155,10 @@ def open_until(gap, rate, bend):
 
 @kernel
 def free_steps(gaps, row, rates, count, bend, step, longest):
-    """Return the number of steps, at most `longest`, in which no blade can touch."""
+    """Return the number of steps, at most `longest`, in which no blade can touch.
+
+    gaps, rates, bend : m and m/s of `count` blades; A, m/s^2
+    """
     time = longest * step
     for i in range(count):
         opened = open_until(gaps[row + i], rates[i], bend)
@@ -237,7 +240,12 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
                ring_rows, k, wide):  # fmt: skip
-    """Complete the step; return how many free steps follow; certify if possible."""
+    """Complete the pending step; return the number of steps that a jump may skip.
+
+    If contact cannot recur, enter the certificate in counter and ledger.
+
+    rate, rates : (2 k,), (2 wide,), out: rates of the gaps as spectrum, and folded, m/s
+    """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]

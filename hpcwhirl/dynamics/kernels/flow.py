@@ -76,7 +76,7 @@ def lose_ring(c, at, y, d, loss):
 
 @inlined
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
-    """Complete a step of four modes; return (q, d), its loss and works.
+    """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
 
     s, old : state, and index at which the previous d of these modes begins
     """
@@ -105,7 +105,10 @@ def mean_ring(c, at, y, d, old):
 
 @inlined
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
-    """Do `end_rotor` for the ring, and add to `passing`; y, d, passing : re and im."""
+    """Do `end_rotor` for the ring; y, d, passing : re and im, all returned.
+
+    passing : rate at which the deformed ring passes the blades, see this module
+    """
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
@@ -188,7 +191,7 @@ def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the rotor's pending step, if any, and predict; see `differences`."""
+    """Complete the rotor's step if pending; predict the next, see `differences`."""
 
 
 @does(pass_rotor, CyclicRotor)
@@ -219,7 +222,10 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy both bodies to t_b, t_c with a pending step completed; add its works."""
+    """Copy s_b, s_c to t_b, t_c with the pending step, if any, completed.
+
+    Its works and losses are added to sums_b and sums_c, J.
+    """
 
 
 @does(end_step, CyclicRotor)

@@ -115,7 +115,7 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,), folded, to the sum over modes of gamma q.
+    """Set out (2 wide,), folded, m, to the tips' negative displacement, sum of gamma q.
 
     q : (m,) or more, m % 8 == 0
     gamma : (2 wide / 8, m, 8) flat, in groups of eight blades, read in this order
@@ -154,7 +154,7 @@ def close_gaps(tips, gaps, row):
 
 @inlined
 def to_modes(push, where, active, radial, tangential, lam):
-    """Set lam (2 m,) to sums of push times gamma, then sigma, over active blades."""
+    """Set lam (2 m,) to modal forces: sums of push times radial, then tangential."""
     modes = len(lam) // 2
     for v in range(0, modes, EIGHT):
         a, b, c, d = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
@@ -183,7 +183,7 @@ def settle_general(c_b, c_c, state, copies):
 
 @inlined
 def tip_of(rows, blade, q, modes):
-    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q."""
+    """Return the product of row `blade` of rows (N, modes), flat, and q[:modes]."""
     at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
     for m in range(0, modes, EIGHT):
         even = fma(load(rows, at + m), load(q, m), even)
@@ -195,7 +195,7 @@ def tip_of(rows, blade, q, modes):
 def farthest(limit, q, rotor):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
-    If a bound of all tips is below `NEAR` of the limit, the bound is returned.
+    If a bound for all tips is below `NEAR` times the limit, the bound is returned.
 
     q : predicted amplitudes
     """
@@ -215,7 +215,7 @@ def farthest(limit, q, rotor):
 @rare
 def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
-    """Note the slip of each blade that was in contact in the completed step.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
     slip_b : (2 m,), in its second half the displacements of the modes on which friction
     does work; slip_c : (2 k,), see `passes.slip_of`

@@ -124,7 +124,7 @@ def leave(p, blades, known, inverse, stride):
 
 @inlined
 def border(j, size, blades, wide, known, inverse, rows, stride, work):
-    """Set M b and c M of a new column b and row c, M the inverse; return c M b.
+    """Set M b and c M, M the inverse, b, c column and row of blade j; return c M b.
 
     work : (4 stride,), b, c, M b, c M; beyond `size` 0
     """
@@ -209,9 +209,9 @@ def recall(blades, wide, space):
 
 @inlined
 def missing(active, blades, known):
-    """Return how many of the kept blades leave, and how many others enter.
+    """Return the number of blades that leave the kept inverse, and of those that enter.
 
-    active : (N,), 1 for each blade that is to be kept, else 0
+    active : (N,), 1 for each blade that the inverse shall have, else 0
     """
     leaving, staying, wanted = 0, 0, 0
     for p in range(known[blades + SIZE]):

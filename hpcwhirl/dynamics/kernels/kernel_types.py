@@ -31,10 +31,10 @@ class Wall(NamedTuple):
     slots, signs : (n,), slot of each harmonic, and -1 where the slot has its conjugate,
         else 1, see `dynamics.slots.fold`
     cosine, sine : (n,), a and b, m
-    growth, rise : (n,), sigma, 1/s; s
+    growth, rise : (n,), sigma, 1/s; time of fading in, s, 0 for none
     room : m, least gap over all angles, once the shape has faded in
-    since : s, start of the interval for which `gap` and the next three are valid, see
-        `case.speed.Interval`
+    since : s, start of the interval for which `gap`, `opening`, `ahead` and `bend` are
+        valid, see `case.speed.Interval`
     opening : m/s, rate at which the gap grows
     ahead, bend : rad, rad/s^2, terms of the rotor's angle, see `contact.angle_at`
     """
@@ -56,7 +56,7 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse: F, N; tau, s; modal forces (nc,) on the casing due to a unit force."""
+    """A pulse: amplitude, N; duration, s; modal forces (nc,) on the casing of 1 N."""
 
     force: float
     pulse: float
@@ -85,13 +85,13 @@ class Tracks(NamedTuple):
     Attributes
     ----------
     centre : (samples, 2), m, rotating frame
-    energy, impulse, fed, lost : (samples,), J, N s, J, J
+    energy, impulse, fed, lost : (samples,), J, N s, J, J, as in `history.History`
     tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; (0, ...) if not kept
     rubbed : (samples,), J, cumulative work of friction
     casing : (samples, width), the scheme's casing coordinates; (0, width) if not kept
     evidence : (rows, COLUMNS), see `contact`; for a changing speed with the further
         columns of `verbs.note_beside`
-    closed : (CLOSED,), J, the ledger at the last row of evidence
+    closed : (CLOSED,), J, the ledger at the last row of evidence, see `contact.CLOSED`
     worn : (samples, M), m, worn depth of each rod of a layer; (0, M) if not kept
     """
 
@@ -144,7 +144,8 @@ class CyclicState(NamedTuple):
 
     Attributes
     ----------
-    rotor, ring : amplitudes, and their increments in two places, see `passes`
+    rotor, ring : amplitudes, then their increments, those of even and those of odd
+        steps, see `passes`; of waves see `waves` and `whole`
     lam : (4 k,), spectrum of the multipliers of the last step as (re, im), then as (im,
         -re). In `general` the rotor's modal forces (2 m,), normal and tangential, come
         before it, in `whole` the array `held` of `whole.push_waves`; in `points` lam is

@@ -30,7 +30,7 @@ ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; number after which they are h
 
 @rare
 def to_worn(turned, before, points, worn, under, space, gaps):
-    """Find the rods under each tip; return the lowest gap of tips in the layer, m.
+    """Find the rods under each tip; return the lowest gap of a tip to its rods, m.
 
     Parameters
     ----------
@@ -39,7 +39,8 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     worn : (3, M), see `kernel_types.BodiesState`
     under : number of rods under a tip
     space : `body_types.LayerSpace`; out: `rod`, `left`
-    gaps : (N,), m, to the unworn surface; if none is below 0, 1 is returned
+    gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
+        returned if there are none
     """
     lowest, size = 1.0, worn.shape[1]
     for j in range(len(gaps)):
@@ -53,7 +54,10 @@ def to_worn(turned, before, points, worn, under, space, gaps):
 
 @rare
 def first_rod(angle, size, under):
-    """Return the first of the rods under a tip at an angle, rad, of `size` rods."""
+    """Return the index of the first of `under` rods under a tip; `size` rods in all.
+
+    angle : rad, of the tip
+    """
     part = angle / (2.0 * math.pi)
     centred = (part - math.floor(part)) * size - 0.5 * (under - 1)
     return math.floor(centred) % size
@@ -61,13 +65,13 @@ def first_rod(angle, size, under):
 
 @inlined
 def covers(first, rod, size, under):
-    """Return whether a tip on the rods from `first` on presses a rod."""
+    """Return whether a rod is one of `under` from `first` on; `size` rods in all."""
     return (rod - first) % size < under
 
 
 @inlined
 def highest(worn, first, under):
-    """Return the least worn depth of the rods under a tip, m."""
+    """Return the least worn depth, m, of the `under` rods from `first` on."""
     least = worn[DEPTH, first]
     for i in range(1, under):
         least = min(least, worn[DEPTH, (first + i) % worn.shape[1]])
@@ -108,7 +112,9 @@ def tip_force(layer, softness, worn, first, sunk):
 @rare
 def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
           space, own):  # fmt: skip
-    """Solve lam = P(-g - W lam); return as `contact.complementarity`.
+    """Solve lam = P(-g - W lam) for all tips at once.
+
+    Arguments not listed, and the result, are those of `contact.complementarity`.
 
     Parameters
     ----------
@@ -157,7 +163,8 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
     """Return whether the linear problem's solution satisfies lam = P(s).
 
-    If so, set s to its s and `opened` (N,) to -s; else move s by a share towards it.
+    If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else move
+    own.sunk by `share` of the way to that s.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):
@@ -205,7 +212,10 @@ def wear(layer, softness, worn, lam, last, ledger, own):
 
 @rare
 def leave(layer, worn, last, ledger, own):
-    """Enter the elastic energy that rods left by tips return to the rotation."""
+    """Enter in the ledger the energy, J, that rods left by tips return to the rotation.
+
+    last : (N,), m, as in `wear`
+    """
     size = worn.shape[1]
     for j in range(len(own.rod)):
         if own.left[j] == own.rod[j] or last[j] >= 0.0:
@@ -219,7 +229,10 @@ def leave(layer, worn, last, ledger, own):
 
 @rare
 def turn(work, worn, rod, ledger):
-    """Enter work of the rotation on a rod, J, in the ledger's ROTATION and IMPACT."""
+    """Add the rotation's work on a rod, J, to worn[CUT] and to the ledger.
+
+    Its entries ROTATION and IMPACT both have this work.
+    """
     worn[CUT, rod] += work
     ledger[IMPACT] += work
     ledger[ROTATION] += work

@@ -29,6 +29,7 @@ def set_out(gaps, w, chosen, size, unit, space):
     """Set the table w = q + W z + z_0 of the blades chosen[:size], dimensionless.
 
     w are the gaps, z the multipliers; gaps are divided by the largest one, W by `unit`.
+    The table is in these arrays of `space`:
 
     small : (size, size + 1), set to the coefficients of z and, in the last column, of
         z_0
@@ -71,7 +72,7 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row whose variable first reaches zero as a column's grows, or -1."""
+    """Return the row whose variable reaches 0 first if the column's grows; -1: none."""
     found, least = -1, 0.0
     for r in range(size):
         slope = -space.small[r, column]
@@ -84,7 +85,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Exchange variables until z_0 leaves the table; return whether that succeeded."""
+    """Exchange variables until z_0 belongs to a column and is 0; return whether so."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -106,9 +107,10 @@ def carriers(size, space):
 
 @rare
 def settle(gaps, lam, opened, space):
-    """Close the gaps of the active blades, without those that would pull.
+    """Close the gaps of the active blades, except those with negative multipliers.
 
-    Return the number of blades left; -1 if their part of W is singular.
+    Set `lam`, N, and `opened`, m, (N,) each; return the number of blades that stay
+    active, or -1 if their part of W is singular.
     """
     active, where, right = space.active, space.where, space.right
     for _ in range(len(gaps) + 1):
@@ -150,9 +152,9 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve as `circulant.pivot` does, for any rank of W, which must be complete.
+    """Solve as `contact.complementarity`, for any rank of W, all rows of it in `space`.
 
-    Blades that do not penetrate at first are included if others have closed their gaps.
+    Blades that penetrate only when the multipliers of the others act are included, too.
     """
     chosen, active, w = space.chosen, space.active, space.w
     unit, largest, size = 0.0, 0.0, 0

@@ -24,7 +24,7 @@ def accumulate(rows, values, out):
 
 @njit(cache=True)
 def modal_energy(values, increments, omega, step):
-    """Return the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over modes, n + 1/2, J."""
+    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J."""
     total = 0.0
     for m in range(len(values)):
         speed = increments[m] / step
@@ -63,7 +63,7 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add the increments of each mode by the load push * modal."""
+    """Add to `ahead` and `following` of each mode the increments by push * modal."""
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]

@@ -95,14 +95,14 @@ def item(c, which, m):
 
 @inlined
 def places(counter, size):
-    """Return the first indices, in an amplitude array, of d and the previous d."""
+    """Return the indices where d and the previous d begin in an array of 3 `size`."""
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
 
 
 @inlined
 def push_rotor(c, at, push):
-    """Return what contact forces add to q, and also to d, of four modes.
+    """Return the vector that contact adds to q, and equally to d, of four modes.
 
     push : two vectors, the column's entries of Lambda as (re, im), and as (im, -re)
     """
@@ -112,7 +112,10 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return re and im of what contact adds to y, and as much to d; push : Lambda."""
+    """Return two vectors, re and im, that contact adds to y, and equally to d.
+
+    push : two vectors, re and im of the column's entries of Lambda
+    """
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
 
@@ -143,10 +146,10 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Return `works` plus the contribution of four modes.
+    """Return `works`, three vectors, plus the contribution of four modes.
 
     both : dt (v- + v+), v- and v+ the velocities before and after the step's impulse
-    works : factors of Lambda in twice a step's work: normal; drag over mu, re, im
+    works : factors of Lambda in twice a step's work: normal; drag over mu, re and im
     """
     normal, re, im = works
     normal = fma(load(c, at + RADIAL * FOUR), both, normal)
@@ -156,7 +159,10 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Do `work_rotor` for the ring; br, bi : re and im of `both`; works : re, im."""
+    """Do `work_rotor` for the ring; br, bi : re, im of `both`.
+
+    works : four vectors, re and im for the normal force, re and im for the drag
+    """
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
     sr, si = load(c, at + SR * FOUR), load(c, at + SI * FOUR)
@@ -167,7 +173,7 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Add a column's works to sums: twice those of normal forces and drag over mu."""
+    """Add twice a column's works of normal forces and of drag over mu to sums, J."""
     normal, re, im = works
     store(sums, col, fma(push[0], normal, load(sums, col)))
     drag = fma(push[1], im, load(sums, width + col))
@@ -272,7 +278,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 
 @rare
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
-    """Return the work of the pulse in the pending step, J."""
+    """Return the work of the pulse in the pending step, J; see `push_pulse`."""
     total, touched = 0.0, counter[LAST] == counter[STEP]
     now, then = places(counter, 2 * size)
     for m in range(size):

@@ -9,7 +9,10 @@ SINGULAR = 1e-12  # share of the first pivot below which a pivot is round-off
 
 @part
 def solve_dense(matrix, right, size):
-    """Solve in place by Gaussian elimination with pivoting; return whether regular."""
+    """Solve matrix x = right by Gaussian elimination; return whether it is regular.
+
+    matrix, right : the first `size` rows and columns count; right becomes x
+    """
     least = 0.0
     for c in range(size):
         p = c
@@ -41,10 +44,11 @@ def solve_dense(matrix, right, size):
 
 @part
 def solve_active(gaps, w, where, size, opened, small, right):
-    """Solve g + W lam = 0 on the blades where[:size]; return whether regular.
+    """Solve g + W lam = 0 on blades where[:size]; return whether their W is regular.
 
-    right : (N,), out: multipliers of these blades
-    opened : (N,), out: corrected gaps of all blades
+    w, small : (N, N), W transposed, m/N; (N, N + 1), work space
+    right : (N,), out: multipliers of these blades, N, in the order of `where`
+    opened : (N,), out: corrected gaps of all blades, m
     """
     for r in range(size):
         right[r] = -gaps[where[r]]
@@ -65,9 +69,11 @@ def solve_active(gaps, w, where, size, opened, small, right):
 
 @part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Exchange blades that violate complementarity; return how many violate it.
+    """Change `active` of blades that violate complementarity; return their number.
 
-    All of them are exchanged (block pivoting), or only the last one (Murty's rule).
+    All of them are changed (block pivoting), or only the last one (Murty's rule).
+
+    right, tolerance : N, multipliers of where[:size]; m, penetration allowed
     """
     wrong, last = 0, -1
     for s in range(size):
@@ -89,7 +95,7 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 @inlined
 def begin(gaps, lam, active):
-    """Make the penetrating blades the active ones; return the largest |gap|."""
+    """Make the penetrating blades active, set lam to 0; return the largest |gap|, m."""
     largest = 0.0
     for i in range(len(gaps)):
         active[i] = 1 if gaps[i] < 0.0 else 0
@@ -100,7 +106,7 @@ def begin(gaps, lam, active):
 
 @part
 def gather(active, where):
-    """Set the first of `where` to the active blades; return their number."""
+    """Set the first entries of `where` to the active blades; return their number."""
     size = 0
     for i in range(len(active)):
         if active[i] == 1:

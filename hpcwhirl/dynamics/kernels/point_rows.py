@@ -42,7 +42,8 @@ def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
 
     Return the lowest of their gaps, m, and whether there was a solution before.
 
-    near, spectra : as in `turn_points`
+    Arguments and result are those of `whole.read_near`; near, spectra : as in
+    `turn_points`
     """
 
 

@@ -54,8 +54,8 @@ class SectorRows(NamedTuple):
         the pair, then of the second; 0 in a row that has only one wave
     opens, slides : (P, padded) flat, d' + d due to forces, the last columns of those of
         `PointRows`
-    turns, lanes : (N, 2 k) flat, cos and -sin; (N/4, 2 k, 4) flat, for groups of four
-        blades
+    turns, lanes : (N, 2 k) flat, cos and -sin at each blade; (N/4, 2 k, 4) flat, the
+        same for groups of four blades
     each, single, pairs : n_c, and numbers of rows
     """
 

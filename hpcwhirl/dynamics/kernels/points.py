@@ -87,14 +87,14 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def write_clear(clear, gap, gaps, row, wide):
-    """Set a row of gaps (2 wide,), folded, to the points' clearances."""
+    """Set a folded row of gaps (2 wide,) to clear (2 wide,) plus the scene's gap, m."""
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(clear, v) + broadcast(gap))
 
 
 @part
 def add_shape(wall, time, speed, waves, gaps, row, wide):
-    """Add a casing's departure from round to a row of gaps.
+    """Add a casing's departure from the circle, m, to a folded row of gaps.
 
     waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
     """
@@ -142,7 +142,7 @@ def farthest_point(limit, q, rotor, points):
 
 @rare_kernel
 def energies_of_points(rotor, q):
-    """Return the energies of rotor and casing, J, from all amplitudes (m,)."""
+    """Return energy of the rotor and energy of the casing, J, from amplitudes (m,)."""
     own, beside = 0.0, 0.0
     for i in range(rotor.split):
         own += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
@@ -153,7 +153,10 @@ def energies_of_points(rotor, q):
 
 @rare
 def note_slips_of_points(held, known, last, step, counted, ledger):
-    """Note the slip of each point in contact in the step `counted`."""
+    """Raise ledger[SLIP], m/s, to the slip of points in contact in the step `counted`.
+
+    held : see `whole.push_waves`
+    """
     for s in range(known[len(last)]):
         if last[known[s]] == counted:
             note_slip(held[known[s]], step, ledger)

@@ -58,7 +58,7 @@ def at_blade(spectrum, turns, j, width):
 
 @rare
 def read_tips(q, c, hub, turns, width, work, tips):
-    """Set tips (N + 1, 2) of all blades, radial and tangential; not the last row."""
+    """Set rows 0 .. N - 1 of tips (N + 1, 2), m: radial, tangential displacement."""
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
     for direction in range(2):
@@ -137,6 +137,7 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
     gaps are compared with the solved ones, which are in state.gaps from `row` on.
 
     energies, works : results of `energies_of` and `column_sums` for the copy
+    keep, judge : as in `contact.write_sample`
     """
 
 
@@ -160,7 +161,10 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample, with the columns' sums added to the ledger; loss : damping, J."""
+    """Write a sample with a copy of the ledger, to which `works` are added.
+
+    works, loss : result of `column_sums`; J, energy that damping has taken
+    """
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
     whole[ROTATION] += rotation
@@ -206,6 +210,8 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
 
     Samples of the traces do not end a jump, so that the motion is the same whichever
     traces are kept.
+
+    begun, stride : step at which the jump began; steps between samples
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0

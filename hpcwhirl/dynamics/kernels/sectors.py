@@ -154,7 +154,10 @@ def products(a, b, value, sums):
 
 @inlined
 def spectrum_of(table, p, alike, k, spectra, to):
-    """Set the spectrum (2, k) at `to`: sum of point p's rows of a table times waves."""
+    """Set (2, k) of `spectra` from `to` on to the sum of point p's rows times waves.
+
+    table : rows as `SectorRows.read`; alike : number of rows
+    """
     zero = broadcast(0.0)
     for c in range(0, k, FOUR):
         one = zero, zero, zero, zero
@@ -169,7 +172,7 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return four complex numbers of `spectra` from `at` on; 0 if `fresh`."""
+    """Return four complex numbers of `spectra` from `at` on; zeros if `fresh`."""
     zero = broadcast(0.0)
     if fresh:
         return zero, zero
@@ -178,13 +181,13 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set the spectra of d' + d at points p; add the change of waves by multipliers.
+    """Set spectra of d' + d of point p of all tips; add the change of waves by forces.
 
     The coefficients of forces on a pair are the conjugates of those of its motion.
 
     Parameters
     ----------
-    fresh : whether no other point has added anything
+    fresh : whether the change of waves by other points is still 0
     to, along, lam : where spectra of gaps, of motion along the casing and of
         multipliers begin
     """
@@ -243,7 +246,10 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set folded tips: point p of blades 4 g .. 4 g + 3; spectra[-4:] is work space."""
+    """Set folded tips, m, of point p of blades 4 g .. 4 g + 3, by the spectrum at `at`.
+
+    spectra[-4:] is work space.
+    """
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
     for i in range(min(FOUR, blades - FOUR * g)):
@@ -287,7 +293,7 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
         place, tip = place_of(other, points, wide), spectra[behind + i]
         gap = gaps[row + place] + tip
         tips[place], whole[place], least = tip, gap, min(least, gap)
-        if other == 0 or 2 * other == points:  # these have further places
+        if other == 0 or 2 * other == points:  # folded rows repeat these
             put(tips, other, points, wide, tip)
             put(whole, other, points, wide, gap)
     return least

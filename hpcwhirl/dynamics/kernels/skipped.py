@@ -32,8 +32,9 @@ def moved(spectrum, seen, width, row):
 
     The change is the sum of |change| over all real and imaginary parts.
 
-    seen : (4 width + 2 FOUR,), spectra of three steps, the last transformed one, the
-        change from it up to which no gap closes, its clearance, those of the steps, m
+    seen : (4 width + 2 FOUR,), m: spectra of three steps; spectrum of the step that was
+        transformed last, the change from it up to which no gap closes, and its
+        clearance; clearances of the three steps
     """
     total, last = broadcast(0.0), STEPS * width
     for c in range(0, width, FOUR):
@@ -46,9 +47,12 @@ def moved(spectrum, seen, width, row):
 
 @inlined
 def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
-    """Do `to_gaps` if a gap may be closed; return the lowest gap, m, or 1 if skipped.
+    """Do `to_gaps` unless no gap can close; return the lowest gap, m.
 
-    row : 0, 1 or 2, place of the step; skipped : (3,), 1 where a row was skipped
+    If the spectrum has changed too little for a gap to close, the step is skipped: its
+    gaps are not computed, and 1 is returned.
+
+    row : step number mod 3; seen : see `moved`; skipped : (3,), 1 for a row skipped
     """
     width, last = 2 * k, STEPS * 2 * k
     free = last + width

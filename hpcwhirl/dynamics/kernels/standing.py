@@ -57,8 +57,9 @@ def film_at(place, clearance):
 
 @njit(cache=True)
 def answer(give, held, moving, even, drift):
-    """Return f, which solves f = -held - even u - drift conj(u), u = moving + W f.
+    """Return the complex force f, N, that solves f = -held - even u - drift conj(u).
 
+    moving : m/s, velocity of the centre without f; with f it is u = moving + W f
     give : (2, 2), W, change of the centre's velocity by a unit force; even is real
     """
     rest = -held - even * moving - drift * moving.conjugate()
@@ -74,7 +75,7 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Set the force of the supports at the centre, N, and add its increments."""
+    """Set force (2,), N, of supports at the centre; add its increments to d' and q'."""
     own = body.stand
     if len(own.hub) == 0:
         return

@@ -39,7 +39,7 @@ BEHIND = FOUR  # length of what follows the table
 
 
 def products(blades: int, span: int) -> float:
-    """Return the number of vector products of a transform; span : b, or 0 if dense."""
+    """Return how many vector products a transform takes; span : b, or 0 if dense."""
     most = blades // 2 + 1
     if span == 0:
         return 0.5 * most**2
@@ -72,9 +72,10 @@ def add_term(spectrum, wave, k, wide, c, v, sums):
 
 @inlined
 def both_terms(spectrum, wave, k, wide, r, a, v):
-    """Return the even and the odd part of slots r and a - r, r + a, ... at four blades.
+    """Return term r of the first stage, even and odd part, at blades v .. v + 3.
 
-    Slots beyond N / 2 are 0.
+    It is the sum over slots r, r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they
+    are 0.
     """
     zero, back = broadcast(0.0), a - r
     here = there = zero, zero, zero, zero
@@ -93,7 +94,10 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Return the even and odd parts at blades s, s + 1, s + 2 of the second stage."""
+    """Return (even, odd) for each of s, s + 1, s + 2 in the second stage.
+
+    work : (even, odd) of each term r, results of the first stage
+    """
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for r in range(half):
@@ -134,7 +138,10 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store gaps of blades b s + v .. and b (a - s) + v ..; return lanewise minima."""
+    """Store gaps of blades b s + v .. and b (a - s) + v .. in a folded row.
+
+    Return the elementwise minimum of these gaps and `least`; parts : even, odd.
+    """
     even, odd = parts
     a, here, there = blades // b, even - odd, even + odd
     put_four(here, gaps, row, wide, blades, s * b + v, b - v)
@@ -178,7 +185,7 @@ def lay_out(factors, which, size, blades, spread):
 
 @inlined
 def fold_blades(spread, a, b, v, half, work):
-    """Set work to the parts of `spread`, even and odd in s, at b s + v .. + v + 3."""
+    """Set work to parts of `spread`, even and odd in s, at b s + v .. b s + v + 3."""
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
         if 0 < s < a - s:
@@ -190,7 +197,7 @@ def fold_blades(spread, a, b, v, half, work):
 
 @inlined
 def slot_of(stages, wave, k, wide, b, c, r, sign):
-    """Return slot c, re and im, from term r of `stages`; sign -1: its conjugate."""
+    """Return (re, im) of slot c from term r of `stages`, conjugated if sign is -1."""
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):
         cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
@@ -209,10 +216,10 @@ def four_added(four):
 
 @rare
 def to_slots(factors, which, size, wave, k, wide, spread, out):
-    """Set out (2 k,) to the sum of factor e^{-2 pi i kappa j / N} of blades, in stages.
+    """Set the spectrum out (2 k,) to the sum over j of f_j e^{-2 pi i kappa j / N}.
 
-    It is the transpose of `to_gaps_split`, applied to factors of the blades
-    which[:size]; b must be a multiple of four.
+    j are the blades which[:size], f_j their `factors`. It is the transpose of
+    `to_gaps_split`, in two stages; b must be a multiple of four.
 
     spread : (room_of(N),), work space
     """

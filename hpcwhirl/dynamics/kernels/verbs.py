@@ -52,17 +52,20 @@ def does(verb: Function, kind: type) -> Callable[[Function], Function]:
 
 
 def predict(body, motion):
-    """Set `ahead` and `following` without forces."""
+    """Set `ahead` and `following`, d' and q', for a step without forces."""
     raise NotImplementedError
 
 
 def load(body, motion, push, modal):
-    """Add the increments of the load push * modal (n,)."""
+    """Add to `ahead` and `following` the increments by the load push * modal (n,)."""
     raise NotImplementedError
 
 
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports, beyond constant matrices; add its increments."""
+    """Add to `ahead` and `following` increments by forces beyond constant matrices.
+
+    force : (2,), out: N, that of the supports at the centre, if they have one
+    """
     raise NotImplementedError
 
 

@@ -60,7 +60,7 @@ class CyclicCasing(NamedTuple):
 class CyclicContact(NamedTuple):
     """Contact of equal sectors.
 
-    column : (N,), m/N, column of W for blade 0
+    column : (N,), m/N, column 0 of W: opening of gaps by a unit multiplier on blade 0
     turns : (N, 2 k) flat, transform from multipliers to their spectrum
     wave : transform from a spectrum to gaps, see `passes.to_gaps`
     flight : `Flight` of the exact scheme, else empty
@@ -80,7 +80,7 @@ class GeneralRotor(NamedTuple):
     Attributes
     ----------
     items : (ITEMS m,), coefficients of the modes, each a column of `passes`
-    read : (2 wide / 8, m, 8) flat, radial, of the folded blades in groups of eight
+    read : (2 wide / 8, m, 8) flat, radial, of the tips in folded order, eight at a time
     radial, tangential : (N, m) flat, of each tip
     hub : (2, m) flat, x_o, y_o
     reach : (m,), displacement of the tip that each mode moves most, its magnitude
@@ -182,7 +182,8 @@ class GeneralSpace(NamedTuple):
 
     Attributes
     ----------
-    spare : (m + padded,), for the rotor's pass, or for motion and forces of its waves
+    spare : (m + padded,), predicted amplitudes of modes; of uncoupled waves d' + d,
+        then their modal forces
     spectrum : (2 k,), spectrum of the gaps, without the rotor's part
     slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
     before : (N,), m, gaps of the active blades at step n - 1
@@ -240,7 +241,7 @@ class SampleSpace(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Blades N, rows of modes of rotor and ring, slots k, columns `wide` of `wave`."""
+    """Numbers of blades N, rows of rotor and of ring, slots k and columns `wide`."""
 
     blades: int
     rows: int
@@ -287,7 +288,8 @@ class Flight(NamedTuple):
     ----------
     total : number of steps of the run
     certifiable : whether a certificate is possible
-    counts : (P,), steps in each jump; the last is that between rows of evidence
+    counts : (P,), steps of each tabulated jump; the last jump is from one row of
+        evidence to the next
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
         the bounds; those of a rotor's waves are defined in `waves`

@@ -59,7 +59,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 
-# items of a wave: z - 1, a gap's displacement, beta; d' + d of a tip's place along the
+# items of a wave: z - 1, change of the gap, beta; d' + d of a tip's place along the
 # casing, counted negative, after a step without forces; what Lambda adds to energy and
 # loss
 AHEAD_RE, AHEAD_IM, RADIAL, PUSH_RE, PUSH_IM = range(5)
@@ -246,7 +246,7 @@ def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @rare
 def energy_of_waves(rotor, t):
-    """Return Jacobi's energy of a completed state, J."""
+    """Return Jacobi's energy of a rotor's completed state t, J."""
     hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
@@ -355,7 +355,7 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `samples.sample_rotor` for waves; for the loss see this module."""
+    """Implement `samples.sample_rotor` for waves; the module defines the loss."""
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)

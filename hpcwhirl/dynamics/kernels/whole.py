@@ -93,7 +93,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds in tips (2 wide,) by the drift of a step; do `open_whole`."""
+    """Lower the bounds in tips (2 wide,) by `drift`, m; return as `open_whole`."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -290,7 +290,7 @@ def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
 
 @inlined
 def size_of(q, half, m):
-    """Return bounds of four |a| <= max(|re|, |im|) + min(|re|, |im|) / 2."""
+    """Return upper bounds of four |a|: max(|re|, |im|) + min(|re|, |im|) / 2."""
     re, im = load_both(q, half, m)
     re, im = magnitude(re), magnitude(im)
     return broadcast(0.5) * (higher_of(re, im) + (re + im))
@@ -487,7 +487,7 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 
 @rare
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
-    """Note the slip of each blade in contact in the step `counted`, now completed.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the step `counted`.
 
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
     """
