@@ -44,7 +44,7 @@ class RotorPlaces(Protocol):
         """
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier, (m,)."""
+        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Slots:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier, (m,)."""
+        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
         d = self.steps.increments(q, rate)
         new = slots_of(self.model, d)
         state[:] = np.concatenate([slots_of(self.model, q), new, -new])
@@ -84,7 +84,7 @@ class Rows:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier, (m,)."""
+        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
         d, rows = self.steps.increments(q, rate), state.reshape(passes.ROTOR_STATE, -1)
         rows[:] = 0.0
         rows[:, : self.modes] = q, d, -d
@@ -122,7 +122,7 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier, static frame."""
+        """Set a state at time 0 to q, rate; return q a step earlier, static frame."""
         if self.model.casing is None:
             return q
         d = self.steps.increments(q, rate)

@@ -53,7 +53,7 @@ class _WavePlaces:
         return self._modal(places), self._modal(rates)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier."""
+        """Set a state at time 0 to q, rate of the modes; return q a step earlier."""
         before, rows = [], state.reshape(-1, 2, self._slots)
         for own in self.diameters:
             a = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))
@@ -77,8 +77,9 @@ def _circling(
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
     The circle is the last row of amplitudes, see `turning_waves.Circle`. If a run
-    begins on the circle scaled down, the waves begin with the difference. Their energy
-    is entered as in `two_bodies.started`, and in the sums as if contact had added it.
+    begins on the circle scaled down, the waves begin with the difference from the full
+    circle. Their energy is entered in the ledger as work of the loading, and in the
+    sums as if contact had added it.
 
     whole : integrator at rest; returned unchanged for a balanced rotor
     """

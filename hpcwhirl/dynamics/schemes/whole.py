@@ -56,7 +56,7 @@ class _WholePlaces:
         return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier."""
+        """Set a state at time 0 to q, rate of the modes; return q a step earlier."""
         waves = self.waves
         scale = float(np.abs(waves.rates).max())
         basis = np.vstack([waves.parts(waves.shapes), waves.parts(waves.rates) / scale])
@@ -67,7 +67,7 @@ class _WholePlaces:
 
 @dataclass(frozen=True)
 class _ModePlaces:
-    """Layout of a rotor's modes as waves in a state; half : number of re, padded."""
+    """Layout of a rotor's modes as waves in a state; half : amplitudes, padded."""
 
     waves: ModeWaves
     half: int
@@ -79,7 +79,7 @@ class _ModePlaces:
         return re.copy(), rates.real * re - rates.imag * im
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0; return the amplitudes a step earlier."""
+        """Set a state at time 0 to q, rate of the modes; return q a step earlier."""
         waves, (re, im) = self.waves, self._parts(state)
         a = waves.amplitudes(q, rate, waves.rates)
         re[:], im[:] = a.real, a.imag
@@ -113,8 +113,9 @@ def _circling(
 def whole_apart(model: Model, scene: Scene) -> Integrator | None:
     """Return the integrator of the waves of a rotor of unequal sectors.
 
-    None for one of several equal sectors, and where two waves nearly coincide; also in
-    a ring of elements and on supports that differ by direction or have a film, whose
+    None if one of several equal sectors is integrated alone, if two waves nearly
+    coincide, or if the waves' energy does not agree with the work of contact; also in a
+    ring of elements and on supports that differ by direction or have a film, whose
     matrices are not constant in the rotating frame.
     """
     spin, elements = model.rotor.spin, isinstance(model.ring, RingOperator)
