@@ -86,7 +86,7 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with the bookkeeping of a, not certified."""
+    """Return the state of_a a + of_b b, with a's contacts and works, not certified."""
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
         if name in parts:

@@ -70,13 +70,13 @@ def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Float
 
 
 def unfolded(waves: Floats, folds: int, scene: Scene) -> Floats:
-    """Return harmonics (n, H + 1, 2) of the whole casing from those of one sector.
+    """Return harmonics (n, H + 1, 2), m, of the whole casing from those of one sector.
 
     Parameters
     ----------
-    waves : (n, H' + 1, 2), harmonics in the angle g theta
+    waves : (n, H' + 1, 2), m, harmonics in the angle g theta
     folds : g, number of sectors
-    scene : scene of the whole
+    scene : scene of all sectors, not of one
     """
     out = np.zeros((len(waves), _highest(scene) + 1, 2))
     multiples = out[:, ::folds]

@@ -158,7 +158,7 @@ def _bound(items: Floats, longest: float) -> Floats:
 
 
 def _turned(angles: Complexes) -> Floats:
-    """Return e^{s t} of waves as items of a jump, (JUMP_ITEMS, size)."""
+    """Return e^{s t} of waves as items of a jump, (JUMP_ITEMS, size); angles : s t."""
     turn = np.exp(angles)
     return np.stack([turn.real, turn.imag])  # TURNED_RE, TURNED_IM
 

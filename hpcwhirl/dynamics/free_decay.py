@@ -70,7 +70,10 @@ class _Start(NamedTuple):
         return float(sum(self.row[column] for column in columns))
 
     def ahead(self, total: int, stride: int) -> Integers:
-        """Return the numbers of steps from this to each sample up to step `total`."""
+        """Return the numbers of steps from this one to each sample up to step `total`.
+
+        stride : steps between samples
+        """
         first = self.step // stride + 1
         return np.arange(first, total // stride + 1) * stride - self.step
 
@@ -216,7 +219,10 @@ class FreeDecay:
     def _leave(
         self, motion: _Motion, state: CyclicState, settled: Any, steps: int
     ) -> None:
-        """Set the state to that after `steps` steps, as the kernel leaves it."""
+        """Set the state to that after `steps` steps, as the kernel leaves it.
+
+        settled : copies of rotor, ring and their sums, with the pending step completed
+        """
         _, _, state.sums_b[:], state.sums_c[:] = settled
         state.counter[contact.STEP] += steps
         step = int(state.counter[contact.STEP])

@@ -33,8 +33,8 @@ class Evidence:
     centre : (b, 2), m, ROTATING frame: x_o, y_o
     rotor, casing : (b,), J, kinetic + strain energy of each body
     fed, friction, lost : (b,), J, cumulative work, as in `History`
-    whole : (b,), J, of a rotor with rotation whose speed changes, the energy of its
-        whole motion, where `rotor` has that of what contact causes; (0,) otherwise
+    whole : (b,), J, energy of the whole motion of a rotor with rotation whose speed
+        changes; `rotor` has only that of the motion by contact; (0,) otherwise
     """
 
     time: Floats
@@ -56,6 +56,8 @@ class Evidence:
 class History:
     """Samples and totals of one run; all in SI units, all numbers finite.
 
+    The scene's output.traces selects the traces that are stored.
+
     Attributes
     ----------
     time : (n,), s
@@ -66,15 +68,15 @@ class History:
     friction : (n,), J, the part of `fed` by friction; the rest is the transport of
         contacts over the deformed ring
     lost : (n,), J, cumulative damping and impact loss, and work of wear
-    tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless asked
-    blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless asked
+    tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless stored
+    blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless stored
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
-        unless asked
+        unless stored
     point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same for all contact
         points, if tips have several; `tips` then has one of them. Else n_c is 0
-    stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless asked, and
-        if the rotor has none
+    stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless stored, and
+        if the rotor has no such points
     ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
         evidence where the final one is not finite
     gap_error : largest difference between the solved gaps and those of the bodies, over
@@ -99,7 +101,7 @@ class History:
     circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
         at rows of evidence; energies are those of the motion about it; 0 without
         unbalance
-    worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless asked
+    worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
     """

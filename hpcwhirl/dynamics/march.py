@@ -39,7 +39,7 @@ Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice
-TELLING = 0.1  # share of `SLICE_SECONDS` that a slice needs to give a step's time
+TELLING = 0.1  # least share of `SLICE_SECONDS` from which a step's time is measured
 LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 LOOKS = 50  # rows of evidence between two searches for a certificate
@@ -251,10 +251,10 @@ class March:
 
     @property
     def _stress_shape(self) -> tuple[int, int]:
-        """Blades and named points (N, P) whose stress is kept; (N, 0): of none.
+        """Numbers (N, P) of blades, and of named points whose stress is stored, or 0.
 
-        It is read from the state after a step, at samples, at which a scheme that jumps
-        does not stop.
+        The stress is computed from the state at each sample. A scheme that jumps does
+        not stop at samples, so that none is stored.
         """
         stress, own = self.model.rotor.stress, SCHEMES[self.scene.solver.scheme]
         whole = self.scene.output.traces == "full" and not own.flies
@@ -271,7 +271,7 @@ class March:
             self.stresses[row] = stress.at(self.displacements()[0])
 
     def _read_ahead(self) -> None:
-        """Compute the stress at all later samples, then restore the present state.
+        """Store the stress at all later samples, then restore the present state.
 
         Beyond a certificate the motion is that of steps without contact, to round-off.
         """

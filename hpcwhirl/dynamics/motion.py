@@ -140,7 +140,7 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 
 
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
-    """Return a motion in the modes of a model of all sectors or of one.
+    """Return a motion as amplitudes of the modes of a model, of all sectors or of one.
 
     None if a model of one sector cannot represent the motion, which lacks the
     symmetry. The part of a motion outside the span of the modes is lost.

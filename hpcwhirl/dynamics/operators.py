@@ -114,11 +114,12 @@ def rotor_compliance(model: Model, scene: Scene) -> Floats:
 
 
 def contact_operators(model: Model, scene: Scene) -> Contact:
-    """Return the rotor's W and the ring's compliance, m/N, and the kind of ring.
+    """Return the contact of two bodies: the rotor's W, the ring's compliance, points.
 
-    Both give the radial displacements, in the same step, due to a unit multiplier and
-    its friction (the corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 = Phi
-    diag(give) Phi^T. A row of the compliance belongs to the loaded coordinate.
+    W and compliance, m/N, give the radial displacements, in the same step, due to a
+    unit multiplier and its friction (the corrections of Algorithm 1), by (M/dt^2 +
+    D/2dt)^-1 = Phi diag(give) Phi^T. A row of the compliance belongs to the loaded
+    coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
@@ -159,7 +160,7 @@ def pulse_load(model: Model, scene: Scene) -> Floats:
 
 
 def ring_kind(model: Model) -> Ring:
-    """Return kind of casing, number of elements or harmonics, and element length."""
+    """Return kind of casing, number of elements or highest harmonic, element length."""
     if model.ring is None:
         return Ring(RIGID, 0, 1.0)
     if isinstance(model.ring, FourierOperator):

@@ -164,7 +164,9 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return these motions in slots, and the kernel's rows; None: unequal sectors.
+        """Return a copy with waves in slots, and the kernel's rows.
+
+        None if the sectors are unequal, or fewer than `FEWEST`.
 
         Waves of negative nodal diameter are replaced by their conjugates.
         """
@@ -284,7 +286,7 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
 
 
 def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return index pairs and values of the energy's form, and the rotor's number.
+    """Return index pairs and values of the energy's form, and how many are the rotor's.
 
     Entries that are 0 are left out; those of the rotor come first.
     """

@@ -260,9 +260,9 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return the ratio of each wave's change by forces to its conjugate row, (w,).
+        """Return, for each wave, its change by a unit force over conj(its row), (w,).
 
-        It is the ratio at the point at which the row is largest.
+        The row is read + mu slide; the ratio is that of the point where it is largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -270,7 +270,7 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether forces change a wave by `gives` times conj(its row), (w,)."""
+        """Return whether the ratio `gives` of a wave holds at all points, (w,)."""
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))

@@ -90,10 +90,9 @@ class BodyWaves:
         )
 
     def apart(self, diameter: Integers) -> BodyWaves:
-        """Return the same waves, with energy of products of equal n alone.
+        """Return the same waves, with an energy without products of different n.
 
-        diameter : (w,), n of each wave; waves of different n have no common energy but
-            for round-off
+        diameter : (w,), n of each wave; these products are 0 but for round-off
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)

@@ -118,7 +118,7 @@ def history_of(march: March) -> History:
 
 
 def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
-    """Return traces of contact points by blade; none where a tip has one.
+    """Return {name: trace of all contact points, by blade}; {} where a tip has one.
 
     tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
     """

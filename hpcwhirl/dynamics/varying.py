@@ -43,7 +43,7 @@ class _Group(NamedTuple):
 
     Attributes
     ----------
-    modes : (b, s), of the rotor, by diameter
+    modes : (b, s), indices of the modes, sorted by nodal diameter
     moved : (b,), whether f_0 moves a block
     flat, again : (b, s, s), (c, s, s), indices in the kernel's arrays of the entries of
         all blocks, and of the second copies of the c blocks that f_0 moves

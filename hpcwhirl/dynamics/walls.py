@@ -44,9 +44,9 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
 
 
 def ready_at(scene: Scene) -> int:
-    """Return the step at which the shape has faded in for two steps or more.
+    """Return a step at which the shape has been faded in for two steps or more.
 
-    The largest int64 where a rigid casing has lobes.
+    It is the largest int64, that is never, if a rigid casing has lobes.
     """
     if not can_fly(scene):
         return int(np.iinfo(np.int64).max)
