@@ -76,7 +76,10 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set index, shape (N, w): coordinates of the ring at each point, and weights."""
+    """Set index, shape (N, w): the ring's coordinates at each point, their weights.
+
+    turned : rad, angle of blade 0
+    """
     kind, size, length = ring
     if kind == ELEMENTS:
         place_on_elements(turned, size, length, points.turn, index, shape)

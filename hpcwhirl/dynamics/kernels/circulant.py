@@ -171,7 +171,7 @@ def by_slots(size, space):
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do `openings` by spectra; return four numbers, whose least is the lowest or 0."""
+    """Do `openings` by spectra; return four numbers, the least of which it returns."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -308,7 +308,7 @@ def seek(gaps, row, lowest, blades, wide, space):
 def solved(gaps, row, lowest, blades, wide, space):
     """Solve the contact problem of a folded row by `guess`, `seek` or `solve_any`.
 
-    Returns as `guess`; -1 only if no solution was found.
+    Sets and returns what `guess` does; returns -1 only if no solution was found.
     """
     size = guess(gaps, row, lowest, blades, wide, space)
     if size < 0:

@@ -106,7 +106,7 @@ def place_on_waves(turned, size, angles, weight, index, shape):
 
 @kernel
 def read_ring(radial, index, shape, j):
-    """Return the radial displacement at blade j from the radial coordinates, m."""
+    """Return the ring's displacement, m, at point j from its radial coordinates."""
     total = 0.0
     for a in range(index.shape[1]):
         total += shape[j, a] * radial[index[j, a]]
@@ -303,7 +303,7 @@ def write_sample(
 
 @inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
-    """Write one sample of the traces."""
+    """Write one sample of the traces that are stored, see `write_sample`."""
     s, blades = counter[SAMPLE], len(impulse)
     tracks.centre[s, 0], tracks.centre[s, 1] = tips[blades, 0], tips[blades, 1]
     tracks.energy[s] = energy
@@ -323,7 +323,7 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
 
 @inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
-    """Write one row of evidence, and the present ledger."""
+    """Write one row of tracks.evidence; set tracks.closed to the present ledger."""
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed
     row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]
     row[OF_ROTOR], row[OF_CASING] = energies[0], energies[1]

@@ -48,7 +48,7 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Set `ahead` and `following` without forces, by blocks of modes."""
+    """Set `ahead` and `following` for a step without forces, by blocks of modes."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)
@@ -59,7 +59,7 @@ def predict(body, motion):
 
 @does(verbs.read, CoupledBody)
 def read(body, values, out):
-    """Set out to the radial coordinates, as sums over the modes."""
+    """Set out (r,), m, to the radial coordinates, as sums over the modes."""
     rows = body.read
     out[:] = 0.0
     for m in range(len(values)):

@@ -296,7 +296,7 @@ def sampling(passes):
         step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
         tracks,
     ):  # fmt: skip
-        """Complete the pending step in copies and write a sample of them."""
+        """Complete the pending step in copies of the state; write a sample of these."""
         c_c, _ = casing
         counter, wide = state.counter, len(state.gaps) // 6
         t_b, t_c, sums_b, sums_c = (

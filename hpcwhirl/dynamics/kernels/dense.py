@@ -23,7 +23,7 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Set `ahead` and `following` without forces, by the full matrices."""
+    """Set `ahead` and `following` for a step without forces, by the full matrices."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -34,7 +34,7 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """Add the increments of the load push * modal (n,), by the inverse of A."""
+    """Add to `ahead`, `following` the increments by push * modal (n,), with A^-1."""
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
     for i in range(len(q)):
@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,) to the radial ones of all coordinates (n,)."""
+    """Set out (r,), m, to the radial coordinates among all `values` (n,)."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -51,7 +51,7 @@ def read(body, values, out):
 
 @does(verbs.read_tips, DenseBody)
 def read_tips(body, values, radial, tips):
-    """Set tips to the radial and tangential coordinates, the last to the centre's."""
+    """Set tips (N + 1, 2), m, to radial and tangential coordinates; last x_o, y_o."""
     along, centre = body.tangential, body.centre
     for j in range(len(along)):
         tips[j, 0], tips[j, 1] = radial[j], values[along[j]]
@@ -61,7 +61,7 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, DenseBody)
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` to forces of the multipliers, by coordinate."""
+    """Set `normal` and `drag` (n,), N, to the forces of multipliers on coordinates."""
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
     normal[:] = 0.0
@@ -102,7 +102,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """Complete the step; add its loss by D and S; `following` is used as work space."""
+    """Complete the step; add its loss by D and S, J; `following` is work space."""
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]

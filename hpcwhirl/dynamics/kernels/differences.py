@@ -298,7 +298,7 @@ def energy_of_ring(t, c, now, step):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of rotor and ring from completed states, J.
+    """Return (energy of the rotor, of the ring), J, from completed states.
 
     now : 0 or 1, which of the two increments is the present one
     """

@@ -111,7 +111,10 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 
 @kernel
 def bound_ring(s, c, bound, rows, k, counter, rate):
-    """Return the ring's part of A and a bound of its displacement, m; add to `rate`."""
+    """Return the ring's part of A, m/s^2, and a bound of its displacement, m.
+
+    rate : (2 k,), in and out: the ring's part of the gaps' rates, m/s, is added
+    """
     size = rows * k
     now, _ = places(counter, 2 * size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -170,8 +173,9 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
-    """Jump over the steps of `table`; set the spectrum out (2 k,); add loss to sums.
+    """Jump over the steps of `table`; add the damping loss to sums.
 
+    out : (2 k,), out: spectrum of the tips' part of the gaps at the jump's end, m
     table : items of a jump, (JUMP_ITEMS size,)
     now, then : 1 if the step number is odd, else 0: before, and after the jump
     """
@@ -264,7 +268,10 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
 
 @part
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
-    """Jump over `count` steps, or as many as `PASSES` jumps cover; return how many."""
+    """Jump over `count` steps, or as many as `PASSES` jumps cover; return how many.
+
+    out_b, out_c : (2 k,), out: spectra of rotor and ring at the end, m
+    """
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
     counter, left = state.counter, count
     for _ in range(PASSES):

@@ -65,7 +65,7 @@ def lose_rotor(c, at, q, d, loss):
 
 @inlined
 def lose_ring(c, at, y, d, loss):
-    """Return `loss` plus the damping loss of a step of four modes; y, d : re and im."""
+    """Do `lose_rotor` for four modes of the ring; y, d : re and im."""
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
     part = fma(d[0], y[0], d[1] * y[1])
@@ -123,7 +123,7 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Add a column's normal forces times `passing` to the ring's fourth sum."""
+    """Add a column's normal forces times `passing`, W, to the ring's fourth sum."""
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 
@@ -238,7 +238,7 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @inlined
 def waiting(counter):
-    """Return whether a step is pending, and whether it has contact."""
+    """Return (whether a step is pending, whether a pending step has contact)."""
     ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
     return ended, touched and ended
 
@@ -291,7 +291,10 @@ def settle_ring(s, t, c, lam, counter, sums):
 
 @rare
 def energy_of(s, c, place, increment, size):
-    """Return the energy of modes, J; place, increment : indices in s of q and d."""
+    """Return the energy of `size` modes, J.
+
+    place, increment : first indices in s of the amplitudes q and of their d
+    """
     total = 0.0
     for m in range(size):
         q, d = s[place + m], s[increment + m]
@@ -311,7 +314,7 @@ def energy_of_ring(t, c, now):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of rotor and ring from completed states at n, J.
+    """Return (energy of the rotor, of the ring), J, at step n, from completed states.
 
     now : 0 or 1, which of the two increments in the state is the present d
     """

@@ -171,7 +171,7 @@ def to_modes(push, where, active, radial, tangential, lam):
 
 @kernel
 def settle_general(c_b, c_c, state, copies):
-    """Set copies (s_b, s_c, sums_b, sums_c) to the state with its step completed."""
+    """Set copies (s_b, s_c, sums_b, sums_c) to the state, pending step completed."""
     t_b, t_c, end_b, end_c = copies
     copy_to(end_b, state.sums_b)
     copy_to(end_c, state.sums_c)
@@ -234,7 +234,7 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 
 @rare
 def write_tips(rotor, q, whole, tips):
-    """Set the last row of tips (N + 1, 2) to x_o, y_o; if `whole`, the others, too."""
+    """Set the last row of tips (N + 1, 2), m, to x_o, y_o; if `whole`, all rows."""
     blades, modes = len(tips) - 1, len(q)
     for axis in range(2):
         tips[blades, axis] = tip_of(rotor.hub, axis, q, modes)

@@ -52,7 +52,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Set `ahead` and `following` of each mode without forces."""
+    """Set `ahead` and `following` of each mode for a step without forces."""
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -73,13 +73,13 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Set out to the radial coordinates, as sums over the modes."""
+    """Set out (r,), m, to the radial coordinates, as sums over the modes."""
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Set tips, and the centre's coordinates, as sums over the modes."""
+    """Set tips (N + 1, 2), m, the last row x_o, y_o; tangential by sums over modes."""
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -92,7 +92,7 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` to the modal forces of the multipliers."""
+    """Set `normal` and `drag` (m,) to the modal forces of the multipliers."""
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
 
@@ -112,7 +112,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct each mode by the contact forces; enter their work."""
+    """Correct `ahead` of each mode by the contact forces; enter their work."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):

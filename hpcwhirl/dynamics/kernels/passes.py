@@ -135,7 +135,7 @@ def ahead_rotor(c, at, q, d):
 
 @inlined
 def ahead_ring(c, at, y, d):
-    """Return (y', d') of four modes after a step without forces, re and im each."""
+    """Return ((re, im) of y', (re, im) of d') of four modes after a free step."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     keep, pull = load(c, at + KEEP * FOUR), load(c, at + PULL * FOUR)
     pr, pi = turn(er, ei, d[0], d[1])
@@ -214,7 +214,7 @@ def book_ring(sums, k, col, push, works):
 
 @inlined
 def load_both(a, size, m):
-    """Return four complex values: re at a[m : m + 4], im `size` further on."""
+    """Return (re, im) of four complex values: a[m : m + 4], and `size` further on."""
     return load(a, m), load(a, size + m)
 
 
@@ -308,7 +308,7 @@ def total_of(four):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return the sum of |re| + |im| of a spectrum, a bound of its value at a blade."""
+    """Return the sum of |re| + |im| of a spectrum (width,): bounds it at any blade."""
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -318,7 +318,10 @@ def one_norm(spectrum, width):
 
 @inlined
 def at_four(spectrum, wave, gap, k, wide, j):
-    """Return the even and the odd part of gaps at blades j .. j + 3, see `to_gaps`."""
+    """Return (even, odd), m, the parts of gaps by cos and by sin at blades j .. j + 3.
+
+    The gaps of these blades are even - odd, those of blades N - j even + odd.
+    """
     even, odd = broadcast(gap), broadcast(0.0)
     for c in range(k):
         even = fma(broadcast(spectrum[c]), load(wave, c * wide + j), even)
@@ -328,7 +331,7 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Do `at_four` for j, j + 4 and j + 8; six sums at once hide the latency."""
+    """Return `at_four` for j, j + 4 and j + 8; six sums at once hide the latency."""
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):

@@ -126,7 +126,7 @@ def open_tips(push, where, active, opening, tips):
 
 @rare
 def farthest_point(limit, q, rotor, points):
-    """Return the largest displacement (radial, tangential) of any point, m.
+    """Return the largest magnitude of a point's displacement (radial, tangential), m.
 
     If a bound for all points is below `NEAR` times the limit, the bound is returned.
     """
@@ -164,7 +164,7 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
 
 @rare
 def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
-    """Write a sample of the state.
+    """Write a sample of the state; keep, judge : as in `contact.write_sample`.
 
     At a row of evidence with contact, the gaps found with W are compared with gaps
     computed from the amplitudes.

@@ -38,7 +38,7 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Do `add_six` for two vectors, 8 columns."""
+    """Return `two` vectors plus the sum of `add_six`, for 8 columns."""
     a, b = two
     for s in range(size):
         factor, at = broadcast(get(factors, s)), get(which, s) * stride + v

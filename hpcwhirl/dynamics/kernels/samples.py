@@ -187,7 +187,7 @@ def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
 
 
 def aside_space(state: CyclicState) -> CyclicState:
-    """Return a state with copies of what a jump changes: bodies, sums and counter."""
+    """Return a state with copies of the arrays `ASIDE`, which a jump changes."""
     own = {name: getattr(state, name).copy() for name in ASIDE}
     return state._replace(**own)
 

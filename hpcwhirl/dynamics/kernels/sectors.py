@@ -48,7 +48,7 @@ def slots_of(rows):
 
 @inlined
 def times(rows, at, k, re, im, total):
-    """Return total + four complex entries of rows, from `at` on, times re + i im."""
+    """Return total + r (re + i im), with r four complex entries of rows at `at`."""
     a, b = load(rows, at), load(rows, at + k)
     real, imag = fma(a, re, total[0]), fma(a, im, total[1])
     return fnma(b, im, real), fma(b, re, imag)
@@ -222,7 +222,7 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return the values at blades 4 g .. 4 g + 3 of the spectrum at `at`."""
+    """Return the values at blades 4 g .. 4 g + 3 of the spectrum in spectra at `at`."""
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
     for c in range(0, 2 * k, FOUR):
@@ -236,7 +236,7 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at a blade of the spectrum at `at`."""
+    """Return the value at a blade of the spectrum in `spectra` from `at` on."""
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
         even = fma(load(turns, row + c), load(spectra, at + c), even)
@@ -338,7 +338,10 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return the row of a table that begins at `at`, times multipliers and pulse."""
+    """Return the product, m, of a table's row, which begins at `at`, and all forces.
+
+    spare : its last two entries after `points` are cos and sin forces of the pulse
+    """
     total = table[at + points] * spare[modes + points]
     total += table[at + points + 1] * spare[modes + points + 1]
     for i in range(active):
@@ -410,7 +413,7 @@ def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, befor
 
 @inlined
 def add_wave(q, half, m, change):
-    """Add four complex numbers to amplitudes m .. m + 3."""
+    """Add change (re, im), four complex numbers, to the amplitudes m .. m + 3 in q."""
     store(q, m, load(q, m) + change[0])
     store(q, half + m, load(q, half + m) + change[1])
 

@@ -75,7 +75,7 @@ def carried_by_shape(push, where, active, blades, wall, speed, time, step):
 
 @part
 def write_shape(wall, time, speed, spectrum):
-    """Add the shape at `time` to the spectrum (2 k,) of the gaps."""
+    """Add the shape at `time`, m, to the spectrum (2 k,) of the gaps."""
     turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
     for r in range(len(wall.orders)):
         angle = wall.orders[r] * turned

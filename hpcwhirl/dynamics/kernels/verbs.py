@@ -85,7 +85,10 @@ def read(body, values, out):
 
 
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2): `radial` of `read`, and tangential; then x_o, y_o."""
+    """Set tips (N + 1, 2), m, to radial and tangential displacements; last x_o, y_o.
+
+    radial : result of `read`
+    """
     raise NotImplementedError
 
 
@@ -111,7 +114,10 @@ def meet(body, motion, mu, ledger):
 
 
 def accept(body, motion, step):
-    """Complete the step; add its damping loss, (d' + d)^T D (d' + d) / (4 dt), J."""
+    """Set q and d to those after the step; add the damping loss to `loss`.
+
+    The loss is (d' + d)^T D (d' + d) / (4 dt), J.
+    """
     raise NotImplementedError
 
 

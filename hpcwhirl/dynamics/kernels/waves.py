@@ -128,7 +128,7 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add a column's works to sums; return the drag's factors, see `passes.slip_of`.
+    """Add a column's works to sums; return (re, im) of the drag, see `passes.slip_of`.
 
     For central differences, also complete the spectrum of the pending step.
     """
@@ -158,7 +158,7 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return the first indices of the spectra: pending step, two before, next step."""
+    """Return where spectra begin in the state: pending step, two before, next step."""
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -319,7 +319,7 @@ def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
 
 @inlined
 def radial_of(rotor, q, rows, k, out):
-    """Set out (2 k,) to the spectrum of the gaps due to the amplitudes q."""
+    """Set out (2 k,), m, to the spectrum of the gaps due to the amplitudes q."""
     c, items = rotor.items, len(rotor.items) // (rows * k)
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)

@@ -158,7 +158,7 @@ def tip_by_waves(rows, blade, q, modes):
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set all entries of a blade in the folded array `values` (2 wide,)."""
+    """Set all entries of a blade in the folded array `values` (2 wide,) to `value`."""
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
         values[wide + blade] = value
