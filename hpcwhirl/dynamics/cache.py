@@ -8,7 +8,7 @@ from hpcwhirl.dynamics import kernels
 
 
 def cache_facts() -> dict[str, Any]:
-    """Return path, writability and number of kernels of numba's cache directory."""
+    """Return {name: value}: path, writability, number of kernels of numba's cache."""
     folder = kernels.WANTED
     compiled = sum(1 for _ in folder.rglob("*.nbc")) if folder.is_dir() else 0
     return {

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return the casing's harmonics (n, H + 1, 2), m, from rows of its amplitudes."""
+    """Return the casing's harmonics (n, H + 1, 2), m, from modal amplitudes (n, m)."""
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)

@@ -107,7 +107,7 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, wall, arrays and `state`, unless None, to this step's interval."""
+        """Set speed, wall, arrays to this interval; adapt `state` unless it is None."""
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
         self.wall = wall_of(self.lean.model, scene, released=free)
@@ -342,7 +342,7 @@ class March:
         self.seconds += time.perf_counter() - start
 
     def _through_samples(self, goal: int) -> None:
-        """March to step `goal`; at each sample, keep the stress if it is asked for."""
+        """March to step `goal`; at each sample, store the stress if the run has any."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
             self._march_to(self._next_read(goal))
             if self.stresses.size and self.steps % self.stride == 0:

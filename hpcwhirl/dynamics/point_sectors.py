@@ -164,7 +164,7 @@ class Sectors:
 
 @lru_cache(maxsize=MOST_KEPT)
 def nearly_equal(model: Model) -> Sectors | None:
-    """Return the waves of a rotor of sectors that may be made equal, or None."""
+    """Return the `Sectors` of a rotor whose sectors are nearly equal; else None."""
     found = travelling(model, EQUAL)
     if not found:
         return None

@@ -62,7 +62,7 @@ class SideBySide:
 
     @property
     def seconds(self) -> float:
-        """Time that both marches took, s."""
+        """Wall time of the two marches together, s."""
         return self.one.seconds + self.other.seconds
 
     @property

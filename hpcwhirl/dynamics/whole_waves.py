@@ -264,7 +264,7 @@ def _condition(parts: list[_Part], scale: float) -> float:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return radial and tangential motion of tips by modes, (N, m), both negative."""
+    """Return radial and tangential displacement of tips, negative, by modes, (N, m)."""
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 
