@@ -190,7 +190,7 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write samples of the traces to the tracks.
+        """Write samples of the traces to the tracks; z : (samples, modes), z^n of each.
 
         steps : (samples,), numbers of steps after the start
         """

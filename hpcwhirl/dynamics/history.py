@@ -153,8 +153,8 @@ def between(history: History, start: float, end: float) -> History:
     """Return the part of a history from `start` to `end`, s; `start` becomes time 0.
 
     Samples of the traces and the ledger stay those of the whole run. If contact occurs
-    after `end`, the last contact before it is found from the work fed, to a row of
-    evidence.
+    after `end`, the last contact before it is found from the work fed, with the
+    resolution of the rows of evidence.
     """
     judged = history.judged
     rows = (judged.time > start) & (judged.time <= end)

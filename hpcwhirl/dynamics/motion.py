@@ -274,7 +274,7 @@ def _back_elements(x: Floats, angle: float) -> Floats:
 
 
 def check_continuable(model: Model, scene: Scene) -> None:
-    """Raise InputError unless casing, layer and supports are the same at all angles.
+    """Raise InputError unless casing and supports are the same at all angles.
 
     A motion that begins at another angle is rotated to the angle 0 of the new march.
     """

@@ -83,7 +83,7 @@ class Diameter:
 
     @property
     def condition(self) -> float:
-        """Condition number of the waves as a basis of x and d or x', scaled."""
+        """Condition number of the waves as a basis of x and of (d or x') / `scale`."""
         basis = np.vstack([self.shapes, self.rises / self.scale])
         return float(np.linalg.cond(basis))
 

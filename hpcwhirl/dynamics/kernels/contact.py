@@ -24,11 +24,12 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # m, bound of all later displacements; see `opening`
+CERTIFICATE, MISS = 5, 6  # m, bound of later displacements; relative, see `opening`
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
 ENTRIES = 9
-# terms of `Tracks.closed`: energy, damping, pulse, impact, friction, rotation, wear
+# number of terms of `Tracks.closed`, J: energy, damping, pulse, impact, friction,
+# rotation, wear
 CLOSED = 7
 # counter slots: steps taken, touchdowns, last step with contact, samples written,
 # reason to stop, steps with contact
@@ -115,7 +116,7 @@ def read_ring(radial, index, shape, j):
 
 @inlined
 def gap_at(wall, time):
-    """Return the gap at a time, m."""
+    """Return the gap at a time, m, without shape; it may open at a constant rate."""
     return wall.gap + wall.opening * (time - wall.since)
 
 
@@ -284,7 +285,7 @@ def write_sample(
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), coordinates of the casing, which depend on the scheme
-    energies : (2,), J, of rotor and casing
+    energies, lost : (2,), J, of rotor and casing; J, taken by damping so far
     keep, judge : whether a sample of the traces is due; whether a row of evidence is
     """
     energy = energies[0] + energies[1]

@@ -175,7 +175,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
     """Jump over the steps of `table`; add the damping loss to sums.
 
-    out : (2 k,), out: spectrum of the tips' part of the gaps at the jump's end, m
+    out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
     table : items of a jump, (JUMP_ITEMS size,)
     now, then : 1 if the step number is odd, else 0: before, and after the jump
     """

@@ -56,7 +56,7 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse: amplitude, N; duration, s; modal forces (nc,) on the casing of 1 N."""
+    """A pulse: amplitude, N; duration, s; modal forces (nc,) of 1 N on the casing."""
 
     force: float
     pulse: float

@@ -231,7 +231,7 @@ def leave(layer, worn, last, ledger, own):
 def turn(work, worn, rod, ledger):
     """Add the rotation's work on a rod, J, to worn[CUT] and to the ledger.
 
-    Its entries ROTATION and IMPACT both have this work.
+    The ledger's entries ROTATION and IMPACT both contain this work.
     """
     worn[CUT, rod] += work
     ledger[IMPACT] += work
@@ -250,7 +250,7 @@ def work_to_push(layer, depth, way):
 
 @rare
 def keep_depth(worn, sample, track):
-    """Write the depths of the rods to a sample of `track` (samples, M), if kept."""
+    """Write the worn depth of all rods, m, to track[sample]; track may have no rows."""
     if sample < len(track):
         for rod in range(worn.shape[1]):
             track[sample, rod] = worn[DEPTH, rod]

@@ -135,7 +135,7 @@ def settle(gaps, lam, opened, space):
 
 @rare
 def widen(gaps, opened, chosen, size, largest):
-    """Add the blades that still penetrate to chosen[:size]; return the new number.
+    """Append blades that still penetrate to chosen[:size]; return the new length.
 
     Return -1 if one of the blades already chosen still penetrates.
     """

@@ -340,7 +340,7 @@ def gap_before(rows, p, blade, k, q):
 def by_forces(table, at, push, where, active, spare, modes, points):
     """Return the product, m, of a table's row, which begins at `at`, and all forces.
 
-    spare : its last two entries after `points` are cos and sin forces of the pulse
+    spare : from entry modes + points on, the cos and sin forces of the pulse
     """
     total = table[at + points] * spare[modes + points]
     total += table[at + points + 1] * spare[modes + points + 1]
