@@ -483,7 +483,7 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, i
 def ring_column(model: Model, scene: Scene) -> Floats:
     """Return the ring's part of the column of W for blade 0, (N,), m/N.
 
-    Its entry (i - j) mod N is that of W at i, j.
+    Its entry (i - j) mod N is the ring's part of W[i, j].
     """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(model.blades)

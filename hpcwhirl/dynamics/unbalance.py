@@ -69,7 +69,7 @@ def swings(scene: Scene) -> tuple[float, float]:
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return the amplitudes and increments at step 0 of the `count` modes for x_s."""
+    """Return (amplitudes, increments) at step 0 of the `count` modes that give x_s."""
     pull, sine = swings(scene)
     q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
     return q[:count], d[:count]

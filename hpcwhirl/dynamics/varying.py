@@ -71,7 +71,7 @@ class DrivenRotor:
     ----------
     order, starts : results of `by_diameter`
     shapes : (n, m), shapes of the modes in this order
-    alike : (r,), the modes that f_0 moves, block by block
+    alike : (r,), indices of the modes that f_0 moves, block by block
     begun : (a + 1,), index in `alike` of the first mode of each block, and r
     force : (m,), f_0 in the present interval
     """

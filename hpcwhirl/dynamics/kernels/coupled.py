@@ -97,7 +97,10 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, CoupledBody)
 def accept(body, motion, step):
-    """Complete the step; its loss: (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2."""
+    """Complete the step; add its loss to `loss`, J.
+
+    The loss is (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2.
+    """
     q, d, lost, ahead, _, _, _ = motion
     for m in range(len(q)):
         d[m] += ahead[m]

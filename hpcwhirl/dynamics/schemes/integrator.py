@@ -246,7 +246,7 @@ def motions_in_slots(
 def releaser(
     model: Model, ring: RingPlaces
 ) -> Callable[[CyclicState, Floats, int], None]:
-    """Return `Integrator.release`: it adds a displacement to a ring's amplitudes."""
+    """Return `Integrator.release`, which adds a displacement to a ring's amplitudes."""
 
     def release(state: CyclicState, places: Floats, steps: int) -> None:
         body = model.casing
