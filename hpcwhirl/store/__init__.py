@@ -53,13 +53,14 @@ only the permissions of the file system prevent that.
 `case`; every variable has a unit and a long name (`scene.quantities`). Words are
 integers with `flag_values` and `flag_meanings` (`scene.words`); a reader uses those of
 the file, so that files of versions with other words are read correctly. Swept inputs
-have their own name or that of their table in front (`casing_thickness`). Version,
-scene, command, preset and its accuracy loss, hosts and libraries are attributes. Traces
-are over (`case`, `time`, ...). The group `twins` holds the rows of each case's twins,
-from which `classify` determines their words and shares again. The group `performance`
-holds computing time, rank and host of each case and, over `worker`, how each rank used
-its time (`busy_fraction`, `worker_*`). Everything outside this group is equal bit for
-bit for any number of ranks and after any kill and resume.
+are variables named by `scene.quantities.variable_name`, such as `casing_thickness`.
+Version, scene, command, preset and its accuracy loss, hosts and libraries are
+attributes. Traces have the dimensions (`case`, `time`, ...). The group `twins` holds
+the rows of each case's twins, from which `classify` determines their words and shares
+again. The group `performance` holds computing time, rank and host of each case and,
+over `worker`, how each rank used its time (`busy_fraction`, `worker_*`). Everything
+outside this group is equal bit for bit for any number of ranks and after any kill and
+resume.
 
 The serial and the MPI-IO writer share their code and differ in how they open the file.
 Gathering keeps 24 to 48 bytes for each case and 32 MB of traces (those of at least one
@@ -71,5 +72,5 @@ for ever if the write of one rank fails. Compressed traces through MPI-IO need H
 
 `engine_file` reads an engine's HDF5 file, `sparse_file` the matrices of finite elements
 that `import-model` turns into one, `wheel_file` the description of their unknowns. They
-handle arrays, not mechanics.
+read and check arrays; mechanics is in other packages.
 """

@@ -23,7 +23,7 @@ NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW | os.O_CLOEXEC
 Check = Callable[[], None]
 Say = Callable[[str], None]  # prints one line
 YOUNG = 2.0  # s, age from which a file being written is certain to be locked
-LONGEST = 200  # bytes of a file's name that its temporary name repeats
+LONGEST = 200  # largest number of bytes of a file's name in its temporary name
 # Pattern of temporary names, including those of older versions.
 PART = re.compile(r".*\.[0-9a-f]{32}\.part|results\.h5\.part(-\d+)?", re.DOTALL)
 
@@ -46,7 +46,7 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Raise nothing: default of `check`, by which any process may publish a file."""
+    """Do nothing: the default of `check`, with which any process may publish."""
 
 
 def keep_names(folder: Path) -> None:
@@ -120,7 +120,7 @@ def replacing(
     try:
         with part.open("rb") if held else nullcontext() as file:
             if file is not None:
-                with suppress(OSError):  # a file system without locks: never swept
+                with suppress(OSError):  # no locks here: `sweep_idle` leaves it
                     fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
             yield part
             publish(part, path, check)

@@ -1,4 +1,4 @@
-"""Optional variables of results: of blades, chaos, changing speed, wear and tuning."""
+"""Optional variables of results: which ones a plan asks for; `amplification`."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
 LAW = "engine.casing.contact_law"
-MODEL = ("modes", "time_step", "scheme")  # equal where models differ by mistuning only
+# Entries of a row that mistuning leaves unchanged.
+MODEL = ("modes", "time_step", "scheme")
 LOOKED_AT = {"blades", "full"}
 
 
 def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: `Quantity`} of blades in a plan's results, {} for none."""
+    """Return {variable: `Quantity`} of single blades in a plan's results, or {}."""
     if not details_of(plan) & LOOKED_AT:
         return {}
     return BLADES | (TUNED if tuned_cases(plan) else {})
@@ -82,10 +83,10 @@ def _others(row: Mapping[str, Any]) -> str:
 
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
-    """Return {"amplification": amplitude of a case over that of its tuned case}.
+    """Return {"amplification": blade amplitude of a case over that of its tuned case}.
 
-    {} if either has no amplitude or exceeded the amplitude limit, if the tuned case is
-    at rest, or if their `MODEL` differs, which `truncation` may cause.
+    {} if either case has no blade amplitude or reached the amplitude limit, if the
+    tuned case is at rest, or if their entries `MODEL` differ, as by `truncation`.
 
     Parameters
     ----------

@@ -40,7 +40,10 @@ class CaseIndex:
         return self._case_of.get(name, -1)
 
     def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
-        """Return the cases of m digests of 32 bytes, (m,), -1 for none."""
+        """Return the cases of m digests of 32 bytes, (m,), -1 for none.
+
+        hints : (m,), number of the case to try first for each digest
+        """
         if isinstance(self.digests, CaseDigests):
             return self.digests.find_all(words, hints)
         names = [bytes(word).hex() for word in words]
@@ -52,7 +55,8 @@ class CaseIndex:
 
         The record of a twin belongs to the case that is perturbed.
 
-        If the journal's case numbers refer to this plan, digests are not compared.
+        If the journal's case numbers refer to this plan, these are returned, and no
+        digests are compared.
         """
         case, plan = rows.numbers("case", -1), rows.header.plan
         if isinstance(self.digests, CaseDigests) and plan == self.digests.identity:

@@ -91,8 +91,8 @@ class Ended:
         ended, and whether it gave a result; in a refined plan, of the coarse cases
     seconds, marched : (cases,), computing time, s, and integrated steps, see
         `columns.marched`; NaN for cases without a result
-    told : {digest: completion}; for a plain plan (`is_plain`), only of the digests
-        `asked` of `ended_in`
+    told : {digest: completion}; for a plain plan (`is_plain`), only for the digests
+        that were passed to `ended_in` as `asked`
     places : {key of a record: completion}; empty for a plain plan
     taken : {digest: computing time, s} of cases at their planned duration
     """

@@ -33,7 +33,7 @@ MEASURE = "measure"  # an entry of `base`: {a user's own variable: [unit, meanin
 FINGERPRINT = "measure's code"  # an entry of `base`: fingerprint of the function
 SAMPLE = "sample"  # an entry of `base`: {method, seed, inputs} of drawn inputs
 PHYSICS = "physics version"  # an entry of `base`: version of the equations
-BEYOND = (MEASURE, SAMPLE)  # entries that a later call must not lack
+BEYOND = (MEASURE, SAMPLE)  # entries that a continued campaign must still have
 SEALED = b'{\n "seal": "%b",\n'
 SEAL = re.compile(rb'\{\n "seal": "([0-9a-f]{64})",\n')
 REMEDY = (
@@ -242,7 +242,7 @@ def _changed_file(old: Manifest, new: Manifest) -> str:
 
 
 def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
-    """Return the distinct values of an input in a plan; [] if it is among `swept`."""
+    """Return an input's distinct values in a plan; [] for an input in `swept`."""
     if name in swept:
         return []
     if name not in plan.swept:

@@ -214,7 +214,7 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
     Parameters
     ----------
     path, header : file of the journal, and its header
-    data : bytes, maybe beginning with a slot
+    data : some bytes of the journal, which need not begin with a slot
     last : whether these are the last bytes of the journal
     """
     layout = header.layout

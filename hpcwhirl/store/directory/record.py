@@ -254,7 +254,7 @@ def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
 
 
 def _reader(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts what a field stores back; see `_writer`."""
+    """Return the function that converts a stored value back; see `_writer`."""
     if kind == "word":
         return words.__getitem__
     known: dict[str, Callable[[Any], Any]] = {

@@ -9,8 +9,8 @@ The group `rotor`, as `hpcwhirl export-model` writes it; N is `engine.rotor.blad
 
 mass, stiffness             (n, n), kg and N/m: symmetric; M positive definite, K
                             positive semidefinite
-damping                     (n, n), N s/m, if any: modal (Phi^T D Phi diagonal to 1e-6),
-                            gives xi mode by mode
+damping                     (n, n), N s/m, if any: modal (Phi^T D Phi diagonal to 1e-6);
+                            the ratio xi of each mode follows from it
 tip_radial, tip_tangential  (N,), from 0: coordinates of the tips, blade j at 2 pi j /
                             N; (N, n_c) of several contact points a tip
 centre                      (2,), from 0: coordinates x_o, y_o; empty or absent: clamped
@@ -23,8 +23,9 @@ centrifugal_load            (n,), kg m: N per unit Omega^2
 stress_stiffness, softening (n, n), kg: N/m per unit Omega^2, symmetric; the stiffness
                             at Omega is K + Omega^2 (stress_stiffness - softening);
                             softening is the mass matrix of motion in the plane
-speeds, stiffness_a,        or, instead of these two, the stiffness (n, n), N/m, at two
-stiffness_b                 speeds (2,), ascending, rad/s, softening included
+speeds, stiffness_a,        or, instead of stress_stiffness and softening, the stiffness
+stiffness_b                 (n, n), N/m, at two speeds (2,), ascending, rad/s, softening
+                            included
 centre_damping              (1,), N s/m, optional: of the shaft's support, static frame
 
 with several contact points a tip, see `reduction.points`,
@@ -35,7 +36,7 @@ tip_angle                   (n_c,), rad: angle of each beyond that of its blade,
                             radial and tangential are the directions there
 tip_gap                     (n_c,), m: clearance of each beyond the scene's gap, if any
 
-of the stress at P points of each blade, see `reduction.stress`, with matrices,
+the stress at P points of each blade, see `reduction.stress`, in a file with matrices,
 
 stress                      (N, P, c, n), Pa/m: c = 1 or 6 components (xx, yy, zz, yz,
                             zx, xy) of unit coordinates
@@ -252,7 +253,7 @@ def read_casing(file: str) -> Given:
 
 
 def _read(file: str, name: str, datasets: Kinds) -> Given:
-    """Return the arrays of a group, finite and of the right kind.
+    """Return the arrays of a group, finite, with the dimensions that `datasets` allow.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
     `scene.case_digest.MOST_BYTES`. Nothing is read from a larger file.
@@ -362,7 +363,10 @@ def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
 def _check_kind(
     given: Given, name: str, data: Any, kind: tuple[tuple[int, ...], bool]
 ) -> None:
-    """Check type, dimensions and size of a dataset before it is read."""
+    """Check type, dimensions and size of a dataset before it is read.
+
+    kind : numbers of dimensions that are allowed, and whether it must hold indices
+    """
     dimensions, indices = kind
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
     kinds = ("SO", "text") if name in TEXTS else kinds

@@ -32,7 +32,7 @@ Array = NDArray[Any]
 MOST_BYTES = 1 << 34  # largest size of a file
 MOST_UNKNOWNS = 10_000_000
 MOST_ENTRIES = 300_000_000  # 3.6 GB, and indices fit into 32 bits
-MEMORY = 3  # memory for making a matrix symmetric, in sizes of its arrays
+MEMORY = 3  # memory needed to make a matrix symmetric, over the size of its arrays
 MARKET_BYTES = 16  # in memory, of an entry of MatrixMarket: row, column, number
 SHORTEST = 2  # bytes of an entry as text, at least: a digit and a separator
 SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
@@ -116,7 +116,10 @@ def read_rows(path: Path, name: str, columns: int) -> sparse.csr_array:
 def _rectangle(
     path: Path, name: str, shape: tuple[int | None, int]
 ) -> sparse.csr_array:
-    """Return a matrix of a MatrixMarket file; shape : its size; rows None: any."""
+    """Return a finite real matrix from a MatrixMarket file, checked.
+
+    shape : rows and columns that it must have; rows None: any number
+    """
     from scipy.io import mminfo, mmread
 
     source = _Source(str(path), {})

@@ -278,9 +278,10 @@ def _kind_of(document: dict[str, Any], file: str) -> str:
 
 
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Return the terms of rotation: {"speeds": two speeds, if given}, {name: file}.
+    """Return ({"speeds": (2,), rad/s}, {name of a matrix or load: its file}).
 
-    The speeds are those of `stiffness_a` and `_b`. Both are empty if no term is given.
+    These describe the terms of rotation; the first is {} unless the table has `speeds`,
+    at which `stiffness_a` and `stiffness_b` hold, and both are {} without such terms.
     """
     if not any(name in table.data for name in TURNING):
         return {}, {}
@@ -387,9 +388,11 @@ def _stress(
 def _tips(
     table: _Table, size: int, blades: int, counts: tuple[int, int]
 ) -> tuple[Integers, Floats]:
-    """Return the DoF of the tips and angles of the axes of blades.
+    """Return the DoF of the tips, (c n_c, 2), and an angle for each blade, (c,), rad.
 
-    counts : blades, c; contact points per tip, n_c. The results: (c n_c, 2) and (c,)
+    The angle leads from the axes of a blade's DoF to its radial, tangential axes.
+
+    counts : number c of blades in the model, and n_c of contact points per tip
     """
     count, each = counts
     plane = "x" in table.data or "y" in table.data

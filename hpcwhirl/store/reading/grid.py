@@ -170,7 +170,7 @@ def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
 
 
 def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
-    """Return the swept inputs that do not follow from earlier ones."""
+    """Return the swept inputs that are not functions of earlier ones in the list."""
     varied = [n for n in swept if len(set(table[n].to_numpy().tolist())) > 1]
     cells = np.prod([float(len(set(table[n].to_numpy().tolist()))) for n in varied])
     if cells <= table.sizes["case"]:

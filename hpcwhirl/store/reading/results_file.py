@@ -28,7 +28,7 @@ from hpcwhirl.store.schema import FORMAT
 
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
-WHOLE = 1e-6  # round-off allowed in the time of the last sample, over the interval
+WHOLE = 1e-6  # tolerance of the end time, over the sampling interval
 BLOCK = 4_000_000  # bytes of traces read at once, but at least one case's
 
 
@@ -187,7 +187,7 @@ class Results:
         return self.plan.base | self.plan.settings[case]
 
     def value(self, case: int, name: str) -> Any:
-        """Return an input of a case by its name or its full dotted name."""
+        """Return the value of a case's input, given by its short or dotted name."""
         return self.settings(case)[full_name(name)]
 
     def scene(self, case: int) -> Scene:
@@ -200,7 +200,7 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return groups of finished cases that differ only in speed, each by speed."""
+        """Return the groups of finished cases that differ only in speed, by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -208,11 +208,11 @@ class Results:
         return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
 
     def like(self, case: int) -> list[int]:
-        """Return the finished cases that differ from a case only in speed, by speed."""
+        """Return the group of `slices` that contains a case, sorted by speed."""
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return the swept inputs of a case as text, without speed and history.
+        """Return a case's swept inputs as text; `speed` and `history` are left out.
 
         Parameters
         ----------

@@ -28,7 +28,7 @@ MOST_BYTES = 32 << 20  # most bytes of traces in a block, unless one case has mo
 MOST_CASES = 1024
 Array = NDArray[Any]
 Block = dict[str, Array]  # {path of the variable in the file: (cases, ...)}
-Parts = list[tuple[Array, Rows]]  # (indices into some cases, records of these)
+Parts = list[tuple[Array, Rows]]  # (indices of cases in the block, their records)
 MISSING = {"status": "missing", "message": "not computed yet"}  # without a record
 
 
@@ -100,7 +100,10 @@ def _swept(plan: Manifest, cases: range) -> Block:
 
 
 def _twins(contents: Contents, cases: range, own: Block) -> Block:
-    """Return the rows of twins, {`twins/NAME`: (cases, twins)}, and their shares."""
+    """Return the rows of twins, {`twins/NAME`: (cases, twins)}, and their shares.
+
+    own : columns of the cases themselves, with status, outcome and regime
+    """
     if not contents.twins:
         return {}
     parts = []
@@ -160,9 +163,9 @@ def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
 
 
 def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Block:
-    """Return the columns of a table of variables for `count` cases, as they are stored.
+    """Return {variable of `table`: values as stored, (count,)} of a block of cases.
 
-    of : prefix of their fields in the records, such as "row."; "" for none
+    of : prefix of these variables' fields in the records, such as "row."; "" for none
     """
     out: Block = {}
     for name, quantity in table.items():

@@ -60,7 +60,10 @@ class Drawn:
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Block of each `saltelli` draw, (cases,): A, B, then A with one input of B."""
+        """Block of each `saltelli` draw, (cases,).
+
+        0: A, 1: B, 2 + i: A with input i of B.
+        """
         return self.draw % (len(self.inputs) + 2)
 
     @property
@@ -74,7 +77,7 @@ class Drawn:
 def points_of(
     data: xarray.Dataset, drawn: Drawn
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Return each case's point of the sweep, (cases,), and coordinates over `point`."""
+    """Return the numbers of the sweep's points, and {swept input: values there}."""
     points, first = np.unique(drawn.point, return_index=True)
     swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
              for n in drawn.swept}  # fmt: skip
