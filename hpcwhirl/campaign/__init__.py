@@ -6,15 +6,15 @@ cost; the other modules run a campaign, and `session` calls them in order.
 The package is callable: `hpcwhirl.campaign("whirl.toml", "results")` calls the function
 `campaign`.
 
-Rank 0 sends cases to one rank at a time, and computes cases, too; a single process is
-rank 0 of one. The `planner` tells rank 0 which jobs are left. At first every worker is
-sent units of work; later it asks for more when it begins those that it has. The last
-units, one for each rank, go to workers that have none. The time of a case is predicted
-from finished cases with similar inputs. Predictions decide the order of cases, the time
-left and the number of units sent at once, never a result. An isolated case is computed
-by a new interpreter, never by a fork of a process that has initialized MPI. Every
-message is received (each worker waits for one HALT), since an unread message makes
-`srun --mpi=pmi2` hang in MPI_Finalize.
+Rank 0 hands out cases by messages to single ranks, and computes cases, too; a single
+process is rank 0 of one. The `planner` tells rank 0 which jobs are left. At first every
+worker is sent units of work; later it asks for more when it begins those that it has.
+The last units, one for each rank, go to workers that have none. The time of a case is
+predicted from finished cases with similar inputs. Predictions decide the order of
+cases, the time left and the number of units sent at once, never a result. An isolated
+case is computed by a new interpreter, never by a fork of a process that has initialized
+MPI. Every message is received (each worker waits for one HALT), since an unread message
+makes `srun --mpi=pmi2` hang in MPI_Finalize.
 
 A unit is a job: a case or one of its twins, with its planned duration or, if it is
 undecided and the campaign was extended, a longer one. Rank 0 receives the completion

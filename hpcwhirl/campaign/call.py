@@ -130,7 +130,7 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
 
 
 def _unlike(rank: int, first: Any, other: Any) -> str:
-    """Return the error text for different measures on rank 0 and on another rank."""
+    """Return the error text for user's functions that differ between two ranks."""
     what = "one of these ranks has no measure"
     if first and other:
         what = "their variables differ"

@@ -23,7 +23,8 @@ from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 
 FITS = "model, kernel or compiler"  # what a fingerprint identifies, for messages
-MOTIONS = f"motion by {CODE}"  # later cases depend on the round-off of that code
+# Fingerprint of a stored last motion, whose round-off depends on the code.
+MOTIONS = f"motion by {CODE}"
 
 
 def end_name(digest: str) -> str:

@@ -34,10 +34,10 @@ from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 USUAL = Thresholds()
-AFTER = 2.0  # durations of the pulse after which its states are taken
-ROWS = 2  # rows of evidence in a stride, a sixth of a period of the fastest line
+AFTER = 2.0  # time at which the two states are taken, over the pulse's duration
+ROWS = 2  # rows of evidence in a stride, 1/6 of the fastest line's period
 LOOKS = 3  # times `look` after which an undecided side counts as unknown
-LATER = 0.5  # fraction of the followed motion, up to its end, that gives the numbers
+LATER = 0.5  # last fraction of the followed motion, from which numbers are computed
 Tell = Callable[[str], None] | None
 CAN_TELL = ("damped", "sustained", "divergent")
 
@@ -113,7 +113,8 @@ class Edge:
         radius from the first to the second part of that half), `turning_rate`, rad/s
         (mean rate of the centre's polar angle), `whirl_ratio`, `line_frequency`, rad/s,
         `contact_share` (share of steps); from the whole motion `leaving_rate`, 1/s, at
-        which the two sides separate, and the counts `bisections`, `pieces`, `widened`
+        which the two sides separate, and the numbers of `bisections`, of `pieces`, and
+        of times that the pair of states was `widened` to contain the boundary again
     """
 
     time: Floats
@@ -187,8 +188,9 @@ class Continued:
     def word(self, moment: Moment) -> str:
         """Return the word of the motion that continues from a state.
 
-        It is the first word that is one of the two sides', else that of the longest
-        continuation. A run that reaches the amplitude limit is divergent.
+        The motion is continued in up to `LOOKS` parts of length `look`, until its word
+        is that of one of the two sides (`words`); otherwise the word at the end is
+        returned. A run that reaches the amplitude limit is divergent.
         """
         start, word = self._put(moment), ""
         self.judged += 1
@@ -273,7 +275,7 @@ def edge_between(
     ends : two states at the same step
     how : times and distances; `look` must be that of the motions
     told : name of the states in messages
-    tell, errors : as for `edge`
+    tell : as for `edge`, where the errors are listed
     """
     low, high = map(motions.word, ends)
     _check_words((low, high), told)

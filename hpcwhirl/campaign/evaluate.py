@@ -40,7 +40,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.results.measured import WHY_NOT
 
-MOST_TOLD = 5  # number of failures that a rank prints; all have rows
+MOST_TOLD = 5  # largest number of failures that a rank prints; each has a record
 
 
 @dataclass
@@ -130,10 +130,10 @@ class Evaluator:
         return end
 
     def costs_beside(self) -> tuple[float, float]:
-        """Return the overhead of a result beyond its kernel, s: median, first's extra.
+        """Return (median overhead of a result, additional overhead of the first), s.
 
-        The first result takes longer, since it builds models and tables that later
-        results share.
+        Overhead is time outside the kernel. The first result takes longer, since it
+        builds models and tables that later results share.
         """
         if not self.beside:
             return 0.0, 0.0

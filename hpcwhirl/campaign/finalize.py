@@ -169,7 +169,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return {"preset": name, ...: loss} if all cases have one preset, else {}."""
+    """Return {"preset": name, "preset_loses": loss} if all cases have one, else {}."""
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}

@@ -22,7 +22,7 @@ class JobQueue(WorkQueue):
     ----------
     planner : takes completions and returns the jobs that follow
     jobs : jobs that are left
-    code : numbers by which jobs are sent to ranks
+    code : numbering of the jobs, by which they are sent to ranks
     costs : predicted costs of the planner's rows
     ranks : number of ranks that share the work
     order : order in which jobs are handed out; its `last` holds case numbers

@@ -38,7 +38,7 @@ from hpcwhirl.store.results.measured import VALUES, WHY_NOT, one_case
 if TYPE_CHECKING:
     import xarray
 
-LONGEST = 240  # largest number of bytes of a reason
+LONGEST = 240  # largest number of bytes of `measure_message`
 ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "meaning")}'
 
 

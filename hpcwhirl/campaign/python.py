@@ -50,7 +50,7 @@ def campaign(
         not compared: installed packages, and modules that your own modules import
     variables : {name: unit} or {name: (unit, meaning)} of all that `measure` returns;
         they cannot change in an existing directory
-    version : version of the measure, such as "2", which is compared instead of its
+    version : version of `measure`, such as "2", which is compared instead of its
         source and values; needed if these cannot be determined
     comm : an MPI communicator; None: all ranks that were started, or this process
     options : options of the command: `retry`, `walltime`, `case_limit`, `max_fails`,

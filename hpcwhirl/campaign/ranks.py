@@ -50,8 +50,8 @@ class Tally:
 
     Attributes
     ----------
-    busy : time spent on computing and writing cases, s; on rank 0 without serving
-        others
+    busy : time spent on computing and writing cases, s; on rank 0 without the time for
+        answering workers
     span : time from the first units sent until all ranks have ended, s
     cases : number of computations finished here, including twins and later stages
     seconds : time of the last computation, s

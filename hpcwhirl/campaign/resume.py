@@ -49,7 +49,8 @@ def prepare(
     ----------
     design, directory : the campaign
     extend : end time to which undecided cases are extended, s; None: as before
-    mends : whether the user's function may differ, to compute cases without its numbers
+    mends : whether another user's function than before is accepted, since only cases
+        without its numbers will be computed
     check : raises if another process has taken over the directory; see
         `store.directory.owner.Claim.check`
 

@@ -189,7 +189,10 @@ class Course:
 
     @one_thread()
     def set_out(self, steps: int, total: int) -> None:
-        """Select the march to which a saved state belongs, by its steps and total."""
+        """Select the march to which a saved state belongs.
+
+        steps, total : step of the state, and number of steps of its march
+        """
         marches = [self._march(number) for number in range(len(self.ends))]
         same = [n for n, march in enumerate(marches) if march.total == total]
         longer = [n for n, march in enumerate(marches) if march.last_row >= steps]
@@ -288,7 +291,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return remarks on a case: on its outcome, on motion beyond its film's clearance.
+    """Return remarks on a case: its outcome, motion beyond a squeeze film's clearance.
 
     Parameters
     ----------

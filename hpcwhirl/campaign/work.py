@@ -115,7 +115,7 @@ def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool
     """Return whether the case of a record is to be computed again.
 
     retry : statuses to compute again; cases with damaged traces, or for which the
-        measure returned no numbers, are computed again, too
+        user's function returned no numbers, are computed again, too
     """
     status = str(record["status"])
     damaged = status == "ok" and not journals.is_whole(record)

@@ -14,10 +14,10 @@ from hpcwhirl.campaign.plan.cost import Costs
 
 SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
 EVERY = 8  # sorted again when the times newly known number 1/EVERY of the units left
-SHORTEST = 0.05  # s, least work in an answer to a worker
-A_RANK = 1e-3  # s per rank, the same: 20 times the time that rank 0 takes to answer
+SHORTEST = 0.05  # s, predicted time up to which units are added to an answer
+A_RANK = 1e-3  # s per rank, the same if it is longer: 20 times rank 0's time to answer
 MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
-LEAST_A_RANK = 1e-4  # s per rank, least work even beyond `FAIR`: twice an answer's time
+LEAST_A_RANK = 1e-4  # s per rank, likewise, even beyond `FAIR`: twice an answer's time
 FASTEST = 1e-4  # s, least predicted time of a unit
 FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949

@@ -222,8 +222,8 @@ def _nominal_range(
 ) -> tuple[float, float]:
     """Return nominal times, s, of the cases left: never in contact, always in contact.
 
-    step, left : result of `time_steps`; cases left, and simulated time left of each
-        over its end time
+    step : result of `time_steps`
+    left : numbers of the cases left; simulated time left of each, over its end time
     """
     cases, spans = left
     low, high = (
@@ -367,7 +367,7 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of a sample} of cases whose traces may be the largest."""
+    """Return {trace: shape of a sample} for each case of `_widest`, by a short run."""
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)
@@ -382,7 +382,7 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return the cases with most blades, harmonics or rods, per detail of traces."""
+    """Return, per value of `output.traces`, cases with most blades, harmonics, rods."""
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

@@ -15,7 +15,7 @@ from hpcwhirl.refinement.growth import Address
 from hpcwhirl.refinement.words import Word
 from hpcwhirl.store.directory.completions import Ended
 
-MOST = 200_000  # largest number of cases simulated for an estimate
+MOST = 200_000  # largest number of cases to which an estimate assigns a regime
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,10 @@ class Beyond:
 
     Attributes
     ----------
-    ended : number of cases that have ended
-    count : expected number of cases that are left
+    ended : number of refined cases that have ended
+    count : expected number of refined cases that are left
     guessed : part of `count` that known regimes do not require yet
-    most : number of cases left if every cell is split
+    most : number of refined cases left if every cell is split
     steps, seconds : steps, and kernel time on one core, s, of `count` cases
     most_seconds : kernel time of `most` cases, s
     """
@@ -148,7 +148,7 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
 
 
 def _place(design: Design, address: Address) -> NDArray[np.float64]:
-    """Return the coordinates of a case, 0 to 1 along each refined input and panels."""
+    """Return a case's refined inputs and its panel's number, each scaled to 0 .. 1."""
     family = design.family
     both = zip(family.lattice.sides, address.point, strict=True)
     along = [side.position(x) / len(side.depths) for side, x in both]

@@ -31,7 +31,7 @@ from hpcwhirl.store.models.engine_file import points_named
 Floats = NDArray[np.float64]
 NEAREST = 4  # number of finished cases from which a prediction is taken
 MOST_KNOWN = 4096  # largest number of finished cases considered
-APART = 10.0  # distance of two words, where the whole range of a number is 1
+APART = 10.0  # distance of different words; the whole range of a number is 1
 CLOSE = 1e-4  # squared distance below which neighbours have equal weight
 AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
 MOST_MODELS = 512  # largest number of models built to get their time step
