@@ -12,7 +12,7 @@ Parts of a planner:
   completions: `Grid`, all cases known beforehand (grids, zips, lists, samples);
   `Chains`, branches, each case of which follows another one; `Refined`, cases that
   follow from words; `Folds`, branches with further cases where the word changes.
-  Another kind of design is another class there.
+  Another kind of design needs another class in `kinds`.
 - stages: an extended campaign (`--extend undecided --to S`) has a stage for each end
   time, for cases whose regime is still open. The record of each stage has a digest of
   its own; a decided case has no further stage.

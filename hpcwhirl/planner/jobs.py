@@ -52,7 +52,7 @@ class Completion(NamedTuple):
 
     @property
     def word(self) -> str:
-        """The regime that is compared with neighbours, "" for none."""
+        """The regime, to compare with that of neighbouring cases; "" for none."""
         word = word_of(self.status, self.outcome, self.regime)
         return word if word in REGIMES else ""
 

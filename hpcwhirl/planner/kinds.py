@@ -36,8 +36,8 @@ class Kind(Protocol):
 
     Attributes
     ----------
-    first : number of cases that are known beforehand, 0 .. first - 1
-    waiting : those of them that are computed only after `after` has returned them
+    first : number of cases known beforehand; their numbers are 0 .. first - 1
+    waiting : numbers of known cases that are computed only after `after` returned them
     grows : whether cases may follow from others, or wait for others
     """
 
@@ -218,7 +218,7 @@ class Folds(Refined):
         self.waiting = self.chains.waiting
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the next case of the branch, and the cases that bisect to a fold."""
+        """Return the next case of the branch, and cases that bisect towards a fold."""
         following = self.chains.after(case, end).cases
         return Followers([*following, *super().after(case, end).cases])
 

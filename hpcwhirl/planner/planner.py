@@ -35,7 +35,7 @@ class Stages(NamedTuple):
     passed: NDArray[np.int8] | None = None
 
     def after(self, case: int, stage: int) -> int | None:
-        """Return the stage after `stage` of a case whose regime is open, if any."""
+        """Return the next stage of a case whose regime is open; None after the last."""
         skipped = int(self.passed[case]) if self.passed is not None else 0
         following = max(stage, skipped) + 1
         return following if following <= self.last else None
@@ -132,7 +132,7 @@ class Planner:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Which cases have failed in their last job, or have such a twin, (rows,)."""
+        """Which cases failed, or have a twin that failed, in the last job, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
