@@ -24,7 +24,7 @@ class Cells:
     ----------
     corner : (m, 2^d), rows of the cases at the corners, the last of d inputs varying
         fastest
-    panel, level : (m,), number of the panel; level of bisection
+    panel, level : (m,), number of the panel, see `rule.Family`; level of bisection
     state : (m,), index in `STATES`: all corners have one word, several words, or the
         cell lies in speckle
     confirmed : (m,), 1 if all corners have a word by the second fidelity
@@ -59,19 +59,19 @@ class Cases:
 class Boundaries:
     """Points of boundaries and, if two inputs are refined, the lines through them.
 
-    A point is the middle of an edge of a cell, between two cases with different words
-    at `low` and `high` of one input; the word changes somewhere between them. No result
-    locates the change better: the growth rate jumps where a small motion decays and a
-    large one grows, and linear interpolation errs more than the middle on two engines
-    of three (scripts/evidence/boundaries.md). If a cell has more than two points, their
-    lines meet in a further point, which lies on no edge.
+    A point is the middle, on the input's scale, of an edge of a cell, between two cases
+    with different words at `low` and `high` of one input; the word changes somewhere
+    between them. No result locates the change better: the growth rate jumps where a
+    small motion decays and a large one grows, and linear interpolation errs more than
+    the middle on two engines of three (scripts/evidence/boundaries.md). If a cell has
+    more than two points, their lines meet in a further point, which lies on no edge.
 
     Attributes
     ----------
     at : (p, d), coordinates of each point
     along : index of the input along which its edge lies; -1 where lines meet
     low, high : this input at the ends of the edge; NaN where lines meet
-    before, behind : rows of the cases at both ends; -1 where lines meet
+    before, behind : rows of the cases at `low` and at `high`; -1 where lines meet
     panel : number of the panel of each point
     lines : (s, 2), indices of the two points that a line joins
     """

@@ -52,7 +52,7 @@ class Rule:
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
-        end : with regime, whirl and features, see `words.word_of`
+        end : {"regime": word, "whirl": word, "features": numbers}, see `words.word_of`
         """
         return None if end["regime"] == "none" else word_of(self.words, end)
 

@@ -51,11 +51,11 @@ Word = str | Attractor
 def features_of(row: Mapping[str, Any]) -> tuple[float, ...]:
     """Return numbers that distinguish attractors of a regime, in units of `TOLERANCES`.
 
-    For a sustained motion: logarithm of radius over gap, share of forward whirl and
-    logarithm of energy; for a divergent one: whirl and logarithm of the growth rate; ()
-    for another regime. Where the centre does not move, its radius and its whirl are 0.
+    For a sustained motion: logarithm of radius over gap, whirl ratio and logarithm of
+    energy; for a divergent one: whirl ratio and logarithm of the growth rate; () for
+    another regime. If the centre does not move, radius and whirl ratio count as 0.
 
-    row : with `NUMBERS` and the regime
+    row : {variable: value} of the regime and of `NUMBERS`
     """
     regime, limit = row["regime"], TOLERANCES
     if regime not in {"sustained", "divergent"}:
@@ -88,7 +88,8 @@ def word_of(kind: str, row: Mapping[str, Any]) -> Word:
     """Return the word of a case that is compared with others.
 
     kind : which word, one of `COMPARED`
-    row : with regime, whirl and, for attractors, `features`, see `features_of`
+    row : {"regime": word, "whirl": word}, for attractors also "features", see
+        `features_of`
     """
     if kind == ATTRACTOR:
         return Attractor(str(row["regime"]), tuple(row["features"]))
