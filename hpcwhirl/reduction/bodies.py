@@ -83,7 +83,7 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
     """Add the supports of the centre, from the rotor's inputs, to a model.
 
-    damping : N s/m, mean c of all dampers in the static frame but a squeeze film
+    damping : N s/m, mean c of the dampers in the static frame, squeeze film excluded
     """
     if model.spin is None:
         return model
@@ -128,7 +128,7 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 
 @lru_cache(maxsize=4)
 def _held_modes(tuned: Rotor, count: int) -> Floats:
-    """Return approximate lowest fixed-interface modes, (n, count): n interior DoF."""
+    """Return the lowest fixed-interface modes, approximate, (interior DoF, count)."""
     disk = bladed_disk(tuned)
     inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
     within = np.ix_(inner, inner)

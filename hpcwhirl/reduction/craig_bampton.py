@@ -120,10 +120,11 @@ def enriched(
 ) -> Matrix:
     """Return a basis extended by those parts of another basis that it lacks.
 
-    The result serves the stiffness matrices of both bases, and those between them.
-    Boundary coordinates stay physical: the differences of the static modes (scaled to
-    unit mass of the static mode) and the other basis' fixed-interface modes, less their
-    parts in the span of the basis, are orthonormalised. Parts below `NEW` are left out.
+    The result approximates the modes for the stiffness matrices of both bases, and for
+    those between. Boundary coordinates stay physical: the differences of the static
+    modes (scaled to unit mass of the static mode) and the other basis' fixed-interface
+    modes, less their parts in the span of the first basis' fixed-interface modes, are
+    orthonormalised. Parts below `NEW` are left out.
 
     Parameters
     ----------

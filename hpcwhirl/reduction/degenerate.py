@@ -143,6 +143,8 @@ def _assigned(shapes: Floats, first: Integers, blades: int) -> Integers:
 
     Modes and unmixed modes are paired by largest overlap. A mode that is paired with
     one without tip motion keeps its diameter in `first`.
+
+    first : (m,), nodal diameter that dominates the tips of each mode
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 

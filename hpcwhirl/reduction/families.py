@@ -14,7 +14,7 @@ from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
 Floats = NDArray[np.float64]
 HELD = "suspension", "conical"  # families of modes on the springs of the shaft
 UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
-MOVING_SHARE = 0.1  # least share of energy in the shaft's springs of modes that move it
+MOVING_SHARE = 0.1  # least energy share in the springs of modes that move the shaft
 PAIR = 1e-8  # relative difference of frequencies up to which two modes are one line
 
 
@@ -120,7 +120,10 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of 1F, rad/s} of a body; of a pair the lower."""
+    """Return {nodal diameter: omega of 1F, rad/s}; of a pair, the lower omega.
+
+    body : "rotor" or "casing"
+    """
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
         for line in reversed(table)

@@ -194,7 +194,10 @@ def _check_definite(wheel: FiniteElements) -> None:
 
 
 def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
-    """Return [T^H M T, T^H K T], and with terms of rotation those of C, K_1, K_2."""
+    """Return T^H A T for A = M, K and, with terms of rotation, C, K_1, K_2 (if any).
+
+    lift : T, see `_Map`
+    """
     back = lift.conj().T.tocsr()
     matrices = [wheel.mass, wheel.stiffness]
     if wheel.turning:
@@ -253,10 +256,10 @@ def _finished(
 
 
 def _named(wheel: FiniteElements) -> Integers:
-    """Return the DoF that have no column of their own in T: see `_Map`.
+    """Return the DoF that have no column of their own in T, see `_Map`.
 
-    They are those of tips and centre, which get turned axes, of a sector's right side,
-    and fixed ones.
+    These are the DoF of tips and centre, which are expressed in turned axes, those on a
+    sector's right cut, and fixed ones.
     """
     cut, centre = wheel.cut, wheel.centre
     sides = [] if cut is None else [cut.right, cut.right_plane.ravel()]
@@ -329,7 +332,10 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 def _shared(
     pieces: dict[int, Condensed], blades: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return {diameter: modes kept}, as `modes.share_out`, and the highest omega^2."""
+    """Return {diameter: modes kept}, as `modes.share_out`, and their highest omega^2.
+
+    most : number of real modes to keep, unless that would split a pair
+    """
     listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
     counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
     for value, k in listed:

@@ -52,7 +52,7 @@ SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
 EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged
 LEAST = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
-ROUND_OFF = 1e-6  # least modal damping that errors are compared with, over the largest
+ROUND_OFF = 1e-6  # least damping by which errors are divided, over the largest
 TINY = 1e-300
 ROWS = {  # {array of modal motion: index map of its coordinates}
     "modal_tip_radial": "tip_radial",
@@ -175,7 +175,7 @@ def _reduced(
 ) -> tuple[list[Floats], Spin | None, float]:
     """Return matrices and terms of rotation in a basis, and `ModalModel.reach`, rad/s.
 
-    count : number of leading columns that form the basis at rest, or more than all
+    count : number of leading columns that form the basis at rest; may exceed all
     """
     parts = [basis.T @ matrix @ basis for matrix in whole]
     whole = [(part + part.T) / 2 for part in parts]

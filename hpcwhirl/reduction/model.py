@@ -171,7 +171,15 @@ def _model(
     ring: tuple[Casing, float, tuple[str, str]] | None,
     rotation: str,
 ) -> Model:
-    """Return the model from the inputs that determine it; ring None: a rigid casing."""
+    """Return the model from the inputs that determine it, which are the cache's key.
+
+    Parameters
+    ----------
+    rotor, rotation : inputs of the rotor; "none" or "full"
+    modes : number of fixed-interface modes to keep; None: all of a file
+    source : engine's file and the digest of its content; ("", "") without a file
+    ring : arguments of `casing_model`; None: the casing is rigid
+    """
     with representable("the rotor"):
         if source[0]:
             body = file_model(*source, rotor, modes, rotation)

@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # reference speed of a basis for all speeds, over the first frequency
-BACKWARD = np.array([[-1j]])  # factor i of x + i y (a turn by 90 degrees), on conj
+BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
 
@@ -258,8 +258,8 @@ def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
 def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
     """Return {nodal diameter: number of fixed-interface modes that it keeps}.
 
-    They are the lowest `eta` real modes of the whole structure; a degenerate pair that
-    `eta` would split is left out, to preserve the symmetry.
+    Together these are the lowest `eta` real modes of the whole structure; a degenerate
+    pair that `eta` would split is left out, to preserve the symmetry.
     """
     inner = structure.sector_size - len(structure.boundary)
     most = inner * structure.sectors
@@ -282,7 +282,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the reference speed, rad/s, whose shapes a basis for all speeds includes.
+    """Return the speed, rad/s, for whose modes a basis for all speeds is extended.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """

@@ -167,7 +167,7 @@ def for_all_speeds(
     ----------
     piece : the reduction, of the modes that are kept
     project, tell : see `condensed`
-    speeds : rad/s, at which the basis is to be as good as at rest; none: at `REACH`
+    speeds : rad/s, at which the basis is to be as good as at rest; empty: at `REACH`
         times the first frequency
     """
     mass, stiffness, *turning = project()

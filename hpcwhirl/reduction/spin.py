@@ -90,7 +90,7 @@ def _modal(model: ModalModel, spin: Spin) -> Spin:
 def _members(
     model: ModalModel, blades: int
 ) -> Iterator[tuple[int, list[NDArray[np.intp]]]]:
-    """Yield (k, modes of each phase, by rank) of each nodal diameter."""
+    """Yield (k, indices of the modes of each phase, by rank) of each diameter."""
     for k in diameters(blades):
         own = [(model.diameter == k) & (model.phase == p) for p in (0, 1)]
         parts = [np.flatnonzero(part) for part in own]
@@ -139,11 +139,11 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
     """Return by how much the terms of rotation deviate from those of equal sectors.
 
-    Returns the largest deviation, (-), and the name of its matrix: an entry outside the
-    blocks of the nodal diameters. For modes i and j it is relative to their masses (C),
-    to sqrt(A_ii A_jj) with A_ii at least the mass (K_1), or a relative change of their
-    frequencies (K_2). Couplings of kept modes with those that `recognise` left out
-    count, too.
+    Returns the largest deviation, (-), and the name of the term. Deviations are entries
+    outside the blocks A of the nodal diameters; for modes i and j they are relative to
+    the modal masses (C), to sqrt(A_ii A_jj) with A_ii at least the mass (K_1), or
+    relative changes of frequency (K_2); for the load, entries of k > 0 over the largest
+    one. Couplings of kept modes with those that `recognise` left out count, too.
     """
     if model.spin is None or given.spin is None:
         raise TypeError(model)
