@@ -20,7 +20,7 @@ AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest
 def draw_branches(results: Results, line: list[int]) -> Any:
     """Return a figure: words of each branch above, orbit radius below.
 
-    line : cases of the branches to draw, which differ only in the input swept
+    line : finished cases of one bundle of branches, see `analysis.branches.bundles_of`
     """
     over, branches = branches_of(results, line)
     figure = Figure(figsize=(10, 6), layout="constrained")

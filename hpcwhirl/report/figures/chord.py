@@ -73,7 +73,13 @@ def _label(panels: list[Any], station: Floats) -> None:
 
 
 def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) -> None:
-    """Draw the sums of impulses in cells; place : x, its cell edges, y, its edges."""
+    """Draw the sum of the contact impulses in each cell of a panel.
+
+    Parameters
+    ----------
+    place : x of each contact, edges of the cells along x; y, edges along y
+    push : (contacts,), N s, impulse of each contact
+    """
     x, of_x, y, of_y = place
     total, _, _ = np.histogram2d(x, y, bins=[of_x, of_y], weights=push)
     shown = np.ma.masked_less_equal(total.T, 0.0)

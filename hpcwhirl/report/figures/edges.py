@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
 
-SETTLED = 0.5  # fraction of the motion, up to its end, whose orbit is drawn
+SETTLED = 0.5  # last fraction of the motion, whose orbit is drawn
 ROOM = 3.0  # end of the axis of radii, over the largest radius on the edge
 
 
 def edge_figure(scene: Scene, found: Edge) -> Any:
-    """Return the figure of an edge: the centre's radius over time, its static orbit."""
+    """Return the figure of an edge: radius over time, and the static-frame orbit."""
     figure = Figure(figsize=(11, 4.8), layout="constrained")
     axes, plane = figure.subplots(1, 2, width_ratios=[1.4, 1.0])
     radius = np.hypot(*found.centre.T)

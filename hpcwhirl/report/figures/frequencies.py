@@ -286,7 +286,10 @@ def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
-    """Draw the casing's frequency and its multiples for waves in both directions."""
+    """Draw +- n omega_c, n = 1 .. orders, for waves in both directions.
+
+    first : omega_c, rad/s, frequency of the casing's first mode
+    """
     told = {1: "±ω$_c$", 2: f"±n ω$_c$, n = 2..{orders}"}
     for n in range(1, orders + 1):
         look = {"lw": 1.2} if n == 1 else {"lw": 0.6, "alpha": 0.4}

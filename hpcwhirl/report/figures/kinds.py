@@ -31,7 +31,8 @@ from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
-MOST_CASES = 12  # most figures of a kind; of a case: unless the user names the cases
+# Largest number of figures of a kind; cases that the user names all get theirs.
+MOST_CASES = 12
 # traces that only `traces = "full"` keeps
 FULL = {"tips", "blade_impulse", "point_impulse", "stress", "worn"}
 SPECIAL = {  # trace: what it needs in addition to `traces = "full"`
@@ -223,7 +224,7 @@ def _lacking(results: Results, kind: Kind) -> str:
 def _wanted(
     results: Results, kind: Kind, only: list[int] | None
 ) -> dict[str, Any] | str:
-    """Return {part of the file name: line or case to draw}, or why none is drawn."""
+    """Return {end of the file's name: line or case to draw}, or why none is drawn."""
     finished = only or results.finished()
     if kind.of == "engine":
         return {"": finished}

@@ -31,7 +31,7 @@ class Row:
     Attributes
     ----------
     axis, label : what is varied, and the setting's name
-    cost : computing time over that of the scenes as given
+    cost : computing time of all scenes, over that with their own settings
     spread : range of the repeats' times, over their median
     agree, runs : number of runs with the words of the reference, and of all runs
     errors : {variable: (median over the scenes, largest)}, relative

@@ -67,9 +67,10 @@ def _mesh(
 def frequency_spectra(
     cases: Results, line: list[int]
 ) -> dict[str, list[tuple[Floats, Floats]]]:
-    """Return spectra (Hz, m) of a blade's tip and of the centre, after revolution 5.
+    """Return {"tip": spectra, "centre": spectra}, (Hz, m) of each case of a line.
 
-    Both in the rotating frame: the tip's tangential displacement, and x_o.
+    They are spectra, after revolution 5, of the tangential displacement of blade 0's
+    tip and of x_o, both in the rotating frame.
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ def extremes(values: Floats) -> Floats:
 
 
 def _scale(values: Floats) -> dict[str, Any]:
-    """Return factor and unit in which to show values, m, and the largest |value| so."""
+    """Return unit, factor from m, and `end`, the largest |value| in this unit."""
     most = float(np.abs(values).max())
     factor, unit = unit_of(most)
     return {"factor": factor, "unit": unit, "end": factor * most or 1.0}

@@ -21,7 +21,9 @@ from hpcwhirl.store.reading.results_file import Results
 
 ORDERS = 12  # highest super-harmonic of the casing
 CLOSE = 0.035  # fraction of the speed axis within which labels would overlap
-MOST_MODELS = 7  # models made along the other axis; in between, speeds are constant
+# Largest number of models along the other axis; critical speeds between two of them
+# are taken as constant.
+MOST_MODELS = 7
 Floats = NDArray[np.float64]
 Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 

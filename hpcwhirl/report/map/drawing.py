@@ -220,7 +220,7 @@ def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
 
 
 def rooms(part: Part) -> tuple[Mask, Mask]:
-    """Return which cells fit a letter above a marker, which beside it, (n,) each."""
+    """Return which cells have room for a letter above, or beside, a marker, (n,)."""
     wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
     high = part.y.widths(part.size[1])[part.y.index[part.rows]]
     stacked = (wide >= NARROW) & (high >= 2 * NARROW)
