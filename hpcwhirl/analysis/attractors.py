@@ -86,7 +86,7 @@ class Known:
     def numbered(self, regime: str, found: Sequence[Floats]) -> list[int]:
         """Return the number of each attractor found at one point; add new attractors.
 
-        found : features of each attractor, that of the most starts first
+        found : features of each attractor at the point, by decreasing number of starts
         """
         from scipy.optimize import linear_sum_assignment
 

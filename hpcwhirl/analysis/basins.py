@@ -208,7 +208,7 @@ def entropy(count: NDArray[Any]) -> Floats:
 def _with_medians(
     found: xarray.Dataset, data: xarray.Dataset, word: NDArray[np.str_], starts: Starts
 ) -> xarray.Dataset:
-    """Return the table of attractors with the medians of their numbers."""
+    """Return a table of attractors, with medians of orbit radius and main line."""
     points, kinds = found["point"].to_numpy(), found["attractor"].to_numpy()
     for name in ("orbit_radius", "line_frequency"):
         value = data[name].to_numpy()
@@ -227,7 +227,7 @@ def _with_medians(
 def _boxed(
     data: xarray.Dataset, starts: Starts, word: NDArray[np.str_], box: int
 ) -> dict[str, Any]:
-    """Return {measure: (points,)} from boxes of the grid of starts at each point."""
+    """Return {variable: (points,)} of the basin entropies, see `basin_entropy`."""
     rows = []
     for point in np.unique(starts.point):
         own = np.flatnonzero(starts.point == point)

@@ -84,7 +84,7 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return the short names of the inputs that differ within one of `bundles_of`.
+    """Return the short names of the inputs that differ within a bundle of branches.
 
     They are `branch` and the input that varies along branches.
     """

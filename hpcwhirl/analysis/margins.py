@@ -35,7 +35,7 @@ class Line(NamedTuple):
     ----------
     fixed : {other swept input: value}
     values : (n,), values of the input
-    words : (n,), word of each case, which twins may change
+    words : (n,), word of each case; with twins, the majority's, or "unsure"
     share : (n,), share of damped twins; NaN without twins
     """
 
@@ -138,7 +138,10 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
-    """Return the word that counts for each case, and its share of damped twins."""
+    """Return each case's word, with twins the majority's, and share of damped twins.
+
+    A damped case whose share of damped twins is below `sure` has the word "unsure".
+    """
     source = source_of(data)
     words = source.column(WORD).astype("U16")
     if MAJORITY not in data:

@@ -82,7 +82,10 @@ def _words(case: Case, history: History, begin: float, end: float) -> tuple[str,
 
 
 def _held(case: Case, begin: float, end: float, start: float) -> Scene:
-    """Return the scene of a window: its mean speed and gap, the pulse from `start`."""
+    """Return the scene of a window, with its mean speed and gap, which are constant.
+
+    start : s, time from which evidence is taken; only the rest of the pulse counts
+    """
     scene, middle = case.scene, 0.5 * (begin + end)
     schedule = schedule_of(scene, case.model)
     turned = float(angle_at(scene, end)) - float(angle_at(scene, begin))
