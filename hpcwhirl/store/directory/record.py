@@ -163,7 +163,7 @@ def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, 
 
 
 def read_header(data: bytes) -> tuple[Header, int] | None:
-    """Return the header at the start of some bytes, and its end; None if damaged."""
+    """Return the first undamaged header in some bytes, and its end; None for none."""
     place = -1
     while (place := data.find(MAGIC, place + 1)) >= 0:
         begin = place + COPY.size

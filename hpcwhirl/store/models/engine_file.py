@@ -405,7 +405,7 @@ def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
 
 
 def _checked(given: Given, name: str, *, indices: bool) -> Array:
-    """Return the array as float64 or int64, finite."""
+    """Return array `name` as float64, or int64 for indices; refuse inf and nan."""
     array = given.arrays[name]
     if name in TEXTS:
         return _texts(given, name, array)
@@ -415,7 +415,7 @@ def _checked(given: Given, name: str, *, indices: bool) -> Array:
 
 
 def _texts(given: Given, name: str, array: Array) -> Array:
-    """Return texts of a file as an array of str."""
+    """Return array `name`, texts in UTF-8, as an array of str; refuse long texts."""
     try:
         texts = [bytes(text).decode() for text in array]
     except (TypeError, UnicodeDecodeError):
