@@ -71,7 +71,7 @@ class Ending:
 def conclude(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
-    """Gather the results of a complete campaign; on a full disk, return an early stop.
+    """Gather the results of a complete campaign; if that fails, return an early stop.
 
     A shard gathers only if it is the last one to be complete. The other shards count
     only their own failures.

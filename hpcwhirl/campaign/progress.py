@@ -182,7 +182,7 @@ def computing(
 
 
 def predicted_work(manifest: Manifest) -> Floats:
-    """Return the number of steps of each case; 1 if the time step is not an input."""
+    """Return the number of steps of each case, (cases,); 1 if the step is no input."""
     table, base = manifest.table, manifest.base
     cases = np.arange(len(table))
 

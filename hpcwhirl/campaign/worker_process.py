@@ -127,7 +127,10 @@ class Child:
     def _ask(
         self, asked: Record, limit: float, between: Callable[[], None]
     ) -> tuple[Record, bytes]:
-        """Return the child's answer; call `between` while waiting."""
+        """Return the child's answer and the bytes of its traces.
+
+        between : called while waiting; may raise Stop
+        """
         process = self._process or self._begin()
         self._send(sealed(asked))
         end = time.monotonic() + limit + GRACE
@@ -151,7 +154,7 @@ class Child:
     def _look(
         self, process: subprocess.Popen[bytes], between: Callable[[], None]
     ) -> tuple[Record, bytes] | None:
-        """Return an answer if it is complete, or None after a short wait."""
+        """Return a complete answer and the bytes of its traces; None: not there yet."""
         if process.stdout is None:
             return None
         pipe = process.stdout.fileno()

@@ -75,7 +75,7 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return the cases that have ended, and the number of refined cases left so far."""
+    """Return {address: ended case}, and the number of refined cases now left."""
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
     for row, end in planner.ends.items():

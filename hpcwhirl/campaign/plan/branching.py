@@ -82,7 +82,7 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
 
 
 def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any]]]:
-    """Return name and values of each branch, in the order of its cases."""
+    """Return (name, values of the input in the order of its cases) of each branch."""
     strange = [start for start in table.starts if start not in values]
     if strange:
         msg = f"[branch] starts must be values of [sweep] {table.over}, got "

@@ -75,7 +75,7 @@ class Coarse(Protocol):
         """Table [twins], None for none."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
-        """Return the mean predicted time of its cases at fidelity 0 and at 1, s."""
+        """Return the mean predicted time of coarse cases at fidelity 0 and at 1, s."""
 
 
 def refined(
