@@ -94,7 +94,7 @@ def expected_fill(
 
 
 def _dissected(graph: sparse.csc_array) -> Integers:
-    """Return the elimination order of METIS's nested dissection."""
+    """Return the elimination order of METIS's nested dissection, (nodes,)."""
     import pymetis
 
     off_diagonal = sparse.csr_array(graph)

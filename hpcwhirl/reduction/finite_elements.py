@@ -270,7 +270,7 @@ def _named(wheel: FiniteElements) -> Integers:
 def _sector_map(
     wheel: FiniteElements, cut: Cut, k: int
 ) -> tuple[sparse.csr_array, int]:
-    """Return T of nodal diameter k, and the number of its boundary columns."""
+    """Return T of nodal diameter k, see `_Map`, and its number of boundary columns."""
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)

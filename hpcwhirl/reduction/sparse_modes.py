@@ -192,7 +192,7 @@ def for_all_speeds(
 
 
 def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
-    """Return the Hermitian, or for sign -1 skew, part of T^H A T."""
+    """Return the Hermitian (sign -1: skew) part of T^H A T; A `matrix`, T `lift`."""
     whole = lift.conj().T @ (matrix @ lift)
     return np.asarray((whole + sign * whole.conj().T) / 2)
 
@@ -374,13 +374,16 @@ def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
 
 
 def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
-    """Return the Rayleigh quotient of each column."""
+    """Return the Rayleigh quotient omega^2 of each mode, (m,), of columns (n, m)."""
     strain, inertia = ((modes.conj() * (a @ modes)).sum(axis=0) for a in (k_ii, m_ii))
     return np.asarray(strain.real / inertia.real)
 
 
 def _ritz(k_ii: Any, m_ii: Any, modes: Matrix) -> tuple[Floats, Matrix]:
-    """Return Ritz values omega^2 and M-orthonormal modes of the columns' space."""
+    """Return Ritz values omega^2, (m,), and M-orthonormal Ritz vectors, (n, m).
+
+    modes : (n, m), whose columns span the space
+    """
     strain, inertia = (_reduced(a, modes) for a in (k_ii, m_ii))
     squared, mix = eigh(strain, inertia)
     return squared, modes @ mix
