@@ -430,7 +430,7 @@ def own_waves(table: list[Line], k: int) -> dict[str, float]:
 
 
 def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
-    """Return the least and the largest omega of an interaction diagram, rad/s."""
+    """Return the ends of the frequency axis of an interaction diagram, rad/s."""
     waves = [*own.values()]
     ends = np.concatenate([np.ravel(w) for w in waves]) if waves else k * span
     low, high = min(ends.min(), 0.0), max(ends.max(), 0.0)

@@ -75,7 +75,7 @@ class Colours:
         return HATCHES[word], HATCHED
 
     def norm(self) -> Any:
-        """Return Matplotlib's norm of the numbers, logarithmic if it spans decades."""
+        """Return Matplotlib's norm of the numbers, logarithmic if they span decades."""
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()

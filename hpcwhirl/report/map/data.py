@@ -290,7 +290,10 @@ def _hidden(inputs: Columns, names: Sequence[str]) -> int:
 def _check_panels(
     inputs: Columns, panels: list[str], axes: list[str], *, asked: bool
 ) -> None:
-    """Raise InputError if there are too many panels; the message suggests --at."""
+    """Raise InputError for too many panels, or cases that others would cover.
+
+    asked : whether the user named the panels
+    """
     count = len(set(zip(*(inputs[n].tolist() for n in panels), strict=True)))
     most = MOST_PANELS if asked else AUTOMATIC
     if count > most:

@@ -131,7 +131,10 @@ def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
 
 
 def _outlines(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return one coordinate of the closed outlines of boxes, separated by NaN."""
+    """Return x or y of the closed outlines of k boxes, separated by NaN, (6 k,).
+
+    corners : (k, 5), x or y of the corners, the first one repeated at the end
+    """
     return np.column_stack([corners, np.full(len(corners), np.nan)]).ravel()
 
 

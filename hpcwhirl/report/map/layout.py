@@ -64,14 +64,14 @@ class Sheet:
         return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
 
     def part(self, number: int) -> Part:
-        """Return the cases of a panel."""
+        """Return the `Part` of the panel with a number, from 0."""
         picture = self.picture
         rows = np.flatnonzero(picture.panel == number)
         return Part(picture.x, picture.y, rows, picture.colours, picture.whirl[rows],
                     self.points, self.lettered)  # fmt: skip
 
     def fits(self) -> NDArray[np.bool_]:
-        """Return which cells have room for a letter and a marker."""
+        """Return which cells of all panels have room for a letter and a marker."""
         parts = [self.part(number) for number in range(len(self.picture.panels))]
         return np.concatenate([np.logical_or(*rooms(part)) for part in parts])
 

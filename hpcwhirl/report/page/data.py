@@ -116,7 +116,7 @@ def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
 
 
 def _fixed(results: Results) -> list[str]:
-    """Return the inputs of the title, those with one value in all cases."""
+    """Return the inputs of `FIXED` with one value in all cases, for the title."""
     return [n for n in FIXED if len(set(results[n].tolist())) == 1]
 
 
@@ -157,7 +157,10 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return the shared parts of the cases' commands, and the commands without them."""
+    """Return the parts that the commands of all cases share, and whole commands.
+
+    `commands`, {case: whole command}, has the cases to which these parts do not apply.
+    """
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(
         {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
@@ -172,7 +175,7 @@ def _commands(results: Results) -> dict[str, Any]:
 
 
 def _thresholds(results: Results) -> list[dict[str, Any]]:
-    """Return each threshold: its value stored in the results, and its default."""
+    """Return [{name, value in the results, default, meaning}] of the thresholds."""
     return [
         {
             "name": field.name,

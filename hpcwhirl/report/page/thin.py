@@ -133,7 +133,7 @@ def _orbit(
 
 
 def _cuts(count: int, most: int) -> NDArray[np.int64]:
-    """Return the first samples of at most `most` intervals of `count` samples."""
+    """Return the index of the first sample of each of at most `most` intervals."""
     return np.unique(np.linspace(0, count, min(most, count), endpoint=False, dtype=int))
 
 
@@ -177,7 +177,10 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return a limit, rad/s, and the largest line in each interval of +- limit, m."""
+    """Return a limit, rad/s, and the largest line, m, in each interval, (most,).
+
+    The intervals divide the spectrum from -limit to limit; NaN for no line.
+    """
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
         return 0.0, out
