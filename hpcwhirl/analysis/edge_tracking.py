@@ -193,7 +193,10 @@ def _again(
 def _held(
     motions: Motions[State], pair: Pair[State], count: _Count, most: float
 ) -> Pair[State]:
-    """Return a pair, widened up to a distance until it contains the boundary."""
+    """Return a pair, widened until it contains the boundary.
+
+    most : largest distance; beyond it, or after `WIDENED` times, the edge is lost
+    """
     for _ in range(WIDENED):
         sides = motions.side(pair.low), motions.side(pair.high)
         if sides == (LOW, HIGH):

@@ -121,7 +121,7 @@ def block_means(values: Floats, count: int) -> Floats:
 
 
 def levels(values: Floats, count: int) -> Floats:
-    """Return ln sqrt(mean energy), a log amplitude, of `count` blocks; -inf for 0.
+    """Return ln sqrt(mean energy), a log amplitude, of `count` blocks; -inf at rest.
 
     Averaging over blocks removes the beating of close frequencies.
 
@@ -137,7 +137,7 @@ def levels(values: Floats, count: int) -> Floats:
 
 
 def _levels(means: Floats) -> Floats:
-    """Return ln sqrt of mean energies; -inf at 0."""
+    """Return ln sqrt of mean energies, of any shape; -inf up to `NOTHING`."""
     moving = means > NOTHING
     if moving.all():
         return np.asarray(0.5 * np.log(means))
@@ -302,9 +302,10 @@ def evidence(
 def _growing(
     scene: Scene, judged: Evidence, circle: Floats, start: float
 ) -> tuple[dict[str, float], float]:
-    """Return (rates and `summit`, mean energy in J) of the window from `start`, s.
+    """Return ({name: growth rate or `summit`}, mean energy, J) of a window.
 
     circle : (b, 2) or (1, 2), m, about which the orbit is measured
+    start : s, beginning of the window
     """
     first = int(np.searchsorted(judged.time, start, side="right"))
     time, centre = judged.time[first:], judged.centre[first:]

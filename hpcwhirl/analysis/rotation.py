@@ -123,10 +123,10 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 
 
 def beside(case: Case) -> Case | None:
-    """Return the case with the other kind of engine.rotation: none for full, or full.
+    """Return the case with the other engine.rotation: none for full, full for none.
 
-    Inputs that only full allows get the values that they have without effect. None if
-    the engine does not allow the other kind.
+    Inputs that need full get values that have no effect. Returns None if the engine
+    does not allow the other kind.
     """
     other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}

@@ -174,7 +174,10 @@ def _check_method(drawn: Drawn) -> None:
 
 
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
-    """Return indices of one quantity at one point, intervals, counts of draws."""
+    """Return {variable of `sensitivity`: value} for one quantity at one point.
+
+    values : (cases,), the quantity of each case
+    """
     width = len(drawn.inputs) + 2
     here = drawn.point == point
     table = np.full((drawn.each // width, width), np.nan)
