@@ -124,7 +124,7 @@ def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
 def nearest_cases(
     cells: Cells, place: list[Floats], at: list[Floats], panels: int = 1
 ) -> Ints:
-    """Return the case nearest to each point of a grid, (panels, ...).
+    """Return the case nearest to each point of a grid, (panels, *points); -1 for none.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
 
 
 def value_text(value: Any) -> str:
-    """Return a value as text, with the fewest digits that identify it."""
+    """Return a value as text, a float with at most ten significant digits."""
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
     return str(value)

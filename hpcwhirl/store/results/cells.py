@@ -286,7 +286,9 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return the cells, their states found from words again, and {variable: (cases,)}.
+    """Return the cells, even or mixed by the present words, and {variable: (cases,)}.
+
+    Cells in speckle stay so.
 
     by : kind of word, see `refinement.words`
     """

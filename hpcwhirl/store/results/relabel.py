@@ -98,7 +98,7 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of finished cases, and the meanings of the codes."""
+    """Write new words and the meanings of codes; return as `_rename_some`."""
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)
