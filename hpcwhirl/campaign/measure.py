@@ -99,7 +99,7 @@ def _guarded() -> Iterator[None]:
     """Protect the process and its working directory while a user's function runs.
 
     `os._exit` raises in this process and thread, a forked child that returns is ended,
-    and the working directory is restored.
+    and the working directory and NumPy's error settings are restored.
     """
     process, thread, leave = os.getpid(), threading.get_ident(), os._exit
     place = os.open(".", os.O_PATH)
