@@ -398,7 +398,7 @@ def _spread(
 def _spread_stress(
     wheel: FiniteElements, cuts: Cut, piece: Condensed, pair: tuple[Block, Floats]
 ) -> Floats:
-    """Return the rows of the stress of all blades, (N r, n), of one nodal diameter.
+    """Return the stress rows of one nodal diameter, (N r, n), r rows for each blade.
 
     A wave moves blade j by Re(w_j y), w_j = sqrt(2 / N) e^{2 pi i k j / N} of a pair,
     with y = y_0 + i y_1 in the block's real coordinates.

@@ -225,7 +225,7 @@ def _power(seen: Complexes) -> Floats:
 
 
 def _leaks(seen: Complexes) -> Floats:
-    """Return the share of each combination's motion outside its main diameter, (c,)."""
+    """Return the relative amplitude outside each combination's main diameter, (c,)."""
     power = _power(seen)
     whole = power.sum(axis=0)
     power[power.argmax(axis=0), np.arange(power.shape[1])] = 0.0
