@@ -122,7 +122,10 @@ def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
 
 
 def scale_of(levels: Floats) -> str:
-    """Return "log" if the logarithms of the levels are spread more evenly."""
+    """Return "log" or "linear", the scale on which ascending levels are more even.
+
+    It is linear for fewer than 3 levels, or if their ratio is less than `WIDEST`.
+    """
     if len(levels) < 3 or levels[0] <= 0 or levels[-1] < WIDEST * levels[0]:
         return "linear"
     return min(("linear", "log"), key=lambda s: _unevenness(straight(levels, s)))
