@@ -139,7 +139,7 @@ class _Part:
     kind : "number", "text" or "truth"
     text : as it was written
     at : index of a leaf's step in the program; -1 if it is no leaf
-    variable : variable that a name stands for; "" if for none
+    variable : variable that a name stands for; "" for none
     bare : name that is no variable and may be an unquoted word; else ""
     word : name or word of a leaf
     """

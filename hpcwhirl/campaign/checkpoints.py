@@ -74,7 +74,7 @@ class Checkpoints:
             arrays = self._arrays(digest, march)
             if arrays is not None and not restore(march, arrays):
                 msg = f"the state of case {digest[:12]} has other arrays"
-                raise StoreError(msg)  # noqa: TRY301 - told below as the others
+                raise StoreError(msg)  # noqa: TRY301 - printed below
         except StoreError as failed:
             self.say(f"{failed}: the case starts anew")
             self.drop(digest)

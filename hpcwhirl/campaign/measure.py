@@ -79,7 +79,7 @@ class Measure:
                 return {VALUES: self._checked(self.function(case))}
         except KeyboardInterrupt:
             raise
-        except BaseException as failed:  # noqa: BLE001 - kept, and told
+        except BaseException as failed:  # noqa: BLE001 - in `measure_message`
             return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:

@@ -28,7 +28,7 @@ from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
 Floats = NDArray[np.float64]
 PATIENCE = 3.0  # longest time without a finished case, over the longest case's time
-LEAST_PATIENCE = 60.0  # s, lower limit of it; beyond it a rank counts as gone
+LEAST_PATIENCE = 60.0  # s, lower limit of that time; then a rank counts as gone
 
 
 @dataclass(frozen=True)

@@ -201,7 +201,7 @@ class Refined:
 
 
 class Folds(Refined):
-    """Design of branches, with further cases between successive ones of unlike words.
+    """Design of branches, with further cases between successive ones of other words.
 
     Parameters
     ----------

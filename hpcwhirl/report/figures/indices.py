@@ -83,7 +83,7 @@ def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
 
 
 def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
-    """Draw a row of panels for each point, a panel for each quantity."""
+    """Draw indices as bars: a row of panels for each point, one for each quantity."""
     names, count = found["quantity"].values.tolist(), found.sizes["input"]
     points = found.sizes["point"]
     size = 2.0 + 2.8 * len(names), 1.2 + points * (0.5 + 0.55 * count)
