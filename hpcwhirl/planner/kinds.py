@@ -201,7 +201,7 @@ class Refined:
 
 
 class Folds(Refined):
-    """Design of branches, with further cases between successive ones of other words.
+    """Design of branches; further cases follow where words of successive cases differ.
 
     Parameters
     ----------
