@@ -258,7 +258,7 @@ class _Walk:
         return self._of_object(given)
 
     def _of_descriptor(self, given: Any) -> Iterator[str]:
-        """Yield the functions of a property, or of a static or class method."""
+        """Yield digests of the functions in a property, static or class method."""
         names = ("fget", "fset", "fdel", "func", "__func__")
         yield from (self.digest(_attribute(given, name)) for name in names)
 

@@ -142,7 +142,7 @@ class History:
 
 
 def since(history: History, start: float) -> History:
-    """Return the part of a history after `start`, s, which becomes time 0.
+    """Return a history whose evidence begins after `start`, s, now time 0.
 
     Samples of the traces and the ledger stay those of the whole run.
     """
@@ -150,7 +150,7 @@ def since(history: History, start: float) -> History:
 
 
 def between(history: History, start: float, end: float) -> History:
-    """Return the part of a history from `start` to `end`, s; `start` becomes time 0.
+    """Return a history whose evidence is that from `start`, now time 0, to `end`, s.
 
     Samples of the traces and the ledger stay those of the whole run. If contact occurs
     after `end`, the last contact before it is found from the work fed, with the

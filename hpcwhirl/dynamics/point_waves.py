@@ -231,7 +231,7 @@ class PointWaves:
         )
 
     def spread(self, rows: Complexes) -> Floats:
-        """Return real rows R (r, 2 half) with R q = Re(rows a); rows : (r, w)."""
+        """Return real R (r, 2 half), R q = Re(rows a); q : re, im of the kernel."""
         out = np.zeros((len(rows), 2 * self.half))
         out[:, self.index], out[:, self.half + self.index] = rows.real, -rows.imag
         return out

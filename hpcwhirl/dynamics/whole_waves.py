@@ -350,7 +350,7 @@ def opened_by_ring(model: Model, scene: Scene) -> Floats:
 
 
 def _upper(waves: WholeWaves) -> Floats:
-    """Return the upper triangle of the energy's form, flat, see `WholeRotor.form`."""
+    """Return U, flat, with q^T U q the energy and U upper, see `WholeRotor.form`."""
     size = 2 * waves.half
     form = np.zeros((size, size))
     form[np.ix_(waves.places, waves.places)] = waves.form
@@ -359,7 +359,7 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return the upper triangle (size, size) of a form from the result of `_upper`."""
+    """Return U (size, size) with q^T U q the energy, from the result of `_upper`."""
     form, at = np.zeros((size, size)), 0
     for i in range(size):
         first = i - i % FOUR

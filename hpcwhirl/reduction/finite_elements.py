@@ -514,6 +514,6 @@ def _strained(stiffness: Floats, angle: Floats) -> float:
 
 
 def _carried(mass: Floats, angle: Floats) -> float:
-    """Return the mass that moves in a translation along x, kg."""
+    """Return the whole rotor's mass in a translation along x, kg; angle : of tips."""
     moved = _translation(len(mass), angle)[:, 0]
     return float(moved @ mass @ moved)

@@ -112,7 +112,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct `ahead` of each mode by the contact forces; enter their work."""
+    """Correct each mode's next d, `ahead`, by contact forces; enter their work."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):

@@ -421,7 +421,7 @@ def add_wave(q, half, m, change):
 @does(push_points, SectorRows)
 @inlined
 def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Implement `push_points` for equal sectors, by changes set in `book_sectors`."""
+    """Implement `push_points` for equal sectors; spectra: as set by `book_sectors`."""
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     alike = rows.single + pairs
     for f in range(rows.single):

@@ -106,7 +106,7 @@ def _broadcast(builder: Any, value: Any) -> Any:
 
 @intrinsic
 def broadcast(typing: Any, value: Any) -> Any:
-    """Return four times the same double."""
+    """Return a `Four` of equal doubles."""
     del typing, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:

@@ -24,7 +24,7 @@ class Motion(NamedTuple):
 
     Attributes
     ----------
-    q, d, loss : arrays of the state; d = q_n - q_{n-1}
+    q, d, loss : arrays of the state: q_n, q_n - q_{n-1}, damping losses so far, J
     ahead, following : d_{n+1} and q_{n+1}
     normal, drag : forces of the multipliers: normal; of friction, over mu
     """

@@ -358,12 +358,12 @@ def _points(table: _Table) -> dict[str, Floats]:
 def _stress(
     document: dict[str, Any], path: Path, size: int, blades: int
 ) -> tuple[tuple[tuple[str, ...], sparse.csr_array] | None, list[Path]]:
-    """Return names and rows of the table [stress], and its file; None without.
+    """Return points' names and rows by [stress], and its file; None, [] without it.
 
     Parameters
     ----------
     size : n, number of DoF
-    blades : number of blades for which the matrix has rows
+    blades : number of blades for which the file of the rows has rows
     """
     if "stress" not in document:
         return None, []
