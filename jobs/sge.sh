@@ -69,6 +69,6 @@ if [ "$code" = 75 ] && [ "$again" = yes ]; then  # there is more to do
     exit 99
   fi
   used_up
-  code=1  # not 75: that would bring it back
+  code=1  # not 75, at which some schedulers requeue the job
 fi
 exit "$code"

@@ -160,7 +160,7 @@ def test_what_is_no_fan_is_one_clear_line(tmp_path, capsys, words, told):
 
 def test_an_unusual_first_family_is_said(tmp_path, capsys):
     made(tmp_path, "--frequency", "20")
-    assert "1F of fans is 0.3 to 1 of it" in capsys.readouterr().err
+    assert "1F of fans is 0.3 to 1 of full speed" in capsys.readouterr().err
 
 
 def test_every_number_of_a_fan_may_be_infinite_and_is_refused():

@@ -161,7 +161,7 @@ def test_what_is_saved_is_told_against_the_inputs_as_they_are(command, capsys):
         resolve(scene(truncation=0.3)).model, resolve(scene()).model))  # fmt: skip
     told = capsys.readouterr().out
     assert f"{few} modal amplitudes are left" in told
-    assert f"as they are, {many} and" in told
+    assert f"without truncation, {many} and" in told
 
 
 def beyond(index):

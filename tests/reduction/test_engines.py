@@ -381,7 +381,7 @@ def test_a_campaign_refuses_to_continue_with_another_content(exported, tmp_path,
     prepare(design_of(document), Directory(tmp_path / "out"))
     with h5py.File(path, "r+") as file:
         file["rotor/stiffness"][0, 0] *= 1.01
-    text = refusal(prepare, design_of(document), tmp_path / "out")
+    text = refusal(prepare, design_of(document), Directory(tmp_path / "out"))
     assert ("engine.file (SHA-256)" in text) == (table == "engine")
     assert (f"other content of {path}" in text) == (table == "sweep")
 

@@ -196,7 +196,7 @@ def test_modes_alone_have_no_coordinates_of_a_stress(tmp_path):
     arrays = with_stress()
     beside = {name: arrays[name] for name in ("stress", "stress_name")}
     file = written(tmp_path / "modes.h5", by_modes(small()) | beside)
-    with pytest.raises(InputError, match=r"have rotor/mass beside it, .* modes alone"):
+    with pytest.raises(InputError, match=r"must come with rotor/mass, .* modes alone"):
         rotor_from(str(file), FEW, 0.01)
 
 

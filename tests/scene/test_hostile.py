@@ -285,6 +285,8 @@ def test_who_reads_no_list_of_figures_gets_them_all(monkeypatch, tmp_path):
     def unread(*_):
         raise BrokenPipeError
 
+    results = "hpcwhirl.store.reading.results_file.Results"
+    monkeypatch.setattr(results, lambda place: place)
     monkeypatch.setattr("hpcwhirl.report.figures.kinds.draw_figures", figures)
     monkeypatch.setattr("builtins.print", unread)
     assert main(["figures", str(tmp_path)]) == 1
