@@ -91,12 +91,13 @@ class _Pattern(NamedTuple):
     pointers: NDArray[np.int32]
 
 
-_patterns: dict[tuple[int, bytes], _Pattern] = {}  # last ones; mistuned engines share
+# the last ones, by n, number of entries, and interior DoF; mistuned engines share them
+_patterns: dict[tuple[int, int, bytes], _Pattern] = {}
 
 
 def _within(matrix: Matrix, inner: NDArray[np.intp]) -> sparse.csc_array:
     """Return the submatrix of DoF `inner` (i,), sparse, of a matrix with many zeros."""
-    key = int(np.count_nonzero(matrix)), inner.tobytes()
+    key = len(matrix), int(np.count_nonzero(matrix)), inner.tobytes()
     kept = _patterns.get(key)
     if kept is None or not matrix.take(kept.places).all():  # as many, but elsewhere
         kept = _patterns[key] = _pattern_of(matrix, inner)

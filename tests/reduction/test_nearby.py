@@ -144,8 +144,9 @@ def test_engines_have_the_same_bits_in_any_order():
 def test_a_submatrix_is_that_of_its_own_places():
     # as many entries, elsewhere or at the same places, after one that is kept
     first = np.diag([1.0, 2.0, 3.0, 4.0]) + np.eye(4, k=1)
-    inner = np.array([0, 1, 3])
-    for matrix in (first, 3.0 * first, first.T, first[::-1], np.eye(4)):
+    inner, larger = np.array([0, 1, 3]), np.diag([1.0, 2.0, 3.0, 4.0, 5.0])
+    larger[0, 1] = larger[3, 4] = 6.0
+    for matrix in (first, 3.0 * first, first.T, first[::-1], np.eye(4), larger, first):
         for _ in range(2):
             found = craig_bampton._within(matrix, inner)
             np.testing.assert_array_equal(found.toarray(), matrix[np.ix_(inner, inner)])
