@@ -13,13 +13,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 
-Floats = NDArray[np.float64]
 MOTION = ("rotor", "ring", "gaps", "q_b", "d_b", "q_c", "d_c", "older")
 WAITING = "lam"  # multipliers of a pending step
 

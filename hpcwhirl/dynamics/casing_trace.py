@@ -9,8 +9,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import shape_of
 from hpcwhirl.dynamics.kernels.shape import trace_shape
 from hpcwhirl.dynamics.walls import wall_of
@@ -18,7 +18,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
 MOST_KEPT = 32  # cached models, as in `reduction.model`
-Floats = NDArray[np.float64]
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:

@@ -19,12 +19,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.dynamics.kernels import passes
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 LESS = 1.0 - 1e-9  # factor on the clearance, for the rounding of the bound itself
 
 
@@ -44,7 +42,7 @@ class Roots:
         requires
     """
 
-    own: NDArray[np.intp]
+    own: Indices
     weight: Floats
     radius: Floats
     sine: Floats

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.dynamics.kernels import flight, passes, waves
 from hpcwhirl.dynamics.kernels.wave_types import Flight
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_modes import FreeModes, ModesMotion
 from hpcwhirl.dynamics.free_rotor import free_rotor
@@ -17,9 +17,6 @@ from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import ModelError
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Integers = NDArray[np.int64]
 BLOCK = 256  # samples evaluated at once
 
 

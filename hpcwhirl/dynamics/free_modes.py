@@ -8,14 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.dynamics.certificate import roots_of
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.bodies import TINY
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 SIGNS = (-1.0, 1.0)  # signs in alpha and beta = (A -+ i B) / 2
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.dynamics.free_modes import FreeModes
 from hpcwhirl.dynamics.free_waves import FreeWaves, FreeWhole, tip_rows_of
 from hpcwhirl.dynamics.kernels import passes, waves
@@ -14,9 +14,6 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 class Shapes(NamedTuple):
@@ -77,5 +74,5 @@ def _whole(rotor: WholeRotor | UncoupledRotor) -> Shapes:
     return Shapes(-radial.conj(), -along.conj(), hub, np.abs(radial))
 
 
-def _chosen(shapes: Shapes, own: NDArray[np.intp]) -> Shapes:
+def _chosen(shapes: Shapes, own: Indices) -> Shapes:
     return Shapes._make(rows[:, own] for rows in shapes)

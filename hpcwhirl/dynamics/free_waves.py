@@ -11,17 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.dynamics.flights import all_die_out, die_out
 from hpcwhirl.dynamics.free_modes import flushed
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
 from hpcwhirl.dynamics.whole_waves import unpacked_form
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hpcwhirl.arrays import Floats
 
 LEDGER_TERMS = (
     "energy",  # kinetic + strain of both bodies at the end, J; of an unbalanced rotor

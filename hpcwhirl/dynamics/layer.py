@@ -6,13 +6,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.dynamics.kernels.body_types import Layer
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
-
-Floats = NDArray[np.float64]
 
 
 def rod_area(scene: Scene) -> float:

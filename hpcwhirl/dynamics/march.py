@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.release import NEVER, held_displacement, release_step
@@ -35,7 +35,6 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.scene.schemes import SCHEMES
 
-Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice

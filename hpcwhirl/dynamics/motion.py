@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import is_round
 from hpcwhirl.dynamics.timestep import exact_flow, recursion
 from hpcwhirl.errors import InputError
@@ -34,7 +34,6 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.structure import FourierOperator
 
-Floats = NDArray[np.float64]
 BODIES = "rotor", "casing"
 NONE = np.zeros((0, 0))
 SAME = 1e-8  # largest relative part of a motion without the symmetry of one sector

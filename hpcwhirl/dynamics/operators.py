@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.kernels.body_types import (
     Contact,
@@ -29,8 +29,6 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import FRICTION
 from hpcwhirl.structure import FourierOperator, RingOperator
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 LANES = 4  # modes that the kernel sums at a time; arrays are padded with modes at rest
 EMPTY = np.zeros((0, 0))
 

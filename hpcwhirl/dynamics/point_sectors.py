@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import schur
 
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.point_types import SectorRows
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
@@ -34,9 +35,6 @@ from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.degenerate import runs
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 FEWEST = 3  # sectors for which waves have a direction
 EQUAL = 1e-8  # relative difference of sectors that are made equal
 SAME = 1e-11  # relative difference of frequencies, and of sectors, that counts as none

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves
 from hpcwhirl.dynamics.operators import friction_with_sign
@@ -26,9 +27,6 @@ from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 Rows = tuple[Floats, Floats]
 
 

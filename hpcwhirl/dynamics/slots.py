@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.flights import flight_arrays, flying_modes
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -35,9 +35,6 @@ from hpcwhirl.structure import FourierOperator
 
 MOST_KEPT = 32  # cached models, as in `reduction.model`: some 50 kB each
 MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:

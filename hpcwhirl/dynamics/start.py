@@ -20,9 +20,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import departure_at_start
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.dynamics.motion import Amplitudes, Motion, gaps_of
@@ -33,7 +33,6 @@ from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
 from hpcwhirl.scene import Scene
 
-Floats = NDArray[np.float64]
 Name = tuple[str, str, str]  # body, family, nodal diameter
 BITS = 53  # random bits of a number from 0 to 1
 CLOSED = 1e-9  # least share of the gap that must remain open at the start

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.limits import shortest_limits
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, swing
@@ -20,7 +20,6 @@ from hpcwhirl.reduction.model import Model
 if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
 
-Floats = NDArray[np.float64]
 CERTAIN = 4  # reason for the end that no kernel returns: a certificate
 STOPS = {
     0: "end",

@@ -15,8 +15,8 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced
 from hpcwhirl.dynamics.kernels.body_types import CoupledBody, Stand
@@ -27,8 +27,6 @@ from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.waves import turning_matrices
 from hpcwhirl.scene import Scene
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 NONE = np.zeros((0, 0))
 ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
 

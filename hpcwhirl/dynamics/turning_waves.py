@@ -24,9 +24,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eig
 
+from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.flights import flight_arrays, flying_waves
 from hpcwhirl.dynamics.kernels import waves
@@ -43,8 +43,6 @@ from hpcwhirl.reduction.waves import diameter_matrices
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 
 
@@ -444,7 +442,7 @@ def modes_of(model: Model, k: int, q: Floats) -> Complexes:
     return np.asarray(real + 1j * imag if len(imag) else real + 0j)
 
 
-def _members(model: Model, k: int, phase: int) -> NDArray[np.intp]:
+def _members(model: Model, k: int, phase: int) -> Indices:
     """Return the indices of the modes of a nodal diameter and phase, by rank."""
     body = model.rotor
     members = np.flatnonzero((body.diameter == k) & (body.phase == phase))

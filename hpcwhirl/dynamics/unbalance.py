@@ -18,14 +18,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import circle, swing
 from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-
-Floats = NDArray[np.float64]
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:

@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.kernels import passes
@@ -52,9 +53,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 CLOSED = 1e-9  # largest relative error of the work of contact
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.harmonics import harmonic_model
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
@@ -44,7 +44,6 @@ __all__ = [
     "tip_rows",
 ]
 
-Floats = NDArray[np.float64]
 OF_SUPPORTS = (
     "damping",
     "suspension_damping",

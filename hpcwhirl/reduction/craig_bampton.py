@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
+from hpcwhirl.arrays import Indices, Matrix
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.factors import factored
 from hpcwhirl.reduction.nearby import modes_near
 
-Matrix = NDArray[Any]
 TOLERANCE = 1e-9  # largest error of mass-orthonormality
 MOST_KEPT = 8  # patterns, some 100 kB each
 NEW = 1e-3  # least part of a unit-mass shape outside a basis that extends it
@@ -22,7 +22,7 @@ NEW = 1e-3  # least part of a unit-mass shape outside a basis that extends it
 def craig_bampton(
     mass: Matrix,
     stiffness: Matrix,
-    boundary: NDArray[np.intp],
+    boundary: Indices,
     eta: int,
     near: Matrix | None = None,
 ) -> tuple[Matrix, Matrix]:
@@ -85,8 +85,8 @@ class _Pattern(NamedTuple):
     indices, pointers : row indices (d,) and column pointers of the submatrix
     """
 
-    places: NDArray[np.intp]
-    inner: NDArray[np.intp]
+    places: Indices
+    inner: Indices
     indices: NDArray[np.int32]
     pointers: NDArray[np.int32]
 
@@ -95,7 +95,7 @@ class _Pattern(NamedTuple):
 _patterns: dict[tuple[int, int, bytes], _Pattern] = {}
 
 
-def _within(matrix: Matrix, inner: NDArray[np.intp]) -> sparse.csc_array:
+def _within(matrix: Matrix, inner: Indices) -> sparse.csc_array:
     """Return the submatrix of DoF `inner` (i,), sparse, of a matrix with many zeros."""
     key = len(matrix), int(np.count_nonzero(matrix)), inner.tobytes()
     kept = _patterns.get(key)
@@ -108,7 +108,7 @@ def _within(matrix: Matrix, inner: NDArray[np.intp]) -> sparse.csc_array:
     return sparse.csc_array(values, shape)
 
 
-def _pattern_of(matrix: Matrix, inner: NDArray[np.intp]) -> _Pattern:
+def _pattern_of(matrix: Matrix, inner: Indices) -> _Pattern:
     places = np.flatnonzero(matrix)
     numbers = np.arange(1, len(places) + 1), np.divmod(places, len(matrix))
     own = sparse.csc_array(numbers, matrix.shape)[inner][:, inner]
@@ -116,9 +116,7 @@ def _pattern_of(matrix: Matrix, inner: NDArray[np.intp]) -> _Pattern:
     return _Pattern(places, places[own.data - 1], own.indices, own.indptr)
 
 
-def enriched(
-    mass: Matrix, basis: Matrix, other: Matrix, boundary: NDArray[np.intp]
-) -> Matrix:
+def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> Matrix:
     """Return a basis extended by those parts of another basis that it lacks.
 
     The result approximates the modes for the stiffness matrices of both bases, and for

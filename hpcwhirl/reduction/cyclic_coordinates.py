@@ -8,12 +8,9 @@ centre displacement belongs to k = 1 alone (Eq. 11), as z_o (e_x + i e_y) / sqrt
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.structure import CyclicStructure
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 def diameters(sectors: int) -> range:

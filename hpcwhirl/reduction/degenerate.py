@@ -14,12 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 SAME = 1e-8  # relative difference of omega^2 up to which frequencies count as equal
 ROUND_OFF = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
 NEAR = 1e-3  # relative difference of omega of modes that a small asymmetry may mix
@@ -48,7 +46,7 @@ def _grams(shapes: Floats, blades: int) -> Floats:
     return np.asarray(np.array(twice)[:, None, None] * squared)
 
 
-def runs(values: Floats, apart: Floats) -> Iterator[NDArray[np.intp]]:
+def runs(values: Floats, apart: Floats) -> Iterator[Indices]:
     """Yield the indices of each run of ascending values that lie close together.
 
     values : (m,), ascending

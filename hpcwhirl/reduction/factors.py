@@ -12,14 +12,12 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from hpcwhirl.arrays import Integers, Matrix
 from hpcwhirl.errors import ModelError
 
-Matrix = NDArray[Any]
-Integers = NDArray[np.int64]
 Solve = Callable[[Matrix], Matrix]
 Tell = Callable[[str], None]
 SMALL = 20_000  # number of unknowns up to which SuperLU is used

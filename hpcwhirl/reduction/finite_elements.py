@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.reduction.cyclic_coordinates import (
     centre_width,
     diameters,
@@ -48,8 +49,6 @@ from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
 from hpcwhirl.structure.assembly import turn
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 MORE = 2  # modes computed of each diameter beyond an even share of all
 STRAINED = 1e-4  # largest relative strain by a translation; data of 14 digits give 1e-6
 INDEFINITE = -1e-9  # lowest relative eigenvalue that counts as 0 with round-off

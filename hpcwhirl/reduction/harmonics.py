@@ -9,14 +9,12 @@ of the bending mode, but it limits the time step.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
 from hpcwhirl.structure import FourierOperator, harmonic_matrices
-
-Floats = NDArray[np.float64]
 
 
 def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]:

@@ -10,9 +10,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.reduction.degenerate import aligned
 from hpcwhirl.reduction.mistuned import modes_of, named_modes
 from hpcwhirl.reduction.modes import (
@@ -46,8 +46,6 @@ from hpcwhirl.reduction.stress import stress_of
 from hpcwhirl.reduction.supports import Support
 from hpcwhirl.store.models.engine_file import Given, read_rotor
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
 EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged

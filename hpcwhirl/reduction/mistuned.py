@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.cyclic_coordinates import diameters
 from hpcwhirl.reduction.degenerate import diameter_shares, dominant
@@ -23,8 +23,6 @@ from hpcwhirl.reduction.supports import planar
 from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 FORWARD = planar(1j)
 NEAR = 0.1  # scale of ln(frequency ratio) within which modes are similar
 
@@ -134,7 +132,7 @@ def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
     return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)
 
 
-def boundary_of(structure: CyclicStructure) -> NDArray[np.intp]:
+def boundary_of(structure: CyclicStructure) -> Indices:
     """Return the DoF that the reduction keeps: tips sector by sector, then centre."""
     first = structure.sector_size * np.arange(structure.sectors)
     tips = first[:, None] + np.array(structure.boundary)
@@ -144,7 +142,7 @@ def boundary_of(structure: CyclicStructure) -> NDArray[np.intp]:
 
 def _basis(
     structure: CyclicStructure,
-    boundary: NDArray[np.intp],
+    boundary: Indices,
     eta: int,
     rotation: Rotation | None,
     near: Floats | None,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model
 from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
@@ -18,8 +18,6 @@ from hpcwhirl.reduction.round_casing import check_lobes
 from hpcwhirl.scene import Casing, Rotor, Scene, content_digest
 from hpcwhirl.structure import FourierOperator, RingOperator
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 MOST_KEPT = 32  # number of cached models, 100 kB to some MB each
 
 

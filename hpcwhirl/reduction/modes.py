@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.arrays import Complexes, Floats, Indices, Integers
 from hpcwhirl.errors import InputError, ModelError
 from hpcwhirl.reduction.craig_bampton import craig_bampton, enriched
 from hpcwhirl.reduction.cyclic_coordinates import (
-    Complexes,
     block,
     centre_width,
     diameters,
@@ -28,8 +28,6 @@ from hpcwhirl.reduction.supports import ROUND, Bearing, Support
 from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # reference speed of a basis for all speeds, over the first frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
@@ -304,7 +302,7 @@ def speed_of_basis(mass: Floats, stiffness: Floats) -> float:
 def reduction_basis(
     mass: Any,
     stiffness: Any,
-    kept: tuple[NDArray[np.intp], int],
+    kept: tuple[Indices, int],
     taut: Any = None,
     near: Any = None,
 ) -> Any:

@@ -7,18 +7,14 @@ none is missing.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from hpcwhirl.arrays import Floats, Matrix
 from hpcwhirl.reduction.factors import Solve, factored, negative_pivots
 
-Matrix = NDArray[Any]
-Floats = NDArray[np.float64]
 EXACT = 1e-10  # largest mass norm of x - omega^2 K^-1 M x of modes x of unit mass
 MOST = 24  # steps of the iteration, after which dense matrices are quicker
 ROUGH = 1e-6  # relative error of omega^2 of modes to begin with

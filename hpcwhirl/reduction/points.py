@@ -14,13 +14,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hpcwhirl.arrays import Floats, Integers
 
 if TYPE_CHECKING:
     from hpcwhirl.store.models.engine_file import Given
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 BY_POINT = "tip_station", "tip_angle", "tip_gap"
 BY_BLADE = (
     "tip_radial",

@@ -17,15 +17,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple, spread
 from hpcwhirl.reduction.degenerate import ROUND_OFF, SAME, runs, unmixed
 from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_centre
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 EQUAL = 2e-5  # relative deviation up to which sectors count as equal
 CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega whose modes round-off mixes
 ROUNDED = 1e-11  # share of other diameters in a shape that round-off explains
@@ -258,7 +255,7 @@ def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
     return out
 
 
-def _groups(modes: NDArray[np.intp], squared: Floats) -> list[NDArray[np.intp]]:
+def _groups(modes: Indices, squared: Floats) -> list[Indices]:
     """Return groups of successive modes: pairs, or several pairs of close frequencies.
 
     modes : (2 p,), indices of modes by ascending frequency

@@ -10,9 +10,9 @@ names.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hpcwhirl.arrays import Complexes, Floats
+
 RIGID = 0.01  # largest relative deviation from a translation, since modes are truncated
 
 
@@ -56,7 +56,7 @@ def shaft_stiffness(
     return None
 
 
-def _check_places(moved: NDArray[np.complex128], angle: Floats) -> None:
+def _check_places(moved: Complexes, angle: Floats) -> None:
     """Raise MisplacedError for a translation in other axes or another blade order."""
     radial, tangential = moved.T
     for way, order in ((1.0, "anticlockwise"), (-1.0, "clockwise")):

@@ -6,15 +6,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.harmonics import model_of_modes
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
 from hpcwhirl.structure import FourierOperator, Sines, Uniform, shell_matrices
 
-Floats = NDArray[np.float64]
 NONE = np.zeros((0, 0))
 STILL = 1e-12  # motion at a station, over the largest, that counts as none
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh, eigh_tridiagonal, solve
 from scipy.sparse.linalg import (
@@ -18,12 +17,11 @@ from scipy.sparse.linalg import (
     onenormest,
 )
 
+from hpcwhirl.arrays import Floats, Matrix
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.factors import Solve, Tell, factored, scaled_norm
 from hpcwhirl.reduction.modes import REACH
 
-Matrix = NDArray[Any]
-Floats = NDArray[np.float64]
 Project = Callable[[], list[Any]]
 RIGID = 1e-12  # omega^2, over the highest one, up to which a mode counts as rigid
 DENSE = 600  # number of unknowns up to which dense matrices and all modes are computed

@@ -13,11 +13,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.cyclic_coordinates import (
-    Complexes,
     diameters,
     is_simple,
     spread,
@@ -39,7 +38,6 @@ from hpcwhirl.store.models.engine_file import (
     missing_terms,
 )
 
-Floats = NDArray[np.float64]
 FEWEST = 3  # least number of blades for which waves have a direction
 SYMMETRIC = 1e-9  # largest part of the wrong symmetry, over the largest entry
 RIGID = 0.01  # largest relative deviation of the inertia of a translation
@@ -87,9 +85,7 @@ def _modal(model: ModalModel, spin: Spin) -> Spin:
     )
 
 
-def _members(
-    model: ModalModel, blades: int
-) -> Iterator[tuple[int, list[NDArray[np.intp]]]]:
+def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices]]]:
     """Yield (k, indices of the modes of each phase, by rank) of each diameter."""
     for k in diameters(blades):
         own = [(model.diameter == k) & (model.phase == p) for p in (0, 1)]
@@ -101,9 +97,7 @@ def _members(
         )
 
 
-def _block(
-    matrix: Floats, members: list[NDArray[np.intp]], *, skew: bool = False
-) -> Complexes:
+def _block(matrix: Floats, members: list[Indices], *, skew: bool = False) -> Complexes:
     """Return the block H (m, m) of a matrix in real modes."""
     parts = [[matrix[np.ix_(a, b)] for b in members] for a in members]
     real, imag = parts[0][0], np.zeros_like(parts[0][0])
@@ -198,9 +192,7 @@ def _scaled(matrix: Floats, pure: Floats) -> Floats:
     return np.asarray((matrix - pure) / np.outer(size, size))
 
 
-def _spread_block(
-    out: Floats, block: Complexes, members: list[NDArray[np.intp]]
-) -> None:
+def _spread_block(out: Floats, block: Complexes, members: list[Indices]) -> None:
     """Set the entries of a real matrix, in modes, from the block of a nodal diameter.
 
     members : indices of the modes of the first phase, and of the second if there is one

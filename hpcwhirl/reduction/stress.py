@@ -11,11 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.store.models.engine_file import COMPONENTS, Given, wrong_name
 
-Floats = NDArray[np.float64]
 ROWS, NAMES = "stress", "stress_name"
 
 

@@ -24,9 +24,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hpcwhirl.arrays import Complexes, Floats
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class Bearing:
     """
 
     speeds: Floats
-    coefficients: NDArray[np.complex128]
+    coefficients: Complexes
 
     @property
     def is_round(self) -> bool:

@@ -9,15 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Indices
 from hpcwhirl.structure import Tilt
-
-Places = NDArray[np.intp]
 
 
 def with_tilt(
-    tilt: Tilt, centre: Places, turn: Any, mass: Any, stiffness: Any
+    tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
     """Return M and K with the tilt, (n + w, n + w), from matrices (n, n).
 

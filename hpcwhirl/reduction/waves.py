@@ -19,10 +19,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from hpcwhirl.reduction.cyclic_coordinates import Complexes, is_simple
+from hpcwhirl.arrays import Complexes, Floats
+from hpcwhirl.reduction.cyclic_coordinates import is_simple
 from hpcwhirl.reduction.families import family_ranks
 from hpcwhirl.reduction.modes import (
     ModalModel,
@@ -34,7 +34,6 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support, planar
 
-Floats = NDArray[np.float64]
 WATCHED = 4.0  # highest speed of searches, over the first frequency
 SPEEDS = 101  # number of speeds at which growth is computed
 REAL = 1e-9  # imaginary part over the largest root up to which a root is real

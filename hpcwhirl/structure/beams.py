@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hpcwhirl.arrays import Floats
+
 _X, _W = np.polynomial.legendre.leggauss(4)  # exact to degree 7
 POINTS, WEIGHTS = (_X + 1) / 2, _W / 2
 

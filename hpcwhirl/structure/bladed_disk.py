@@ -6,8 +6,8 @@ import itertools
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.rules import NO_BLADE
@@ -15,8 +15,6 @@ from hpcwhirl.structure.assembly import CyclicStructure, add_block, add_element,
 from hpcwhirl.structure.beams import Section, beam
 from hpcwhirl.structure.tilting import tilt_of
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 NODE = 3  # DoF of a node: radial, tangential, rotation
 GHOST = 1e-6  # share of its mass and stiffness that a lost blade keeps
 MOST_DOF = 15_000  # dense M and K then take 1.8 GB each

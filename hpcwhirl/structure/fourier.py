@@ -12,13 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.scene import Casing
 from hpcwhirl.structure.axial import EVERYWHERE, Axial
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 MIDDLE = np.zeros(1)
 
 

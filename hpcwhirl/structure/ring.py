@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.scene import Casing
 from hpcwhirl.structure.assembly import CyclicStructure, add_element
 from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 NODE = 4  # DoF per node: u, u', w, w'
 
 

@@ -21,15 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.scene import Rotor
 from hpcwhirl.structure.assembly import turn
 from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, beam, hermite
 from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spoke
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
 

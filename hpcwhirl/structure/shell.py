@@ -14,11 +14,9 @@ axial force. Each (h, p) has three modes: one mostly radial, two that stretch th
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.scene import Casing
-
-Floats = NDArray[np.float64]
 
 
 def fluegge(h: int, lam: float, k: float, poisson: float) -> Floats:

@@ -23,11 +23,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.scene import Rotor
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.kernel_types import Ring
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class Points(NamedTuple):

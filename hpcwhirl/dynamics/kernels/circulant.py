@@ -11,8 +11,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import contact_space
@@ -47,8 +47,6 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 MOST_KEPT = 8  # cached numbers of blades
 MANY = 48  # active blades beyond which a circulant W is applied slot by slot
 SMALL = 24  # N up to which any set of blades is inverted anew, which is fast enough
@@ -112,7 +110,7 @@ def circulant_space(
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _apart(blades: int) -> NDArray[np.intp]:
+def _apart(blades: int) -> Indices:
     """Return (i - j) mod N, (N, N)."""
     j = np.arange(blades)
     return np.asarray(np.subtract.outer(j, j) % blades)

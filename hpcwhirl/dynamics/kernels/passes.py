@@ -26,8 +26,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.compiled import inlined, part, rare
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
 from hpcwhirl.dynamics.kernels.transform import SPAN, to_gaps_split
@@ -45,8 +45,6 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 ROTOR_STATE, RING_STATE = 3, 6
 # items of a mode: keep, pull; rate of the loss; gamma; re, -im of give (gamma + mu
 # conj(sigma)); sigma; E of the ring

@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
 from numba import njit
 from numba.extending import overload
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hpcwhirl.arrays import Floats
+
 Function = Callable[..., Any]
 
 

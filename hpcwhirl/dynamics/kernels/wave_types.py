@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class CyclicRotor(NamedTuple):

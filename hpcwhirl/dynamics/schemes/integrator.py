@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes, waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
@@ -31,8 +31,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Ended = tuple[Floats, Floats, Floats, Floats]
 
 

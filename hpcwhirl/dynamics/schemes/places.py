@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import angle_at
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.circulant import folded
@@ -30,8 +30,6 @@ from hpcwhirl.dynamics.slots import rotor_slots as slots_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
-
-Floats = NDArray[np.float64]
 
 
 class RotorPlaces(Protocol):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.free_waves import FreeWaves
 from hpcwhirl.dynamics.kernels import waves
@@ -13,9 +14,8 @@ from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.schemes.cyclic import cyclic_march
-from hpcwhirl.dynamics.schemes.integrator import Floats, Integrator
+from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.turning_waves import (
-    Complexes,
     Diameter,
     amplitudes_of,
     circle_of,

@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.release import NEVER, release_step
 from hpcwhirl.case.speed import angle_at, law_of
 from hpcwhirl.case.unbalance import circle
@@ -26,7 +27,6 @@ from hpcwhirl.dynamics.point_arrays import point_arrays
 from hpcwhirl.dynamics.point_waves import PointWaves, point_waves, real_rows
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
-    Floats,
     Integrator,
     at_rest,
     reader,

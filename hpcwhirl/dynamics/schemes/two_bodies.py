@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
@@ -26,7 +27,6 @@ from hpcwhirl.dynamics.motion import (
 )
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
-    Floats,
     Integrator,
     nothing_yet,
     reader,

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -19,7 +20,6 @@ from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves, uncoupled_rotor
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
-    Floats,
     Integrator,
     at_rest,
     ended_by,
