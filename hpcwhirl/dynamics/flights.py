@@ -83,14 +83,14 @@ def flight_arrays(
     scene : the case
     beat : steps between rows of evidence, at which jumps end
     rotor : free motion of the rotor
-    ring : items of the ring, (ITEMS ring_size,)
+    ring : items of the ring, packed as in the kernel
     """
     if not SCHEMES[scene.solver.scheme].flies:
         return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)
     step = scene.solver.time_step
-    bodies = rotor, flying_modes(ring.reshape(passes.ITEMS, -1), step)
+    bodies = rotor, flying_modes(passes.unpacked(ring), step)
     jumps = [
         np.array([body.jump(int(count)).ravel() for count in counts]) for body in bodies
     ]

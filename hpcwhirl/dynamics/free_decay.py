@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_modes import FreeModes, ModesMotion
-from hpcwhirl.dynamics.free_rotor import free_rotor
-from hpcwhirl.dynamics.free_waves import WavesMotion
+from hpcwhirl.dynamics.free_waves import WavesMotion, free_rotor
 from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.errors import ModelError

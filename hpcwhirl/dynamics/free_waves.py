@@ -1,4 +1,4 @@
-"""Free motion of a rotor's forward and backward waves: a becomes z a in each step.
+"""Free motion of a rotor: of its waves, a becomes z a in each step.
 
 So |a| is multiplied by |z|. The circular orbit of an unbalanced rotor is a wave that is
 at rest in the rotating frame, z = 1, and is not excited by contact. Jacobi's energy is
@@ -9,13 +9,16 @@ The loss is its decrease, so that no loss is pending.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from hpcwhirl.arrays import Complexes, Floats
+from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.dynamics.flights import all_die_out, die_out
-from hpcwhirl.dynamics.free_modes import flushed
-from hpcwhirl.dynamics.kernels import waves
+from hpcwhirl.dynamics.free_modes import FreeModes, flushed
+from hpcwhirl.dynamics.kernels import passes, waves
+from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.turning_waves import unpacked
 from hpcwhirl.dynamics.whole_waves import unpacked_form
@@ -193,3 +196,65 @@ def complex_rows(parts: Floats, half: int) -> Complexes:
     """Return rows (r, half), re + i im, from flat rows with all re before all im."""
     rows = parts.reshape(-1, 2, half)
     return np.asarray(rows[:, 0] + 1j * rows[:, 1])
+
+
+class Shapes(NamedTuple):
+    """Displacements of tips and centre per unit amplitude q of a rotor.
+
+    Attributes
+    ----------
+    radial, tangential : (N, modes), displacements of the tips are Re(q @ row)
+    hub : (2, modes), x_o, y_o = Re(conj(hub) q)
+    reach : (N, modes), |radial|; (1, modes) if it is the same for all blades
+    """
+
+    radial: Complexes
+    tangential: Complexes
+    hub: Complexes
+    reach: Floats
+
+
+def free_rotor(
+    arrays: Arrays, blades: int, step: float
+) -> tuple[FreeModes | FreeWaves | FreeWhole, Shapes]:
+    """Return the free motion of a rotor and the shapes of its tips and centre.
+
+    Parameters
+    ----------
+    arrays : constant arrays of a kernel in the rotating frame
+    blades : number of blades that are integrated
+    step : dt, s
+    """
+    body: FreeModes | FreeWaves | FreeWhole
+    if isinstance(arrays.rotor, WholeRotor | UncoupledRotor):
+        body = FreeWhole(arrays.rotor)
+        return body, _chosen(_whole(arrays.rotor), body.own)
+    slots, _ = widths(blades)
+    if isinstance(arrays.rotor, WaveRotor):
+        body = FreeWaves(arrays.rotor, slots)
+        pairs = arrays.rotor.along.reshape(-1, 2, slots)
+        along = (pairs[:, 0] + 1j * pairs[:, 1]).ravel()
+        radial = unpacked(arrays.rotor.items, waves.ITEMS)[waves.RADIAL]
+    else:
+        parts = passes.unpacked(arrays.rotor.items).reshape(passes.ITEMS, -1, 2, slots)
+        items = parts[:, :, 0].reshape(passes.ITEMS, -1)
+        body = FreeModes(items, slots, step)
+        along = items[passes.SR] + 1j * items[passes.SI]
+        radial = items[passes.RADIAL]
+    columns = arrays.contact.turns.reshape(blades, 2 * slots)
+    turned = columns[:, :slots] - 1j * columns[:, slots:]
+    turned = turned[:, np.arange(len(radial)) % slots]
+    axes = arrays.rotor.hub.reshape(2, -1, 2, slots)
+    hub = (axes[:, :, 0] + 1j * axes[:, :, 1]).reshape(2, -1)
+    shapes = Shapes(-radial * turned, -along * turned, hub, np.abs(radial)[None])
+    return body, _chosen(shapes, body.own)
+
+
+def _whole(rotor: WholeRotor | UncoupledRotor) -> Shapes:
+    read = rotor.radial, rotor.tangential, rotor.hub
+    radial, along, hub = (tip_rows_of(rotor, rows) for rows in read)
+    return Shapes(-radial.conj(), -along.conj(), hub, np.abs(radial))
+
+
+def _chosen(shapes: Shapes, own: Indices) -> Shapes:
+    return Shapes._make(rows[:, own] for rows in shapes)

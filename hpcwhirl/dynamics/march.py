@@ -16,11 +16,11 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.release import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.body_types import DrivenBody
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
 from hpcwhirl.dynamics.layer import rods_of

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor
 from hpcwhirl.dynamics.kernels.whole import EIGHT

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
 from hpcwhirl.dynamics.kernels.point_types import (
     PointRows,
@@ -29,7 +29,7 @@ from hpcwhirl.dynamics.point_sectors import (
     slots_of,
 )
 from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
-from hpcwhirl.dynamics.slots import ring_pairs
+from hpcwhirl.dynamics.slots import ring_modes
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.dynamics.whole_waves import padded_blades
 from hpcwhirl.reduction.bodies import centre_rows
@@ -59,9 +59,10 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
         return np.zeros((2, 0))
     rows = np.zeros((2, len(model.casing.omega)))
     rows[0] = pulse_load(model, scene) @ model.casing.shapes
-    for _, (one, *other) in ring_pairs(model):
-        if other:
-            rows[1, other[0]] = rows[0, one]
+    for mode in ring_modes(model):
+        if len(mode.members) == 2:
+            one, other = mode.members
+            rows[1, other] = rows[0, one]
     return rows
 
 

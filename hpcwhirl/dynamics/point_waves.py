@@ -20,7 +20,7 @@ from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.point_sectors import nearly_equal, travelling, with_conjugates
-from hpcwhirl.dynamics.slots import ring_pairs
+from hpcwhirl.dynamics.slots import ring_modes
 from hpcwhirl.dynamics.turning import Terms, turning_terms
 from hpcwhirl.dynamics.whole_waves import WholeWaves, whole_waves
 from hpcwhirl.reduction.bodies import contact_rows
@@ -191,11 +191,11 @@ def casing_waves(model: Model, scene: Scene) -> BodyWaves | None:
         return None
     size = len(own.omega)
     mixed, turns = np.eye(size, dtype=complex), np.zeros(size)
-    for harmonic, (one, *other) in ring_pairs(model):
-        if other:
-            pair = [one, other[0]]
+    for mode in ring_modes(model):
+        if len(mode.members) == 2:
+            pair = list(mode.members)
             mixed[np.ix_(pair, pair)] = [[1.0, 1.0], [1j, -1j]]
-            spin = harmonic * scene.speed * scene.solver.time_step
+            spin = mode.harmonic * scene.speed * scene.solver.time_step
             turns[pair] = spin, -spin
     return _of_modes(own, mixed, turns)
 

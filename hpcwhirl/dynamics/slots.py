@@ -169,7 +169,7 @@ def _flies(scene: Scene) -> bool:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, int]:
+def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
     """Return the part of a rotor's arrays that is independent of speed and friction.
 
     flies : whether the scheme is exact, see `kernels.flight`
@@ -178,7 +178,6 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, i
     -------
     items : (ITEMS, rows, 2, slots), for re and im of each mode
     hub : (2, rows 2 slots), x_o and y_o for unit amplitudes
-    rows : largest number of modes of a nodal diameter
     """
     modes = _rotor_modes(model)
     slots, _ = widths(model.blades)
@@ -193,7 +192,7 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats, i
         hub[:, mode.row, 0, mode.slot] = mode.centre.real
         if parts == 2:
             hub[:, mode.row, 1, mode.slot] = -mode.centre.imag
-    return items, hub.reshape(2, -1), rows
+    return items, hub.reshape(2, -1)
 
 
 class _Ring(NamedTuple):
@@ -271,10 +270,18 @@ def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
     return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
 
 
-def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
-    """Return (items (ITEMS size,), load (size,), rows) of a ring; empty if rigid."""
+def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
+    """Return the kernel's arrays of the pulse and of a ring; empty ones if rigid."""
+    items, load = _ring_arrays(model, scene)
+    _, sign = fold(scene.nodal_diameter, model.blades)
+    loading = Load(scene.force, scene.pulse, load)
+    return loading, CyclicCasing(passes.packed(items), sign)
+
+
+def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
+    """Return (items (ITEMS size,), load (size,)) of a ring; empty if rigid."""
     if model.casing is None or not isinstance(model.ring, FourierOperator):
-        return np.zeros(0), np.zeros(0), 0
+        return np.zeros(0), np.zeros(0)
     step, given = scene.solver.time_step, _round(model)
     ring, mu = _ring(given, step, flies=_flies(scene)), friction_with_sign(scene).hex()
     items = _rubbed_ring(given, step, mu, flies=_flies(scene)).copy()
@@ -286,7 +293,7 @@ def ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats, int]:
     load = np.zeros(items.shape[1:])
     force = _lobes(given, scene.nodal_diameter, scene.direction)
     load[ring.row, ring.slot] = force[ring.column]
-    return items.ravel(), load.ravel(), items.shape[1]
+    return items.ravel(), load.ravel()
 
 
 def turn_ring(
@@ -317,7 +324,7 @@ def turn_ring(
 
 
 @dataclass(frozen=True)
-class _RingMode:
+class RingMode:
     """A mode of the ring as one complex amplitude, q_c - i q_s, turned by h Omega t.
 
     Attributes
@@ -335,12 +342,13 @@ class _RingMode:
     members: tuple[int, ...]
 
 
-def _ring_modes(model: Model) -> list[_RingMode]:
+def ring_modes(model: Model) -> list[RingMode]:
+    """Return the modes of a model's ring; none of a rigid casing."""
     return [] if model.casing is None else _modes_in_slots(model.casing, model.blades)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _modes_in_slots(body: ModalModel, blades: int) -> list[_RingMode]:
+def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
     used, out = dict[int, int](), []
     for h in range(int(body.diameter.max()) + 1):
         slot, sign = fold(h, blades)
@@ -349,13 +357,8 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[_RingMode]:
             members = tuple(np.flatnonzero(same)[np.argsort(body.phase[same])])
             row = used.get(slot, 0)
             used[slot] = row + 1
-            out.append(_RingMode(slot, row, sign, h, members))
+            out.append(RingMode(slot, row, sign, h, members))
     return out
-
-
-def ring_pairs(model: Model) -> list[tuple[int, tuple[int, ...]]]:
-    """Return (h, columns of its one or two phases) of each mode of a ring."""
-    return [(place.harmonic, place.members) for place in _ring_modes(model)]
 
 
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
@@ -385,7 +388,7 @@ def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
     They are for the rotor at angle 0, where both frames coincide.
     """
     out = np.zeros((2, rows, widths(model.blades)[0]))
-    for place in _ring_modes(model):
+    for place in ring_modes(model):
         value = complex(*q_c[list(place.members)])
         out[:, place.row, place.slot] = value.real, -place.sign * value.imag
     return out.ravel()
@@ -403,7 +406,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     slots, _ = widths(model.blades)
     rows = states.shape[1] // (2 * slots)
     ring = states.reshape(len(states), 2, rows, slots)  # there may be no states
-    places = _ring_modes(model) if len(states) else []
+    places = ring_modes(model) if len(states) else []
     q = np.zeros((len(states), len(model.casing.omega) if model.casing else 0))
     harmonics = {place.harmonic for place in places}
     turns = {h: np.exp(-1j * h * angles) for h in harmonics}
@@ -421,7 +424,7 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
     q, angle : amplitudes in the static frame; angles (...,) of the frames, rad
     """
     out = q.copy()
-    for place in _ring_modes(model):
+    for place in ring_modes(model):
         one, *other = place.members
         beside = q[..., other[0]] if other else 0.0
         turned = np.exp(1j * place.harmonic * np.asarray(angle))
@@ -434,7 +437,7 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
 @lru_cache(maxsize=MOST_RUBBED)
 def _rubbed(
     model: Model, step: float, mu: str, *, flies: bool
-) -> tuple[Floats, Floats, Floats, int]:
+) -> tuple[Floats, Floats, Floats]:
     """Return arrays of the cyclic kernel that depend on friction, not on the speed.
 
     mu, flies : as for `_rubbed_ring` and `_rotor`
@@ -442,39 +445,27 @@ def _rubbed(
     Returns
     -------
     (the rotor's items, packed; `hub` of `_rotor`; column 0 of the Delassus matrix W,
-    (N,), m/N; `rows` of `_rotor`)
+    (N,), m/N)
     """
-    items, hub, rows = _rotor(model, step, flies=flies)
+    items, hub = _rotor(model, step, flies=flies)
     rotor = _pushed(items, float.fromhex(mu))
     symbol = _symbol(rotor[:, :, 0])
     if model.casing is not None and isinstance(model.ring, FourierOperator):
         symbol = symbol + _symbol(_rubbed_ring(_round(model), step, mu, flies=flies))
     half = model.blades // 2 + 1
     column = (blade_waves(model.blades) @ symbol[:half]).real.copy()
-    return passes.packed(rotor.ravel()), hub, column, rows
+    return passes.packed(rotor.ravel()), hub, column
 
 
-def cyclic_arrays(model: Model, scene: Scene, beat: int) -> tuple[Arrays, int, int]:
-    """Return (arrays of the cyclic kernel, rows of rotor, rows of ring).
-
-    beat : steps between rows of evidence
-    """
-    blades, mu = model.blades, friction_with_sign(scene).hex()
-    step, flies = scene.solver.time_step, _flies(scene)
-    rotor, hub, column, rows = _rubbed(model, step, mu, flies=flies)
-    ring, lobe, casing_rows = ring_arrays(model, scene)
-    _, sign = fold(scene.nodal_diameter, blades)
-    turns, wave = transforms(blades)
+def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
+    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence."""
+    step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
+    rotor, hub, column = _rubbed(model, step, mu, flies=_flies(scene))
+    loading, casing = casing_arrays(model, scene)
     flyer = flying_modes(passes.unpacked(rotor), step)
-    arrays = Arrays(
-        Load(scene.force, scene.pulse, lobe),
-        CyclicRotor(rotor, hub),
-        CyclicCasing(passes.packed(ring), sign),
-        CyclicContact(
-            column.copy(), turns, wave, flight_arrays(scene, beat, flyer, ring)
-        ),
-    )
-    return arrays, rows, casing_rows
+    flight = flight_arrays(scene, beat, flyer, casing.items)
+    contact_of = CyclicContact(column.copy(), *transforms(model.blades), flight)
+    return Arrays(loading, CyclicRotor(rotor, hub), casing, contact_of)
 
 
 def ring_column(model: Model, scene: Scene) -> Floats:

@@ -8,21 +8,23 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.vectors import aligned
 from hpcwhirl.dynamics.kernels.wave_types import (
-    CyclicCasing,
     GeneralContact,
     GeneralRotor,
+    UncoupledRotor,
+    WholeRotor,
 )
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
-from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
+from hpcwhirl.dynamics.slots import casing_arrays, ring_column, transforms
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+from hpcwhirl.scene.rules import NO_BLADE
 
 
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
@@ -44,7 +46,8 @@ def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
     return items
 
 
-def _rotor(model: Model, scene: Scene) -> GeneralRotor:
+def general_rotor(model: Model, scene: Scene) -> GeneralRotor:
+    """Return the kernel's arrays of a rotor as real modes."""
     body, blades = model.rotor, model.blades
     size = -(-len(body.omega) // EIGHT) * EIGHT
 
@@ -72,13 +75,13 @@ def delassus(model: Model, scene: Scene) -> Floats:
     return w + ring_column(model, scene)[np.subtract.outer(blades, blades)]
 
 
-def general_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `kernels.general.march_general`: round or rigid casing."""
-    blades = model.blades
-    ring, lobe, _ = ring_arrays(model, scene)
-    return Arrays(
-        Load(scene.force, scene.pulse, lobe),
-        _rotor(model, scene),
-        CyclicCasing(passes.packed(ring), fold(scene.nodal_diameter, blades)[1]),
-        GeneralContact(delassus(model, scene), *transforms(blades)),
-    )
+def unequal_arrays(
+    model: Model, scene: Scene, rotor: GeneralRotor | WholeRotor | UncoupledRotor
+) -> Arrays:
+    """Return the arrays of `kernels.general.marching`: round or rigid casing."""
+    w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
+    if lost != NO_BLADE:
+        w[lost] -= rotor_compliance(model, scene)[lost]
+    loading, casing = casing_arrays(model, scene)
+    contact = GeneralContact(w, *transforms(model.blades))
+    return Arrays(loading, rotor, casing, contact)

@@ -31,12 +31,11 @@ from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.flights import flight_arrays, flying_waves
 from hpcwhirl.dynamics.kernels import waves
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
-from hpcwhirl.dynamics.kernels.passes import packed as packed_modes
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.vectors import FOUR, aligned
-from hpcwhirl.dynamics.kernels.wave_types import CyclicCasing, CyclicContact, WaveRotor
+from hpcwhirl.dynamics.kernels.wave_types import CyclicContact, WaveRotor
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
+from hpcwhirl.dynamics.slots import casing_arrays, ring_column, transforms
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
@@ -323,15 +322,10 @@ def is_basis(diameters: list[Diameter]) -> bool:
 
 def wave_arrays(
     model: Model, scene: Scene, diameters: list[Diameter], beat: int
-) -> tuple[Arrays, int]:
-    """Return (arrays of the cyclic kernel, rows of the ring).
-
-    beat : steps between rows of evidence
-    """
+) -> Arrays:
+    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence."""
     blades, mu = model.blades, friction_with_sign(scene)
-    ring, lobe, ring_rows = ring_arrays(model, scene)
-    _, sign = fold(scene.nodal_diameter, blades)
-    turns, wave = transforms(blades)
+    loading, casing = casing_arrays(model, scene)
     steady = circle_of(model, scene, diameters)
     rotor = _rotor(diameters, widths(blades)[0], mu, steady)
     k = np.arange(len(diameters))
@@ -340,13 +334,9 @@ def wave_arrays(
     column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
     count = waves.FLOW_ITEMS if is_exact(scene) else waves.ITEMS
     flyer = flying_waves(unpacked(rotor.items, count), scene.solver.time_step)
-    arrays = Arrays(
-        Load(scene.force, scene.pulse, lobe),
-        rotor,
-        CyclicCasing(packed_modes(ring), sign),
-        CyclicContact(column, turns, wave, flight_arrays(scene, beat, flyer, ring)),
-    )
-    return arrays, ring_rows
+    flight = flight_arrays(scene, beat, flyer, casing.items)
+    contact = CyclicContact(column, *transforms(blades), flight)
+    return Arrays(loading, rotor, casing, contact)
 
 
 def _rotor(

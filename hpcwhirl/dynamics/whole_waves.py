@@ -28,24 +28,16 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.certificate import LESS
-from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.bodies import NOWHERE
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
-from hpcwhirl.dynamics.kernels.wave_types import (
-    CyclicCasing,
-    GeneralContact,
-    UncoupledRotor,
-    WholeRotor,
-)
+from hpcwhirl.dynamics.kernels.wave_types import WholeRotor
 from hpcwhirl.dynamics.kernels.whole import EIGHT
-from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
-from hpcwhirl.dynamics.slots import fold, ring_arrays, ring_column, transforms
-from hpcwhirl.dynamics.tips import delassus
+from hpcwhirl.dynamics.operators import friction_with_sign
+from hpcwhirl.dynamics.slots import ring_column
 from hpcwhirl.dynamics.turning import Terms, step_of, turning_terms
 from hpcwhirl.dynamics.turning_waves import WORST, roots_of
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
@@ -265,22 +257,6 @@ def reads_of(model: Model) -> tuple[Floats, Floats]:
     """Return radial and tangential displacement of tips, negative, by modes, (N, m)."""
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
-
-
-def whole_arrays(
-    model: Model, scene: Scene, rotor: WholeRotor | UncoupledRotor
-) -> Arrays:
-    """Return the arrays of `kernels.general.march_whole`: round or rigid casing."""
-    ring, lobe, _ = ring_arrays(model, scene)
-    w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
-    if lost != NO_BLADE:
-        w[lost] -= rotor_compliance(model, scene)[lost]
-    return Arrays(
-        Load(scene.force, scene.pulse, lobe),
-        rotor,
-        CyclicCasing(passes.packed(ring), fold(scene.nodal_diameter, model.blades)[1]),
-        GeneralContact(w, *transforms(model.blades)),
-    )
 
 
 def padded_blades(blades: int) -> int:

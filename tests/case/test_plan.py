@@ -13,7 +13,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.sectors import folded_model
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import turning_waves, whole_waves
-from hpcwhirl.dynamics.certificate import roots_of
+from hpcwhirl.dynamics.free_modes import roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.cyclic import widths

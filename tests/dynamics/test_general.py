@@ -13,13 +13,13 @@ import pytest
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
 from hpcwhirl.dynamics.kernels import circulant, contact, general, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import pulse_load

@@ -6,7 +6,6 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import keep_inverse
@@ -14,6 +13,7 @@ from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import LAST
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.general import general_space
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor, WholeRotor
 from hpcwhirl.dynamics.march import March

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.certificate import LESS
 from hpcwhirl.dynamics.free_decay import FreeDecay
+from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.wave_types import WholeRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.whole_waves import whole_waves

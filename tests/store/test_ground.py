@@ -21,7 +21,7 @@ NOWHERE = "/proc/nowhere"  # not even root can make it
 ASK = """
 from pathlib import Path
 from numba import config
-from hpcwhirl.dynamics.cache import cache_facts
+from hpcwhirl.dynamics.kernels import cache_facts
 place = Path(config.CACHE_DIR)
 (place / "probe").write_text("")
 print(cache_facts()["cache_writable"], place)

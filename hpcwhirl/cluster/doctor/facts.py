@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import hpcwhirl
-from hpcwhirl.dynamics.cache import cache_facts
+from hpcwhirl.dynamics.kernels import cache_facts
 from hpcwhirl.launch import (
     ALONE,
     Communicator,

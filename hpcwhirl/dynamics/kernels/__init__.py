@@ -16,6 +16,11 @@ Numba's cache identifies a function by its file and does not notice edits in the
 functions that it calls. So the cache is in a directory named by a digest of these
 files, under NUMBA_CACHE_DIR or the user's cache directory. If that cannot be written,
 each process has a temporary cache of its own.
+
+Numba numbers the files of compiled code and writes the index first: two processes that
+compile two variants of a kernel at once use the same number, and the index of one
+refers to the code of the other. Here each file has a unique name and is written before
+the index refers to it: at worst an entry is lost and that variant is compiled again.
 """
 
 from __future__ import annotations
@@ -25,11 +30,12 @@ import hashlib
 import os
 import shutil
 import tempfile
+import uuid
 from pathlib import Path
+from typing import Any
 
 from numba import config
-
-from hpcwhirl.dynamics.kernels.keeping import keep_apart
+from numba.core.caching import IndexDataCacheFile
 
 
 def _digest() -> str:
@@ -67,9 +73,31 @@ def _own() -> str:
     return place
 
 
+def save_apart(cache: Any, key: Any, data: Any) -> None:
+    """Save compiled code as `IndexDataCacheFile.save` does, but under a unique name."""
+    overloads = cache._load_index()
+    name = overloads.get(key)
+    if name is not None:  # the same code again
+        cache._save_data(name, data)
+        return
+    overloads[key] = name = cache._data_name(uuid.uuid4().int)
+    cache._save_data(name, data)
+    cache._save_index(overloads)
+
+
+def cache_facts() -> dict[str, Any]:
+    """Return {name: value}: path, writability, number of kernels of numba's cache."""
+    compiled = sum(1 for _ in WANTED.rglob("*.nbc")) if WANTED.is_dir() else 0
+    return {
+        "cache": str(WANTED),
+        "cache_writable": KEPT,
+        "cache_kernels": compiled,
+    }
+
+
 DIGEST = _digest()
 _settings = vars(config)
 WANTED = _cache_base(_settings["CACHE_DIR"]) / DIGEST
 KEPT = _may_write(WANTED)  # otherwise every process compiles everything again
 _settings["CACHE_DIR"] = str(WANTED) if KEPT else _own()
-keep_apart()
+IndexDataCacheFile.save = save_apart  # type: ignore[method-assign]

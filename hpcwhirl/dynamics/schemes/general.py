@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, cast
 
 import numpy as np
 
@@ -21,30 +20,20 @@ from hpcwhirl.dynamics.kernels.general import (
     march_general,
     settle_general,
 )
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState
 from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
 from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
-from hpcwhirl.dynamics.schemes.integrator import (
-    Integrator,
-    at_rest,
-    balance_of,
-    ended_by,
-    motions_in_slots,
-    reader,
-    releaser,
-    ring_reader,
-    with_space,
-)
-from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, Rows
+from hpcwhirl.dynamics.schemes.integrator import Integrator, at_rest
+from hpcwhirl.dynamics.schemes.places import ModePlaces
+from hpcwhirl.dynamics.schemes.rotating_frame import Rotating, in_rotating_frame
 from hpcwhirl.dynamics.schemes.two_bodies import (
     Coordinates,
     modal_coordinates,
     started,
     two_bodies,
 )
-from hpcwhirl.dynamics.slots import turn_ring
-from hpcwhirl.dynamics.tips import general_arrays
+from hpcwhirl.dynamics.tips import general_rotor, unequal_arrays
 from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.dynamics.varying import DrivenRotor, DrivenSteps, driven
 from hpcwhirl.reduction.model import Model
@@ -64,7 +53,8 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     apart = isinstance(model.ring, RingOperator) or model.rotor.points is not None
     if apart or wears(scene):
         return two_bodies(model, scene, modal_arrays(model, scene))
-    return _turning(model, scene, general_arrays(model, scene))
+    rotor = general_rotor(model, scene)
+    return _turning(model, scene, unequal_arrays(model, scene, rotor))
 
 
 def _spinning(model: Model, scene: Scene) -> Integrator:
@@ -135,37 +125,22 @@ def _driven(model: Model, scene: Scene) -> Integrator:
     return replace(whole, refresh=refresh, motion=motion)
 
 
-def _at_rest(model: Model, scene: Scene, arrays: Arrays) -> CyclicState:
-    k, _ = widths(model.blades)
-    modes = len(arrays.rotor.items) // passes.ITEMS
-    ring = passes.RING_STATE * (len(arrays.casing.items) // passes.ITEMS)
-    sizes = passes.ROTOR_STATE * modes, ring, 2 * modes + 4 * k, 3 * modes
-    return at_rest(model.blades, scene.gap, sizes)
-
-
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
     """Return the integrator, in the rotating frame, for a round or rigid casing."""
-    c_b, c_c = arrays.rotor.items, arrays.casing.items
-    modes, march = len(model.rotor.omega), cast(Any, march_general)
-    state_at_rest = _at_rest(model, scene, arrays)
-
-    ended = ended_by(lambda state, copies: settle_general(c_b, c_c, state, copies))
-
-    balance = balance_of(differences, arrays, scene, ended)
-    steps = modal_steps(model.rotor, scene.solver.time_step, exact=False)
-    held = Held(Rows(steps, modes), RingPlaces(model, scene, c_c))
-    motion, begin = motions_in_slots(model, scene, state_at_rest, held, ended, balance)
-
-    return Integrator(
-        kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
-        arrays=arrays,
-        state=state_at_rest,
-        balance=balance,
-        motion=motion,
-        begin=begin,
-        casing_width=2 * len(c_c) // passes.ITEMS,
-        casing_waves=reader(model, scene, ring_reader(model, scene)),
-        release=releaser(model, held.ring),
-        ended=ended,
-        refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.turn),
+    c_b, c_c, own = arrays.rotor.items, arrays.casing.items, len(model.rotor.omega)
+    k, modes = widths(model.blades)[0], len(c_b) // passes.ITEMS
+    ring = passes.RING_STATE * (len(c_c) // passes.ITEMS)
+    sizes = passes.ROTOR_STATE * modes, ring, 2 * modes + 4 * k, 3 * modes
+    state_at_rest = at_rest(model.blades, scene.gap, sizes)
+    places = ModePlaces(
+        modal_steps(model.rotor, scene.solver.time_step, exact=False),
+        lambda part: part[:own].copy(),
+        lambda q: np.pad(q, (0, modes - own)),
     )
+    kernel = Rotating(
+        march_general,
+        lambda: general_space(arrays, state_at_rest),
+        lambda state, copies: settle_general(c_b, c_c, state, copies),
+        differences,
+    )
+    return in_rotating_frame(model, scene, arrays, state_at_rest, places, kernel)

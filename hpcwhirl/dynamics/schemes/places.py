@@ -8,8 +8,9 @@ dissipation and works of a step depend on their sum.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -20,13 +21,7 @@ from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.motion import Amplitudes, Steps, gaps_of, modal_steps
-from hpcwhirl.dynamics.slots import (
-    ring_amplitudes,
-    ring_slots,
-    ring_turned,
-    rotor_amplitudes,
-)
-from hpcwhirl.dynamics.slots import rotor_slots as slots_of
+from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, ring_turned
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
@@ -46,46 +41,26 @@ class RotorPlaces(Protocol):
 
 
 @dataclass(frozen=True)
-class Slots:
-    """Layout of cyclic modes in slots, see `kernels.passes`."""
+class ModePlaces:
+    """Layout of modes: amplitudes, then increments of even and of odd steps.
 
-    model: Model
+    apart, joined : functions from such a part of the state to the modes (m,), and back
+    """
+
     steps: Steps
+    apart: Callable[[Floats], Floats]
+    joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
         """Return amplitudes and rates (m,) of the modes from a completed state."""
-        q, d = (
-            rotor_amplitudes(self.model, part)
-            for part in _held(state, passes.ROTOR_STATE, odd)
-        )
+        q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
         """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
         d = self.steps.increments(q, rate)
-        new = slots_of(self.model, d)
-        state[:] = np.concatenate([slots_of(self.model, q), new, -new])
-        return q - d
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Layout of `modes` real modes, padded, as in the kernel `general`."""
-
-    steps: Steps
-    modes: int
-
-    def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes from a completed state."""
-        held = _held(state, passes.ROTOR_STATE, odd)
-        q, d = (part[: self.modes].copy() for part in held)
-        return q, self.steps.velocities(q, d)
-
-    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
-        d, rows = self.steps.increments(q, rate), state.reshape(passes.ROTOR_STATE, -1)
-        rows[:] = 0.0
-        rows[:, : self.modes] = q, d, -d
+        new = self.joined(d)
+        state[:] = np.concatenate([self.joined(q), new, -new])
         return q - d
 
 
@@ -144,22 +119,6 @@ class RingPlaces:
         self.write(other, ring_turned(self.model, q, angle), np.zeros_like(q))
         parts = other.reshape(3, -1)
         state += parts[[0, 2, 1] if count & 1 else [0, 1, 2]].ravel()
-
-
-class Held(NamedTuple):
-    """Layout of both bodies in a state.
-
-    Attributes
-    ----------
-    rotor, ring : layouts of their motions
-    places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
-    beside : whether the state's gaps are without the rotor's displacement
-    """
-
-    rotor: RotorPlaces
-    ring: RingPlaces
-    places: Floats | None = None
-    beside: bool = False
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:

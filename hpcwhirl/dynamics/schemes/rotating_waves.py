@@ -131,10 +131,10 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
     diameters = diameters_of(model, scene) if has_waves(model) else []
     if not is_basis(diameters):
         return None
-    arrays, ring_rows = wave_arrays(model, scene, diameters, beat)
+    arrays = wave_arrays(model, scene, diameters, beat)
     k, _ = widths(model.blades)
     seen = 0 if is_exact(scene) else waves.SEEN
     rotor = arrays.rotor.hub.shape[1] + 2 * k * seen
     places = _WavePlaces(model, diameters, arrays.rotor, seen=seen > 0)
-    whole = cyclic_march(model, scene, arrays, (ring_rows, rotor, 3 * k), places)
+    whole = cyclic_march(model, scene, arrays, (rotor, 3 * k), places)
     return _circling(whole, model, scene, diameters)

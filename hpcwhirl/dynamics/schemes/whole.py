@@ -3,40 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
+from hpcwhirl.dynamics.kernels import differences
+from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.differences import column_sums, energies_of
 from hpcwhirl.dynamics.kernels.general import general_space, march_whole
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.passes import ITEMS, RING_STATE
 from hpcwhirl.dynamics.kernels.whole import HELD, settle_whole
 from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves, uncoupled_rotor
 from hpcwhirl.dynamics.operators import friction_with_sign
-from hpcwhirl.dynamics.schemes.integrator import (
-    Balance,
-    Integrator,
-    at_rest,
-    ended_by,
-    motions_in_slots,
-    reader,
-    releaser,
-    ring_reader,
-    with_space,
-)
-from hpcwhirl.dynamics.schemes.places import Held, RingPlaces, RotorPlaces
-from hpcwhirl.dynamics.slots import turn_ring
+from hpcwhirl.dynamics.schemes.integrator import Integrator, at_rest
+from hpcwhirl.dynamics.schemes.places import RotorPlaces
+from hpcwhirl.dynamics.schemes.rotating_frame import Rotating, in_rotating_frame
+from hpcwhirl.dynamics.tips import unequal_arrays
 from hpcwhirl.dynamics.whole_waves import (
     WholeWaves,
     coupled_rotor,
     padded_blades,
     reads_of,
-    whole_arrays,
     whole_waves,
 )
 from hpcwhirl.reduction.model import Model
@@ -129,14 +118,14 @@ def whole_apart(model: Model, scene: Scene) -> Integrator | None:
     forces = radial + friction_with_sign(scene) * along
     if not (waves.is_basis and waves.books(forces)):
         return None
-    arrays = whole_arrays(model, scene, coupled_rotor(model, scene, waves))
+    arrays = unequal_arrays(model, scene, coupled_rotor(model, scene, waves))
     whole = _march(model, scene, arrays, _WholePlaces(waves))
     return _circling(whole, model, scene, waves)
 
 
 def _of_modes(model: Model, scene: Scene, waves: ModeWaves) -> Integrator:
     """Return the integrator of a rotor without terms of rotation."""
-    arrays = whole_arrays(model, scene, uncoupled_rotor(model, scene, waves))
+    arrays = unequal_arrays(model, scene, uncoupled_rotor(model, scene, waves))
     return _march(model, scene, arrays, _ModePlaces(waves, len(arrays.rotor.drift)))
 
 
@@ -147,38 +136,16 @@ def _march(
 
     arrays, held_in : the kernel's arrays; layout of the rotor's motion in a state
     """
-    step, rotor, c_c = scene.solver.time_step, arrays.rotor, arrays.casing.items
-    blades = model.blades
-    k, _ = widths(blades)
-    padded, march = padded_blades(blades), cast(Any, march_whole)
+    c_c, blades = arrays.casing.items, model.blades
+    k, padded = widths(blades)[0], padded_blades(blades)
     ring = RING_STATE * (len(c_c) // ITEMS)
-    sizes = len(rotor.ahead) + padded, ring, HELD * padded + 4 * k, 3
+    sizes = len(arrays.rotor.ahead) + padded, ring, HELD * padded + 4 * k, 3
     state_at_rest = at_rest(blades, scene.gap, sizes)
-    friction = friction_with_sign(scene)
-
-    ended = ended_by(lambda state, copies: settle_whole(c_c, state, copies))
-
-    def balance(state: CyclicState) -> Balance:
-        s_b, s_c, sums_b, sums_c = ended(state)
-        now = int(state.counter[STEP] & 1)
-        own, beside = energies_of(rotor, s_b, s_c, c_c, now, step)
-        rotation, impact, drag, given = column_sums(sums_b, sums_c, step)
-        return Balance(own + beside, given - own, rotation, friction * drag, impact)
-
-    ring_places, places = RingPlaces(model, scene, c_c), circle(model, scene)
-    held = Held(held_in, ring_places, places, beside=True)
-    motion, begin = motions_in_slots(model, scene, state_at_rest, held, ended, balance)
-
-    return Integrator(
-        kernel=with_space(march, lambda: general_space(arrays, state_at_rest)),
-        arrays=arrays,
-        state=state_at_rest,
-        balance=balance,
-        motion=motion,
-        begin=begin,
-        casing_width=2 * len(c_c) // ITEMS,
-        casing_waves=reader(model, scene, ring_reader(model, scene)),
-        release=releaser(model, ring_places),
-        ended=ended,
-        refresh=lambda state, now: turn_ring(model, scene, c_c, state, now.turn),
+    kernel = Rotating(
+        march_whole,
+        lambda: general_space(arrays, state_at_rest),
+        lambda state, copies: settle_whole(c_c, state, copies),
+        differences,
+        beside=True,
     )
+    return in_rotating_frame(model, scene, arrays, state_at_rest, held_in, kernel)
