@@ -26,7 +26,7 @@ from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of, speed_at
 from hpcwhirl.case.unbalance import is_unbalanced
 from hpcwhirl.dynamics.history import History, between
-from hpcwhirl.reduction.equal_points import rotor_by_diameter
+from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.reduction.waves import unbalance_speeds
 from hpcwhirl.scene import Scene
 

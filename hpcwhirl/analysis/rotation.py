@@ -17,16 +17,15 @@ from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.reduction.families import (
     first_family,
     modal_table,
     moving_families,
     moving_ranks,
+    rotor_by_diameter,
 )
 from hpcwhirl.reduction.modes import ModalModel
-from hpcwhirl.reduction.squeeze_film import valid_up_to
-from hpcwhirl.reduction.supports import ROUND
+from hpcwhirl.reduction.supports import ROUND, valid_up_to
 from hpcwhirl.reduction.waves import (
     largest_growth,
     unbalance_speeds,

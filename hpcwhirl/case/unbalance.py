@@ -27,7 +27,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.reduction.squeeze_film import CLOSED, film_shares
+from hpcwhirl.reduction.supports import CLOSED, film_shares
 from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE

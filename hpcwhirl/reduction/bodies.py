@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.reduction.harmonics import harmonic_model
+from hpcwhirl.reduction.harmonics import at_station, harmonic_model, shell_model
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
 from hpcwhirl.reduction.modes import (
@@ -20,10 +20,8 @@ from hpcwhirl.reduction.modes import (
 )
 from hpcwhirl.reduction.nearby import rough_modes
 from hpcwhirl.reduction.round_casing import round_casing
-from hpcwhirl.reduction.shell import at_station, shell_model
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
-from hpcwhirl.reduction.squeeze_film import small_damping
-from hpcwhirl.reduction.supports import Support, bearing_of
+from hpcwhirl.reduction.supports import Support, bearing_of, small_damping
 from hpcwhirl.scene import Casing, Rotor
 from hpcwhirl.scene.kept_table import kept_rows
 from hpcwhirl.scene.rules import NO_BLADE

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.bodies import contact_rows
-from hpcwhirl.reduction.model import Model
-from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel
+from hpcwhirl.reduction.model import MOST_KEPT, Model
+from hpcwhirl.reduction.modes import SUSPENSION_SHARE, ModalModel, centre_rows
+from hpcwhirl.reduction.recognise import equal_sectors
+from hpcwhirl.reduction.spin import turned_alike
 
 HELD = "suspension", "conical"  # families of modes on the springs of the shaft
 UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
@@ -161,3 +164,41 @@ def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
 def as_records(table: list[Line]) -> list[dict[str, object]]:
     """Return the lines of the table as dictionaries."""
     return [asdict(line) for line in table]
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def rotor_by_diameter(model: Model) -> ModalModel:
+    """Return the rotor for frequencies, with modes by nodal diameter where possible.
+
+    Natural frequencies, Eq. 13 and the growth of free motions do not depend on contact:
+    only the reference points count as tips here, so that equal sectors are recognised
+    as with one point per tip. The time integration has waves of its own, see
+    `dynamics.point_sectors`.
+
+    It is the model's rotor, unless that has several points per tip and sectors equal
+    within `recognise.EQUAL`: then it is cyclic, with waves if it has terms of rotation.
+    """
+    own, blades = model.rotor, model.blades
+    if own.points is None:
+        return own
+    single = replace(own, points=None)
+    found = turned_alike(equal_sectors(single, blades), single, blades)
+    if not found.cyclic or (found.spin is not None and not found.spin.waves):
+        return own
+    return replace(found, centre_share=_shares(own, found, blades))
+
+
+def _shares(own: ModalModel, found: ModalModel, blades: int) -> Floats:
+    """Return the share of strain energy in the shaft's springs in each mode, (m,).
+
+    The modes are those of `found`. The springs' stiffness follows from the shares of
+    `own`; the result is NaN if those are unknown.
+    """
+    moved, others = ((centre_rows(m, blades) ** 2).sum(0) for m in (own, found))
+    if not moved.any():
+        return np.zeros(len(others))
+    top = int(moved.argmax())
+    spring = own.centre_share[top] * own.omega[top] ** 2 / moved[top]
+    still = others == 0.0
+    share = spring * others / np.where(still, 1.0, found.omega**2)
+    return np.asarray(np.where(still, 0.0, share))

@@ -32,6 +32,7 @@ from hpcwhirl.reduction.modes import (
     Spin,
     assembled,
     assembled_spin,
+    lowest_of,
     physical_columns,
 )
 from hpcwhirl.reduction.sparse_modes import (
@@ -308,7 +309,8 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
                 partial(_projected, wheel, lift), boundary, count, tell,
                 keep=wheel.stress is not None,
             )  # fmt: skip
-        counts, last = _shared(pieces, blades, wheel.modes)
+        listed = [(value, k) for k, p in pieces.items() for value in p.squared]
+        counts, last = lowest_of(listed, blades, wheel.modes)
         wanted = {
             k: 2 * len(piece.squared)
             for k, piece in pieces.items()
@@ -326,25 +328,6 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
     mass, stiffness, spin, stress = _spread(wheel, cut, pieces)
     condition = max(piece.condition for piece in pieces.values())
     return _Reduced(mass, stiffness, spin, last, condition, added, stress)
-
-
-def _shared(
-    pieces: dict[int, Condensed], blades: int, most: int
-) -> tuple[dict[int, int], float]:
-    """Return {diameter: modes kept}, as `modes.share_out`, and their highest omega^2.
-
-    most : number of real modes to keep, unless that would split a pair
-    """
-    listed = sorted((value, k) for k, p in pieces.items() for value in p.squared)
-    counts, left, last = dict.fromkeys(pieces, 0), most, 0.0
-    for value, k in listed:
-        width = 1 if is_simple(k, blades) else 2
-        if width > left:
-            break
-        counts[k] += 1
-        left -= width
-        last = value
-    return counts, last
 
 
 def _spread(

@@ -1,12 +1,17 @@
-"""Modes of the ring of Fourier harmonics, in closed form: two per harmonic and phase.
+"""Modes of a casing by its harmonics: a ring in closed form, a shell; at one station.
 
-For h >= 1, the first mode bends the ring (for h = 1 it moves the ring on its support);
-the second one stretches it, with a frequency of c / R sqrt(1 + h^2) or more, c the
-speed of sound. At a contact, the stretching mode has some thousandths of the compliance
-of the bending mode, but it limits the time step.
+A ring has two modes per harmonic and phase. For h >= 1, the first one bends the ring
+(for h = 1 it moves the ring on its support); the second one stretches it, with a
+frequency of c / R sqrt(1 + h^2) or more, c the speed of sound. At a contact, the
+stretching mode has some thousandths of the compliance of the bending mode, but it
+limits the time step.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import eigh
@@ -14,19 +19,31 @@ from scipy.linalg import eigh
 from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
-from hpcwhirl.structure import FourierOperator, harmonic_matrices
+from hpcwhirl.structure import (
+    FourierOperator,
+    Sines,
+    Uniform,
+    harmonic_matrices,
+    shell_matrices,
+)
+
+NONE = np.zeros((0, 0))
+STILL = 1e-12  # motion over the largest, at a station or of a mode, that counts as none
 
 
-def _places(operator: FourierOperator, h: int) -> list[tuple[list[int], Floats]]:
-    """Return ([index of w, index of u], their signs) for each phase of harmonic h."""
-    wide = operator.width
-    if h == 0:
-        return [([0, wide], np.array([1.0, 1.0]))]
-    cosine, sine = 2 * h - 1, 2 * h
-    return [
-        ([cosine, wide + sine], np.array([1.0, 1.0])),
-        ([sine, wide + cosine], np.array([1.0, -1.0])),
-    ]
+def _places(
+    operator: FourierOperator, h: int, p: int
+) -> Iterator[tuple[list[int], Floats]]:
+    """Yield ([indices of w, u (and v)], their signs) of each phase of (h, p).
+
+    p : axial function, from 0
+    """
+    layer, count = len(operator.radial), operator.directions
+    cosine, sine = (operator.width * p + i for i in (max(2 * h - 1, 0), 2 * h))
+    yield [cosine, layer + sine, 2 * layer + cosine][:count], np.ones(count)
+    if h > 0:
+        rows = [sine, layer + cosine, 2 * layer + sine]
+        yield rows[:count], np.array([1.0, -1.0, 1.0])[:count]
 
 
 def _stretches(h: int, modes: Floats) -> int:
@@ -70,6 +87,45 @@ def model_of_modes(
     )
 
 
+def _model(
+    casing: Casing,
+    operator: FourierOperator,
+    matrices_of: Callable[[int, int], tuple[float, Floats]],
+    kept_of: Callable[[int, Floats], list[int]],
+) -> ModalModel:
+    """Return the modes of a casing whose harmonics and axial functions are uncoupled.
+
+    Parameters
+    ----------
+    matrices_of : (h, p) -> (m, K) of a harmonic and an axial function, both from 0
+    kept_of : (h, modes by columns) -> those that are kept with `families` = bending
+    """
+    mass, stiffness = (np.zeros((operator.size, operator.size)) for _ in range(2))
+    labels, columns, whole = [], [], casing.families == "all"
+    for h in range(casing.harmonics + 1):
+        found = []
+        for p in range(operator.axial.count):
+            inertia, stiff = matrices_of(h, p)
+            own = inertia * np.eye(len(stiff))
+            squared, modes = eigh(stiff, own)
+            if h == 0:  # torsion is uncoupled: such small entries are round-off
+                modes[np.abs(modes) < STILL * np.abs(modes).max()] = 0.0
+            omega = np.sqrt(np.maximum(squared, 0.0))  # a free ring's are round-off
+            kept = range(len(omega)) if whole else kept_of(h, modes)
+            found += [(omega[n], p, modes[:, n]) for n in kept]
+            for rows, signs in _places(operator, h, p):
+                mass[np.ix_(rows, rows)] = own
+                stiffness[np.ix_(rows, rows)] = stiff * np.outer(signs, signs)
+        found.sort(key=lambda mode: mode[:2])
+        for rank, (value, p, mode) in enumerate(found):
+            for phase, (rows, signs) in enumerate(_places(operator, h, p)):
+                columns.append(np.zeros(operator.size))
+                columns[-1][rows] = signs * mode
+                labels.append((value, h, rank, phase))
+    matrices = (mass, stiffness) if whole else None
+    return model_of_modes(labels, columns, casing.damping, matrices)
+
+
 def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
     """Return the modes of a ring of harmonics and its contact operator.
 
@@ -78,26 +134,56 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
     casing : section, support, damping and `harmonics` of the ring
     radius : R_c, m
     """
+
+    def kept_of(h: int, modes: Floats) -> list[int]:
+        return [0, 1] if h == 0 else [1 - _stretches(h, modes)]
+
     operator = FourierOperator(casing.harmonics, radius)
-    size = 2 * operator.width
-    mass, stiffness = (np.zeros((size, size)) for _ in range(2))
-    labels, columns = [], []
-    for h in range(casing.harmonics + 1):
-        inertia, stiff = harmonic_matrices(casing, radius, h)
-        squared, modes = eigh(stiff, inertia * np.eye(2))
-        frequencies = np.sqrt(
-            np.maximum(squared, 0.0)
-        )  # a free ring's are 0 to round-off
-        kept = [0, 1]
-        if casing.families == "bending" and h > 0:
-            kept.remove(_stretches(h, modes))
-        for half, (rows, signs) in enumerate(_places(operator, h)):
-            grid = np.ix_(rows, rows)
-            mass[grid] = inertia * np.eye(2)
-            stiffness[grid] = stiff * np.outer(signs, signs)
-            for among, n in enumerate(kept):
-                columns.append(np.zeros(size))
-                columns[-1][rows] = signs * modes[:, n]
-                labels.append((frequencies[n], h, among, half))
-    matrices = (mass, stiffness) if casing.families == "all" else None
-    return model_of_modes(labels, columns, casing.damping, matrices), operator
+    matrices = partial(harmonic_matrices, casing, radius)
+    return _model(casing, operator, lambda h, _: matrices(h), kept_of), operator
+
+
+def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
+    """Return the modes of a shell, three of each (h, p) and phase, and its operator.
+
+    Parameters
+    ----------
+    casing : section, `width` (its length), support, damping, `harmonics` and
+        `axial_modes`; with `families` = bending, each (h, p) keeps only the mode that
+        moves most radially
+    radius : R_c, m
+    """
+    axial = Sines(casing.axial_modes, casing.width)
+    operator = FourierOperator(casing.harmonics, radius, axial, directions=3)
+    model = _model(
+        casing,
+        operator,
+        lambda h, p: shell_matrices(casing, radius, h, p + 1),
+        lambda _, modes: [int(np.argmax(np.abs(modes[0])))],
+    )
+    return model, operator
+
+
+def at_station(
+    model: ModalModel, operator: FourierOperator, station: float
+) -> tuple[ModalModel, FourierOperator]:
+    """Return a casing restricted to one axial place, m, where the blades touch it.
+
+    It has no matrices and no modes that are at rest there; a casing that is uniform
+    along its axis is returned unchanged.
+    """
+    if isinstance(operator.axial, Uniform):
+        return model, operator
+    weight = operator.axial.at(np.array([station]))[0]
+    shape = (operator.axial.count, operator.width, -1)
+    rows = operator.radial, operator.tangential
+    seen = [np.tensordot(weight, model.shapes[r].reshape(shape), 1) for r in rows]
+    shapes = np.vstack(seen)
+    moved = np.abs(shapes).max(axis=0)
+    chosen = moved > STILL * moved.max()
+    columns = ("omega", "diameter", "rank", "phase", "centre_share")
+    kept = {name: getattr(model, name)[chosen] for name in columns}
+    kept["shapes"] = np.ascontiguousarray(shapes[:, chosen])
+    damping = model.ratios[chosen]
+    flat = FourierOperator(operator.harmonics, operator.radius)
+    return replace(model, mass=NONE, stiffness=NONE, damping=damping, **kept), flat

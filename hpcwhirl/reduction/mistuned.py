@@ -65,24 +65,7 @@ def named_modes(
     damping : modal damping ratio, one or (m,)
     kept : number of coordinates beyond tips and centre, which are the last of the n
     """
-    names = labels(shapes, omega, blades)
-    return _modes(matrices, shapes, omega, names, damping, kept=kept)
-
-
-def _modes(
-    matrices: tuple[Floats, Floats],
-    shapes: Floats,
-    omega: Floats,
-    names: tuple[Integers, Integers, Integers] | None,
-    damping: float | Floats,
-    *,
-    kept: int,
-) -> ModalModel:
-    """Return the model of m modes, see `named_modes`.
-
-    names : diameter, rank and phase of each mode, (m,) each; None: all 0
-    """
-    diameter, rank, phase = names or np.zeros((3, len(omega)), dtype=np.int64)
+    diameter, rank, phase = labels(shapes, omega, blades)
     return ModalModel(
         mass=matrices[0],
         stiffness=matrices[1],
@@ -197,10 +180,6 @@ def whole_model(
     if tilt is not None:
         mass, stiffness = with_tilt(tilt, centre, FORWARD, mass, stiffness)
     omega, shapes = modes_of(mass, stiffness)
-    model = _modes(
-        (mass, stiffness), shapes, omega, None, damping,
-        kept=len(mass) - len(boundary),
-    )  # fmt: skip
     hub = shapes[2 * blades : 2 * blades + len(structure.centre)]
     springs = energy_in_shaft(tilt, structure.centre_stiffness, hub, shapes[-2:])
     share = springs / np.maximum(omega**2, np.finfo(float).tiny)
@@ -224,4 +203,8 @@ def whole_model(
             *parts, tilt=places, released=released if released.any() else None,
             swing=swing,
         )  # fmt: skip
-    return replace(model, centre_share=share, spin=spin, reach=reach)
+    no_name = np.zeros(len(omega), dtype=np.int64)
+    return ModalModel(
+        mass, stiffness, shapes, omega, no_name, no_name, no_name, share, damping,
+        kept=len(mass) - len(boundary), cyclic=False, spin=spin, reach=reach,
+    )  # fmt: skip

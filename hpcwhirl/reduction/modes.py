@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -269,14 +269,27 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
         for k, values in _fixed_frequencies(structure).items()
         for omega in values
     ]
-    counts, left = dict.fromkeys(diameters(structure.sectors), 0), eta
-    for _, k in sorted(listed):
-        width = 1 if is_simple(k, structure.sectors) else 2
+    return lowest_of(listed, structure.sectors, eta)[0]
+
+
+def lowest_of(
+    listed: Iterable[tuple[float, int]], sectors: int, most: int
+) -> tuple[dict[int, int], float]:
+    """Return {nodal diameter: number of its modes among the lowest}, and the last one.
+
+    listed : (frequency or its square, nodal diameter) of modes, in any order; the last
+        one kept is returned as listed here
+    most : number of real modes to keep, unless that would split a pair
+    """
+    counts, left, last = dict.fromkeys(diameters(sectors), 0), most, 0.0
+    for value, k in sorted(listed):
+        width = 1 if is_simple(k, sectors) else 2
         if width > left:
             break
         counts[k] += 1
         left -= width
-    return counts
+        last = value
+    return counts, last
 
 
 def reference_speed(structure: CyclicStructure) -> float:
@@ -442,42 +455,40 @@ def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
     return [piece.omega, piece.k * same, rank, phase * same, share]
 
 
-def assembled(
-    pieces: list[tuple[Block, Floats]],
-) -> tuple[Floats, Floats]:
-    """Return (M, K) in physical coordinates, the sum over (block, map) pairs."""
+def _summed(pieces: list[tuple[Block, Floats]], name: str) -> Floats:
+    """Return a matrix of all blocks in physical coordinates, summed.
+
+    pieces, name : (block, map to physical coordinates); the matrix's name in a block
+    """
     size = len(pieces[0][1])
-    mass, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    out = np.zeros((size, size))
     for piece, columns in pieces:
-        mass += columns @ real_block(piece.mass, simple=piece.simple) @ columns.T
-        real = real_block(piece.stiffness, simple=piece.simple)
-        stiffness += columns @ real @ columns.T
-    return mass, stiffness
+        real = real_block(getattr(piece, name), simple=piece.simple)
+        out += columns @ real @ columns.T
+    return out
+
+
+def assembled(pieces: list[tuple[Block, Floats]]) -> tuple[Floats, Floats]:
+    """Return (M, K) in physical coordinates, the sum over (block, map) pairs."""
+    return _summed(pieces, "mass"), _summed(pieces, "stiffness")
 
 
 def assembled_spin(
     pieces: list[tuple[Block, Floats]], tilt: tuple[int, ...] = ()
 ) -> Spin | None:
     """Return the terms of rotation of all blocks in physical coordinates, if any."""
-    size = len(pieces[0][1])
-    coriolis, stiffening, quartic = (np.zeros((size, size)) for _ in range(3))
-    load, swing = np.zeros(size), np.zeros(size)
+    if any(piece.load is None for piece, _ in pieces):
+        return None
+    load, swing = np.zeros((2, len(pieces[0][1])))
     for piece, columns in pieces:
-        if piece.coriolis is None or piece.stiffening is None or piece.load is None:
-            return None
-        real = real_block(piece.coriolis, simple=piece.simple)
-        coriolis += columns @ real @ columns.T
-        real = real_block(piece.stiffening, simple=piece.simple)
-        stiffening += columns @ real @ columns.T
-        if piece.quartic is not None:
-            real = real_block(piece.quartic, simple=piece.simple)
-            quartic += columns @ real @ columns.T
-        if piece.k == 0:  # a simple harmonic, so the load is real
+        if piece.k == 0 and piece.load is not None:  # a simple harmonic, so real
             load += columns @ piece.load.real
             swing += columns @ piece.load.imag
-    second = quartic if pieces[0][0].quartic is not None else None
-    turned = (coriolis - coriolis.T) / 2
-    return Spin(turned, stiffening, load, second, tilt=tilt, swing=swing)
+    coriolis, quartic = _summed(pieces, "coriolis"), None
+    if pieces[0][0].quartic is not None:
+        quartic = _summed(pieces, "quartic")
+    turned, stiffening = (coriolis - coriolis.T) / 2, _summed(pieces, "stiffening")
+    return Spin(turned, stiffening, load, quartic, tilt=tilt, swing=swing)
 
 
 def modal_model(

@@ -22,6 +22,7 @@ from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple, spread
 from hpcwhirl.reduction.degenerate import ROUND_OFF, SAME, runs, unmixed
 from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_centre
+from hpcwhirl.reduction.supports import planar
 
 EQUAL = 2e-5  # relative deviation up to which sectors count as equal
 CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega whose modes round-off mixes
@@ -309,17 +310,11 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
     for p in range(count):
         top = zeta[np.argmax(np.abs(zeta[:2, p])), p]
         phase = np.abs(top) / top if top else 1.0  # makes the largest entry real
-        turned = pairs[:, 2 * p : 2 * p + 2] @ _rotation(phase)
+        turned = pairs[:, 2 * p : 2 * p + 2] @ planar(phase)
         rate = float(_rates(model) @ np.abs(u[:, p]) ** 2)
         omega = float(np.sqrt(max(squared[p], 0.0)))
         out.append(_Wave(k, omega, rate, zeta[:, p] * phase, turned))
     return out
-
-
-def _rotation(phase: complex) -> Floats:
-    """Return the (2, 2) matrix from the real pair of a wave u to that of `phase` u."""
-    c, s = phase.real, phase.imag
-    return np.array([[c, -s], [s, c]])
 
 
 def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:

@@ -10,9 +10,14 @@ the same elements.
 """
 
 from hpcwhirl.structure.assembly import CyclicStructure
-from hpcwhirl.structure.axial import Sines, Stations, Uniform
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk
-from hpcwhirl.structure.fourier import FourierOperator, harmonic_matrices
+from hpcwhirl.structure.fourier import (
+    FourierOperator,
+    Sines,
+    Stations,
+    Uniform,
+    harmonic_matrices,
+)
 from hpcwhirl.structure.ring import RingOperator, ring
 from hpcwhirl.structure.rotation import Rotation, rotation_of
 from hpcwhirl.structure.shell import shell_matrices

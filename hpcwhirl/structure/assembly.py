@@ -39,18 +39,11 @@ class CyclicStructure:
     tilt: Tilt | None = None
 
 
-def add_element(
-    target: Floats, element: Floats, dofs: Indices, transform: Floats
-) -> None:
-    """Add ``transform.T @ element @ transform`` at `dofs` of `target`, in place.
+def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
+    """Add a block at `dofs` of `target`, in place.
 
     A DoF that occurs twice in `dofs` (in a ring of one sector) gets both contributions.
     """
-    add_block(target, transform.T @ element @ transform, dofs)
-
-
-def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
-    """Add a block at `dofs` of `target`, in place; see `add_element`."""
     np.add.at(target, (dofs[:, None], dofs[None, :]), block)
 
 

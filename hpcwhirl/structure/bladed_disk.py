@@ -11,7 +11,7 @@ from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.rules import NO_BLADE
-from hpcwhirl.structure.assembly import CyclicStructure, add_block, add_element, turn
+from hpcwhirl.structure.assembly import CyclicStructure, add_block, turn
 from hpcwhirl.structure.beams import Section, beam
 from hpcwhirl.structure.tilting import tilt_of
 
@@ -44,7 +44,7 @@ def blade(rotor: Rotor) -> tuple[Floats, Floats]:
     for e, section in enumerate(sections):
         dofs = NODE * e + np.arange(2 * NODE)
         for target, part in zip((mass, stiffness), beam(length, section), strict=True):
-            add_element(target, part, dofs, np.eye(2 * NODE))
+            add_block(target, part, dofs)
     return mass, stiffness
 
 

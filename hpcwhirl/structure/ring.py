@@ -8,7 +8,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.scene import Casing
-from hpcwhirl.structure.assembly import CyclicStructure, add_element
+from hpcwhirl.structure.assembly import CyclicStructure, add_block
 from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
 
 NODE = 4  # DoF per node: u, u', w, w'
@@ -112,5 +112,5 @@ def ring(casing: Casing, radius: float) -> tuple[CyclicStructure, RingOperator]:
             NODE * ((e + 1) % casing.elements) + np.arange(NODE),
         ]
         for target, part in zip((mass, stiffness), parts, strict=True):
-            add_element(target, part, dofs, np.eye(2 * NODE))
+            add_block(target, part, dofs)
     return CyclicStructure(mass, stiffness, casing.elements, NODE, ()), operator

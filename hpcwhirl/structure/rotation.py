@@ -24,7 +24,7 @@ from numpy.polynomial import Polynomial
 
 from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.scene import Rotor
-from hpcwhirl.structure.assembly import turn
+from hpcwhirl.structure.assembly import add_block, turn
 from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, beam, hermite
 from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spoke
 
@@ -60,18 +60,18 @@ class Member:
     ----------
     length : m
     section : section of the beam
+    transform : (6, c), from the DoF of `dofs` to those of the beam
     start : (along, across), m: position of the first end from the centre, in the beam's
         axes
     dofs : (c,), indices into the DoF of (the sector, the next sector's root, the centre
         in the sector's axes)
-    transform : (6, c), from these DoF to those of the beam
     """
 
     length: float
     section: Section
+    transform: Floats
     start: tuple[float, float]
     dofs: Indices
-    transform: Floats
 
 
 def coriolis_of(length: float, section: Section) -> Floats:
@@ -137,24 +137,18 @@ def members(rotor: Rotor) -> list[Member]:
         size + np.arange(NODE),
         size + NODE + np.arange(2),
     )
-    beams = [_disk(spoke(rotor, 0.0), (0.0, 0.0), np.r_[hub, root])]
+    beams = [Member(*spoke(rotor, 0.0), (0.0, 0.0), np.r_[hub, root])]
     if rotor.blades > 1:
         half = np.pi / rotor.blades
         chord = rotor.disk_radius * np.sin(half), rotor.disk_radius * np.cos(half)
-        beams.append(_disk(rim(rotor), (-chord[0], -chord[1]), np.r_[root, after]))
+        start = -chord[0], -chord[1]
+        beams.append(Member(*rim(rotor), start, np.r_[root, after]))
     length, sections = blade_sections(rotor)
     for e, section in enumerate(sections):
         start = rotor.disk_radius + e * length, 0.0
         dofs = NODE * e + np.arange(2 * NODE)
-        beams.append(Member(length, section, start, dofs, np.eye(2 * NODE)))
+        beams.append(Member(length, section, np.eye(2 * NODE), start, dofs))
     return beams
-
-
-def _disk(
-    beam_of: tuple[float, Section, Floats], start: tuple[float, float], dofs: Indices
-) -> Member:
-    length, section, transform = beam_of
-    return Member(length, section, start, dofs, transform)
 
 
 def tensions(parts: list[Member], size: int) -> Floats:
@@ -175,9 +169,7 @@ def tensions(parts: list[Member], size: int) -> Floats:
         places = part.dofs[moving] % size  # the next sector moves in the same way
         transform = part.transform[:, moving]
         elastic = beam(part.length, part.section)[1]
-        np.add.at(
-            stiffness, (places[:, None], places), transform.T @ elastic @ transform
-        )
+        add_block(stiffness, transform.T @ elastic @ transform, places)
         pushed = load_of(part.length, part.section, part.start)
         np.add.at(load, places, transform.T @ pushed)
         folded.append((elastic[3] @ transform, places))
@@ -209,9 +201,8 @@ def rotation_of(rotor: Rotor) -> Rotation:
         lift = np.eye(wide)
         lift[-2:, -2:] = turn(2 * np.pi * j / blades)
         left = GHOST if j == rotor.lost_blade else 1.0
-        grid = places[:, None], places
         for target, own, other in zip(whole[:2], disk, blade, strict=False):
-            np.add.at(target, grid, lift.T @ (own + left * other) @ lift)
+            add_block(target, lift.T @ (own + left * other) @ lift, places)
         for target, own, other in zip(whole[2:], disk[2:], blade[2:], strict=True):
             np.add.at(target, places, lift.T @ (own + left * other))
         if j == rotor.lost_blade:
@@ -236,11 +227,11 @@ def _added(
     grids = np.zeros((wide, wide)), np.zeros((wide, wide))
     out = *grids, np.zeros(wide), np.zeros(wide)
     for part, mean in zip(parts, forces, strict=True):
-        place, lift = (part.dofs[:, None], part.dofs), part.transform
+        lift = part.transform
         turns = coriolis_of(part.length, part.section)
         stiff = stiffening_of(part.length, part.section, part.start[0], mean)
-        np.add.at(out[0], place, lift.T @ turns @ lift)
-        np.add.at(out[1], place, lift.T @ stiff @ lift)
+        add_block(out[0], lift.T @ turns @ lift, part.dofs)
+        add_block(out[1], lift.T @ stiff @ lift, part.dofs)
         pushed = loads_of(part.length, part.section, part.start)
         for target, push in zip(out[2:], pushed, strict=True):
             np.add.at(target, part.dofs, lift.T @ push)

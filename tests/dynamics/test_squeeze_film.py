@@ -16,7 +16,7 @@ from hpcwhirl.dynamics.kernels.standing import film_at
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.squeeze_film import film_shares, small_damping, valid_up_to
+from hpcwhirl.reduction.supports import film_shares, small_damping, valid_up_to
 from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.words import BEYOND_FILM

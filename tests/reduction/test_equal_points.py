@@ -7,8 +7,7 @@ from stage import N, rotor, turning, written
 
 from hpcwhirl.analysis.rotation import bands_over, critical_of, waves_over
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.reduction.equal_points import rotor_by_diameter
-from hpcwhirl.reduction.families import first_family, modal_table
+from hpcwhirl.reduction.families import first_family, modal_table, rotor_by_diameter
 from hpcwhirl.reduction.waves import wave_lines
 from hpcwhirl.scene import apply_settings, named_scene
 

@@ -24,7 +24,7 @@ from hpcwhirl.scene import Rotor
 from hpcwhirl.store.models.wheel_file import TABLES as KNOWN
 from hpcwhirl.store.models.wheel_file import TURNING, read_wheel
 from hpcwhirl.structure import bladed_disk, rotation_of
-from hpcwhirl.structure.assembly import add_element, turn
+from hpcwhirl.structure.assembly import add_block, turn
 from hpcwhirl.structure.beams import beam
 from hpcwhirl.structure.bladed_disk import blade, rim, spoke
 from hpcwhirl.structure.rotation import (
@@ -90,8 +90,8 @@ def sector(place, *, plane=False, name="sector", **changed):
         matrices, blade(ROTOR), beam(*arms), beam(*chords), strict=True
     ):
         target[:SIZE, :SIZE] += own
-        add_element(target, arm, np.r_[hub, ROOT], spoke_turn)
-        add_element(target, chord, np.r_[ROOT, right], rim_turn)
+        add_block(target, spoke_turn.T @ arm @ spoke_turn, np.r_[hub, ROOT])
+        add_block(target, rim_turn.T @ chord @ rim_turn, np.r_[ROOT, right])
     turned, lift = (0.3 if plane else 0.0), np.eye(SIZE + 5)
     ahead = turned + 2 * np.pi / N
     for pair, own in ((ROOT, turned), (TIP, turned), (hub, turned), (right, ahead)):

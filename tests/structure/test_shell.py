@@ -11,7 +11,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Casing, apply_settings, named_scene
 from hpcwhirl.structure import harmonic_matrices, shell_matrices
-from hpcwhirl.structure.axial import Sines
+from hpcwhirl.structure.fourier import Sines
 from hpcwhirl.structure.shell import fluegge
 
 RADIUS = 0.5

@@ -19,7 +19,7 @@ from hpcwhirl.analysis.spectrum import (
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.case.resolve import Case, resolve
-from hpcwhirl.reduction.equal_points import rotor_by_diameter
+from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
     POINTS,
