@@ -19,7 +19,7 @@ from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.body_types import DrivenBody
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
@@ -284,8 +284,9 @@ class March:
 
     @property
     def evidence_columns(self) -> int:
-        """Number of columns of evidence, larger if the rotor is a `DrivenBody`."""
-        driven = isinstance(self.scheme.arrays.rotor, DrivenBody)
+        """Number of columns of evidence, larger for a rotor whose speed changes."""
+        rotor = self.scheme.arrays.rotor
+        driven = isinstance(rotor, CoupledBody) and len(rotor.force) > 0
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 
     @property
@@ -353,12 +354,6 @@ class March:
         return min(goal, after) if self.stresses.size else goal
 
     def _march_to(self, goal: int) -> None:
-        if self.schedule is None and self.let_go == NEVER:
-            self._call(goal - self.steps)
-        else:
-            self._through_intervals(goal)
-
-    def _through_intervals(self, goal: int) -> None:
         """March to step `goal`; at the end of each interval, switch to the next."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
             cut = self._next_cut()
@@ -371,10 +366,11 @@ class March:
 
     def _next_cut(self) -> int:
         """Return the step at which the present interval ends, or a casing is let go."""
-        steps = self.steps
-        ends = [] if self.schedule is None else [self.schedule.every]
-        cuts = [steps - steps % every + every for every in ends]
-        cuts += [self.let_go] if steps < self.let_go else []
+        steps, cuts = self.steps, []
+        if self.schedule is not None:
+            cuts.append((steps // self.schedule.every + 1) * self.schedule.every)
+        if steps < self.let_go:
+            cuts.append(self.let_go)
         return min(cuts, default=self.total)
 
     def _release(self) -> None:

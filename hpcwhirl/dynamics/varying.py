@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DrivenBody
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
@@ -135,7 +135,7 @@ class DrivenRotor:
             back @ planar(1j * held.imag) @ group.hub,
         )
 
-    def set(self, body: DrivenBody, interval: Interval) -> None:
+    def set(self, body: CoupledBody, interval: Interval) -> None:
         """Set the kernel's arrays of a rotor to those of an interval."""
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
@@ -168,7 +168,7 @@ class DrivenRotor:
         out[self.alike] += values[len(out) :]
         return out
 
-    def compliance(self, body: DrivenBody, mu: float) -> Floats:
+    def compliance(self, body: CoupledBody, mu: float) -> Floats:
         """Return the rotor's W (N, N), m/N; mu with the sign of the speed."""
         out = np.zeros((len(self.radial), len(self.radial)))
         push = self.radial + mu * self.tangential
@@ -179,7 +179,7 @@ class DrivenRotor:
             out += moved.sum(axis=0)
         return out
 
-    def dense(self, body: DrivenBody) -> tuple[Floats, Floats, Floats]:
+    def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
         """Return keep and pull (m, m), and d' due to `force` (m,).
 
         pull includes the forces of `swerve`.
@@ -198,20 +198,29 @@ class DrivenRotor:
         return out[0], out[1], moved
 
 
-def driven(body: CoupledBody, rotor: DrivenRotor) -> DrivenBody:
+def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
     """Return a rotor's arrays for a changing speed, 0 until `DrivenRotor.set`."""
     size = int((np.diff(rotor.begun) ** 2).sum())
     starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
-    blocks = np.zeros((7, len(body.keep) + size))
+    names = ("keep", "pull", "give", "stiffness", "damping", "push", "swerve")
+    zeros = np.zeros((len(names), len(body.keep) + size))
+    blocks: dict[str, Any] = dict(zip(names, zeros, strict=True))
     radial, tangential = (
         np.ascontiguousarray(np.hstack([rows, rows[:, rotor.alike]]))
         for rows in (body.radial, body.tangential)
     )
-    read = np.vstack([body.read, body.read[rotor.alike]])
     force, work = np.zeros((2, int(starts[-1])))
-    rows = read, radial, tangential, body.stand
-    further = blocks[6], force, work, rotor.alike, len(body.starts) - 1
-    return DrivenBody._make([*blocks[:6], starts, body.own, *rows, *further])
+    return body._replace(
+        **blocks,
+        starts=starts,
+        read=np.vstack([body.read, body.read[rotor.alike]]),
+        radial=radial,
+        tangential=tangential,
+        force=force,
+        work=work,
+        alike=rotor.alike,
+        blocks=len(body.starts) - 1,
+    )
 
 
 @dataclass(frozen=True)
@@ -222,7 +231,7 @@ class DrivenSteps:
     """
 
     rotor: DrivenRotor
-    body: DrivenBody
+    body: CoupledBody
     step: float
 
     def unforced(self) -> FreeSteps:

@@ -171,8 +171,8 @@ def march_bodies(
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : types of `body_types`: two `DenseBody`; or a `ModalBody`,
-        `CoupledBody` or `DrivenBody`, and a `ModalBody`
+    rotor, casing : types of `body_types`: two `DenseBody`; or a `ModalBody`
+        or `CoupledBody`, and a `ModalBody`
     contact, state, tracks : `body_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """

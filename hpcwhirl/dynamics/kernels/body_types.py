@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.kernel_types import Ring
+
+NOTHING, NO_MODES = np.zeros(0), np.zeros(0, dtype=np.int64)
 
 
 class Points(NamedTuple):
@@ -200,42 +204,23 @@ class Stand(NamedTuple):
 class CoupledBody(NamedTuple):
     """A rotor's modes that are coupled by its rotation, see `turning`.
 
+    At a changing speed, see `dynamics.varying`, the amplitudes of the first `own` modes
+    are those of y, the motion that contact causes; the further ones are those of the
+    motion without contact, mode by mode.
+
     Attributes
     ----------
     keep, pull, give, stiffness, damping, push : blocks of the matrices of
         `turning.Turning`, one for each nodal diameter, each by columns, flat
     starts : (b + 1,), the first mode of each block, and m
-    own : number of modes that contact moves; further ones represent the circle of an
-        unbalanced rotor
+    own : number of modes that contact moves; at constant speed further ones represent
+        the circle of an unbalanced rotor
     read : (m, N + 2), radial displacements of tips, x_o, y_o, for unit amplitudes
     radial, tangential : (N, m), displacements of the tips for unit amplitudes
     stand : forces of supports that no constant matrix represents
-    """
-
-    keep: Floats
-    pull: Floats
-    give: Floats
-    stiffness: Floats
-    damping: Floats
-    push: Floats
-    starts: Integers
-    own: int
-    read: Floats
-    radial: Floats
-    tangential: Floats
-    stand: Stand
-
-
-class DrivenBody(NamedTuple):
-    """A `CoupledBody` whose speed changes, see `dynamics.varying`.
-
-    The amplitudes of the first `own` modes are those of y, the motion that contact
-    causes; the further ones are those of the motion without contact, mode by mode.
-
-    Attributes
-    ----------
-    swerve : blocks of (dOmega/dt) C, stored like `keep`
-    force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes
+    swerve : blocks of (dOmega/dt) C, stored like `keep`; (0,) at constant speed
+    force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
+        (0,) at constant speed
     work : (m,), N/sqrt(kg), work space for the forces of the present step
     alike : (m - own,), for each further mode, the index of the same one among the first
     blocks : b, number of blocks of the first modes
@@ -253,11 +238,11 @@ class DrivenBody(NamedTuple):
     radial: Floats
     tangential: Floats
     stand: Stand
-    swerve: Floats
-    force: Floats
-    work: Floats
-    alike: Integers
-    blocks: int
+    swerve: Floats = NOTHING
+    force: Floats = NOTHING
+    work: Floats = NOTHING
+    alike: Integers = NO_MODES
+    blocks: int = 0
 
 
 class DenseBody(NamedTuple):

@@ -68,13 +68,11 @@ def read(body, values, out):
             out[j] += factor * row[j]
 
 
-OF_MODES: list[tuple[Any, Any]] = [
-    (verbs.read_tips, modes.read_tips),
-    (verbs.collect, modes.collect),
-    (verbs.slide, modes.slide),
-]  # shared with uncoupled modes: displacements of tips, and forces on modes
-for _verb, _function in OF_MODES:
-    does(_verb, CoupledBody)(_function.py_func)
+# displacements of tips, and forces on modes, are those of uncoupled modes
+_of_modes: Any = modes
+does(verbs.read_tips, CoupledBody)(_of_modes.read_tips.py_func)
+does(verbs.collect, CoupledBody)(_of_modes.collect.py_func)
+does(verbs.slide, CoupledBody)(_of_modes.slide.py_func)
 
 
 @does(verbs.meet, CoupledBody)

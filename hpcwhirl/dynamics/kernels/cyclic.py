@@ -69,7 +69,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     slip_of,
     to_gaps,
     to_gaps_seldom,
-    total_of,
 )
 from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
 from hpcwhirl.dynamics.kernels.samples import (
@@ -95,6 +94,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     fma,
     load,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicSpace, Sizes, WaveRotor
 from hpcwhirl.dynamics.kernels.waves import wave_sizes

@@ -16,8 +16,8 @@ The work (d' + d) f / 2 on y is entered as work of the loading.
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels import coupled, verbs
-from hpcwhirl.dynamics.kernels.body_types import DrivenBody
+from hpcwhirl.dynamics.kernels import standing, verbs
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
@@ -27,23 +27,18 @@ from hpcwhirl.dynamics.kernels.contact import (
 from hpcwhirl.dynamics.kernels.coupled import apply_blocks, form
 from hpcwhirl.dynamics.kernels.verbs import does
 
-for _verb, _function in (
-    (verbs.predict, coupled.predict),
-    (verbs.read, coupled.read),
-    *((verb, function) for verb, function in coupled.OF_MODES),
-    (verbs.meet, coupled.meet),
-    (verbs.accept, coupled.accept),
-    (verbs.energy, coupled.energy),
-):
-    does(_verb, DrivenBody)(_function.py_func)
 
-
-@does(verbs.stand, DrivenBody)
-def stand(body, motion, _, __):
+@does(verbs.stand, CoupledBody)
+def stand(body, motion, time, force):
     """Add to `ahead` and `following` the increments by forces of the changing speed.
+
+    At constant speed the forces are those of the supports.
 
     `normal` of `motion` is used as work space; contact sets it later.
     """
+    if len(body.force) == 0:
+        standing.stand(body, motion, time, force)
+        return
     q, _, _, ahead, following, change, _ = motion
     body.work[:] = body.force
     apply_blocks(body.swerve, body.starts, q, -1.0, body.work)
@@ -54,17 +49,25 @@ def stand(body, motion, _, __):
         following[m] += change[m]
 
 
-@does(verbs.yielded, DrivenBody)
-def yielded(body, motion, _, ledger):
-    """Enter the work in a step, J, of the changing speed's forces on y."""
+@does(verbs.yielded, CoupledBody)
+def yielded(body, motion, force, ledger):
+    """Enter the work in a step, J, of the forces of `stand` on y."""
+    if len(body.force) == 0:
+        standing.yielded(body, motion, force, ledger)
+        return
     for m in range(body.own):
         both = motion.d[m] + motion.ahead[m]
         ledger[PULSE] += 0.5 * body.work[m] * both
 
 
-@does(verbs.note_beside, DrivenBody)
+@does(verbs.note_beside, CoupledBody)
 def note_beside(body, motion, step, row):
-    """Write x_o, y_o of r, m, and the energy of y + r, J, to a row of evidence."""
+    """Write x_o, y_o of r, m, and the energy of y + r, J, to a row of evidence.
+
+    At constant speed, motion without contact is known in closed form.
+    """
+    if len(body.force) == 0:
+        return
     q, d, _, values, before, _, _ = motion
     values[:], before[:] = q, d
     row[BESIDE_X], row[BESIDE_Y] = 0.0, 0.0

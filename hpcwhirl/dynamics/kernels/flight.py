@@ -40,7 +40,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     SPIN,
     places,
     to_gaps_seldom,
-    total_of,
 )
 from hpcwhirl.dynamics.kernels.shape import is_shaped, write_rates, write_shape
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -52,6 +51,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     root,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 

@@ -74,7 +74,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     pulse_work,
     push_pulse,
     to_gaps,
-    total_of,
 )
 from hpcwhirl.dynamics.kernels.shape import is_shaped, write_shape
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -89,6 +88,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     lower_of,
     magnitude,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import (
     GeneralRotor,

@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     lower_of,
     store,
+    total_of,
 )
 
 ROTOR_STATE, RING_STATE = 3, 6
@@ -296,12 +297,6 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
             both = re * math.cos(angle) + sign * im * math.sin(angle)
             total += 0.5 * push * lobe[m] * both
     return total
-
-
-@inlined
-def total_of(four):
-    """Return the sum of four doubles."""
-    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
 
 
 @inlined

@@ -19,7 +19,6 @@ import math
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part
 from hpcwhirl.dynamics.kernels.keep_inverse import blade_at, place_of
-from hpcwhirl.dynamics.kernels.passes import total_of
 from hpcwhirl.dynamics.kernels.point_rows import (
     book_points,
     push_points,
@@ -36,6 +35,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     get,
     load,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 

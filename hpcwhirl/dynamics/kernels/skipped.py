@@ -11,7 +11,7 @@ the last three steps, with the same bits.
 from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare
-from hpcwhirl.dynamics.kernels.passes import one_norm, to_gaps, to_gaps_seldom, total_of
+from hpcwhirl.dynamics.kernels.passes import one_norm, to_gaps, to_gaps_seldom
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -20,6 +20,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     put,
     store,
+    total_of,
 )
 
 STEPS = 3  # number of steps whose gaps the state has

@@ -11,7 +11,7 @@ k_d and c_d as in `reduction.supports`, v = (z_{n+1} - z_{n-1}) / 2 dt of the st
 without contact. The contribution of f to v is included, by solving two equations; that
 of contact in the same step is not.
 
-The matrices of y include the damping c_0 of a squeeze film (`reduction.squeeze_film`),
+The matrices of y include the damping c_0 of a squeeze film (`reduction.supports`),
 and the circle z_s of an unbalanced rotor is in equilibrium with the film. The rest of
 its force, at z = z_s + y, is
 
@@ -27,7 +27,7 @@ import cmath
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody, ModalBody
+from hpcwhirl.dynamics.kernels.body_types import DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is constant
@@ -119,10 +119,9 @@ def note_beside(body, motion, step, row):
     """Do nothing: at constant speed, motion without contact is known in closed form."""
 
 
-for _kind in (CoupledBody, DenseBody):
-    does(verbs.stand, _kind)(stand.py_func)
-    does(verbs.yielded, _kind)(yielded.py_func)
-    does(verbs.note_beside, _kind)(note_beside.py_func)
+does(verbs.stand, DenseBody)(stand.py_func)
+does(verbs.yielded, DenseBody)(yielded.py_func)
+does(verbs.note_beside, DenseBody)(note_beside.py_func)
 does(verbs.note_beside, ModalBody)(note_beside.py_func)
 
 

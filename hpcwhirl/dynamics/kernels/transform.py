@@ -29,6 +29,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     reverse,
     room,
     store,
+    total_of,
 )
 
 MOST = 64  # largest number of terms r in the second stage
@@ -205,13 +206,7 @@ def slot_of(stages, wave, k, wide, b, c, r, sign):
         imag = sign * load(stages, 2 * b * r + b + v)
         re = fma(imag, sine, fma(real, cosine, re))
         im = fma(imag, cosine, fnma(real, sine, im))
-    return four_added(re), four_added(im)
-
-
-@inlined
-def four_added(four):
-    """Return the sum of four doubles."""
-    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
+    return total_of(re), total_of(im)
 
 
 @rare

@@ -20,6 +20,8 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, models, register_model
 from numpy.typing import NDArray
 
+from hpcwhirl.dynamics.kernels.compiled import inlined
+
 FOUR = 4
 LINE = 64  # bytes of a cache line
 _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
@@ -300,3 +302,9 @@ for _symbol, _instruction in (
     (operator.truediv, "fdiv"),
 ):
     _arithmetic(_symbol, _instruction)
+
+
+@inlined
+def total_of(four):
+    """Return the sum of four doubles."""
+    return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))

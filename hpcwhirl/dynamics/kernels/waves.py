@@ -39,7 +39,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     one_norm,
     store_both,
     to_gaps,
-    total_of,
 )
 from hpcwhirl.dynamics.kernels.samples import (
     along_of,
@@ -56,6 +55,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     root,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 

@@ -54,7 +54,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     load_both,
     store_both,
-    total_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -67,6 +66,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     lower_of,
     magnitude,
     store,
+    total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WholeRotor
 

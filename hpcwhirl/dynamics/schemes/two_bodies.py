@@ -12,7 +12,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.casing_trace import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody, DrivenBody
+from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState
 from hpcwhirl.dynamics.layer import unworn
@@ -42,7 +42,7 @@ NONE = np.zeros((0, 0))
 def _bodies(model: Model, scene: Scene, arrays: Arrays) -> BodiesState:
     """Return the kernel's state with rotor and casing at rest."""
     own, casing = arrays.rotor, len(arrays.casing.keep)
-    coupled = isinstance(own, CoupledBody | DrivenBody)
+    coupled = isinstance(own, CoupledBody)
     rotor = int(own.starts[-1]) if coupled else len(own.keep)
     gaps = model.clearances(scene.gap)
     return BodiesState(
