@@ -15,7 +15,9 @@ from hpcwhirl.case.profile import shape_of
 from hpcwhirl.dynamics.kernels.shape import trace_shape
 from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
+from hpcwhirl.structure import FourierOperator, RingOperator
 
 MOST_KEPT = 32  # cached models, as in `reduction.model`
 
@@ -25,16 +27,14 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
-    rows = _rows(model)
+    rows = _rows(model.casing, model.ring)
     return _read(rows, amplitudes[:, : rows.shape[2]])
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _rows(model: Model) -> Floats:
+def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
     """Return the harmonics' cos and sin parts for unit modes, (H + 1, 2, m)."""
-    if model.casing is None or model.ring is None:
-        return np.zeros((0, 2, 0))
-    return np.asarray(model.ring.waves() @ model.casing.shapes)
+    return np.asarray(ring.waves() @ body.shapes)
 
 
 def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:

@@ -35,7 +35,6 @@ from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.structure import FourierOperator
 
 BODIES = "rotor", "casing"
-NONE = np.zeros((0, 0))
 SAME = 1e-8  # largest relative part of a motion without the symmetry of one sector
 
 
@@ -150,11 +149,10 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
         if the number of coordinates of a body differs from that of the motion
     """
     check_sizes(model, motion)
-    casing = NONE if model.casing is None else model.casing.shapes
-    lifts = model.lifts or (model.rotor.shapes, casing)
+    own, beside = model.shapes
     pairs = (
-        (model.rotor, lifts[0], (motion.rotor, motion.rotor_velocity)),
-        (model.casing, lifts[1], (motion.casing, motion.casing_velocity)),
+        (model.rotor, own, (motion.rotor, motion.rotor_velocity)),
+        (model.casing, beside, (motion.casing, motion.casing_velocity)),
     )
     found: list[Floats] = []
     for body, lift, values in pairs:
@@ -172,10 +170,8 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
 
 def check_sizes(model: Model, motion: Motion) -> None:
     """Raise InputError if a body's number of coordinates differs from a motion's."""
-    casing = NONE if model.casing is None else model.casing.shapes
-    lifts = model.lifts or (model.rotor.shapes, casing)
     values = motion.rotor, motion.casing
-    for name, x, size in zip(BODIES, values, map(len, lifts), strict=True):
+    for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
         if len(x) != size:
             msg = (
                 f"a motion can be continued only by a {name} with the same number of "

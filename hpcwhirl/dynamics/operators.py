@@ -34,6 +34,7 @@ EMPTY = np.zeros((0, 0))
 
 
 def _padded(array: Floats, axis: int) -> Floats:
+    """Return an array, padded to the kernel's lanes along an axis, and contiguous."""
     extra = -array.shape[axis] % LANES
     widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
     return np.ascontiguousarray(np.pad(array, widths))
@@ -48,11 +49,6 @@ def friction_with_sign(scene: Scene) -> float:
     sliding = scene.speed * scene.engine.rotor.radius
     own = scene.friction, scene.friction_at_rest, scene.friction_speed
     return float(law.coefficient(*own, sliding) * np.sign(scene.speed))
-
-
-def _rows(rows: Floats) -> Floats:
-    """Return modal rows (r, m), padded to the kernel's lanes and contiguous."""
-    return _padded(rows, 1)
 
 
 def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
@@ -171,8 +167,8 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
     step = scene.solver.time_step
     radial, tangential = contact_rows(model.rotor, model.blades)
     hub = centre_rows(model.rotor, model.blades)
-    outputs = np.ascontiguousarray(_rows(np.vstack([radial, hub])).T)
-    tips = _rows(radial), _rows(tangential)
+    outputs = np.ascontiguousarray(_padded(np.vstack([radial, hub]), 1).T)
+    tips = _padded(radial, 1), _padded(tangential, 1)
     rotor: ModalBody | CoupledBody
     if model.rotor.spin is None:
         rotor = _modal_body(model.rotor, step, outputs, *tips)
@@ -180,7 +176,7 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
         rotor = coupled_body(model, scene)
     outward, along, lobes = EMPTY, EMPTY, np.zeros(0)
     if model.casing is not None and model.ring is not None:
-        shapes = _rows(model.casing.shapes)
+        shapes = _padded(model.casing.shapes, 1)
         outward, along = shapes[model.ring.radial], shapes[model.ring.tangential]
         lobes = pulse_load(model, scene) @ shapes
     read = np.ascontiguousarray(outward.T)

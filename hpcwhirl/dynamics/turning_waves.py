@@ -46,7 +46,7 @@ WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 
 
 @dataclass(frozen=True)
-class Diameter:
+class _Diameter:
     """Waves of one nodal diameter; m modes at rest, w = 2 m waves.
 
     Attributes
@@ -59,6 +59,8 @@ class Diameter:
     hub : (m,), x_o + i y_o for unit x; zero if the centre does not move
     energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
+    rates : (m, w), velocities for unit amplitudes; for differences (d + d') / 2 dt, d'
+        that of the next step
     """
 
     k: int
@@ -72,6 +74,7 @@ class Diameter:
     energy: Complexes
     rate: Complexes
     push: Complexes
+    rates: Complexes
 
     @property
     def scale(self) -> float:
@@ -96,11 +99,6 @@ class Diameter:
         """Return the factors (w,) that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
-    @property
-    def rates(self) -> Complexes:
-        """Velocities, (m, w), for unit amplitudes; for differences (d + d') / 2 dt."""
-        raise NotImplementedError
-
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
         """Return the amplitudes a (w,) of a motion x, x', (m,) each."""
         scale = float(np.abs(self.rates).max())
@@ -112,69 +110,39 @@ class Diameter:
         """Return the modal forces (m,) of a unit Lambda; mu with the sign of Omega."""
         return np.asarray((self.radial + mu * self.along).conj())
 
+
+@dataclass(frozen=True)
+class Differences(_Diameter):
+    """Waves of central differences; give : (m, m), (1/dt^2 + G/2dt)^-1."""
+
+    give: Complexes
+
     def pushed(self, mu: float) -> Complexes:
-        """Return the amplitudes (w,) that a unit Lambda adds to those after a step."""
-        raise NotImplementedError
+        """Return what a unit Lambda adds to the amplitudes after a step, (w,).
+
+        By this beta x and d change equally.
+        """
+        more = self.passed(mu)
+        return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
         """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
 
-        v- and v+ are the velocities before and after the impulse at the step's start.
+        v- and v+ are the velocities before and after the impulse at the step's start;
+        of central differences dt (v- + v+) is d' + d.
         """
-        raise NotImplementedError
+        return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to dt (v- + v+), (m,)."""
-        raise NotImplementedError
-
-    def lost(self) -> Complexes:
-        """Return the Hermitian form (w, w), J, of a step's loss by D and S.
-
-        It is a form of the amplitudes a after the step.
-        """
-        raise NotImplementedError
+        """Return what a unit Lambda adds to d', and so to dt (v- + v+), (m,)."""
+        return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return row (w,) and number, of the energy and loss that Lambda adds, J.
 
         In a step it adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
-        step without Lambda.
+        step without Lambda: to the energy, and to the loss by d'.
         """
-        raise NotImplementedError
-
-
-@dataclass(frozen=True)
-class Differences(Diameter):
-    """Waves of central differences; give : (m, m), (1/dt^2 + G/2dt)^-1."""
-
-    give: Complexes
-
-    @property
-    def rates(self) -> Complexes:
-        """Return velocities (d + d') / 2 dt, with d' of the next step."""
-        return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
-
-    def pushed(self, mu: float) -> Complexes:
-        """Return beta of central differences, by which x and d change equally."""
-        more = self.passed(mu)
-        return np.asarray(self.inverse @ np.concatenate([more, more]))
-
-    def passing(self) -> Complexes:
-        """Return d' + d, which is dt (v- + v+) of central differences."""
-        return np.asarray(self.rises * (1 + self.before))
-
-    def passed(self, mu: float) -> Complexes:
-        """Return the change of d' by a unit Lambda, (m,)."""
-        return np.asarray(self.give @ self.force(mu))
-
-    def lost(self) -> Complexes:
-        """Return the form of (d' + d) D (d' + d) / (4 dt) + (d' + d) S x_n / 2, J."""
-        moved, place = self.passing(), self.shapes * self.before
-        out = moved.conj().T @ (self.rate @ moved) / (4 * self.step)
-        return _hermitian(out + moved.conj().T @ (self.push @ place) / 2)
-
-    def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return `Diameter.work`: the change of the energy, and of the loss by d'."""
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
         row = row + more @ self.rate @ self.passing() / (2 * self.step)
@@ -185,15 +153,8 @@ class Differences(Diameter):
 
 
 @dataclass(frozen=True)
-class Flow(Diameter):
-    """Waves of the exact flow; roots : (w,), s, 1/s."""
-
-    roots: Complexes
-
-    @property
-    def rates(self) -> Complexes:
-        """Return the velocities x' of unit amplitudes, (m, w)."""
-        return self.rises
+class Flow(_Diameter):
+    """Waves of the exact flow."""
 
     def _struck(self, mu: float) -> Complexes:
         """Return the change of a, (w,), by the impulse of a unit Lambda."""
@@ -212,21 +173,14 @@ class Flow(Diameter):
         """Return dt (v+ - v-), what a unit Lambda adds to dt (v- + v+), (m,)."""
         return np.asarray(self.step**2 * self.force(mu))
 
-    def lost(self) -> Complexes:
-        """Return the form of the integral of x' D x' + x' S x over a step, J."""
-        moved, place = self.rises * self.before, self.shapes * self.before
-        out = moved.conj().T @ (self.rate @ moved)
-        out = _hermitian(out + moved.conj().T @ (self.push @ place))
-        turned = self.step * np.add.outer(self.roots.conj(), self.roots)
-        small = np.abs(turned) < np.finfo(float).eps
-        grown = np.expm1(turned) / np.where(small, 1.0, turned)
-        return np.asarray(self.step * out * np.where(small, 1.0, grown))
-
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return `Diameter.work`: the change of the energy at the step's start."""
+        """Return `Differences.work`: the change of the energy at the step's start."""
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
         return np.asarray(row), float((struck.conj() @ self.energy @ struck).real)
+
+
+Diameter = Differences | Flow
 
 
 def _hermitian(matrix: Complexes) -> Complexes:
@@ -264,7 +218,7 @@ def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> D
         energy = _hermitian(rises.conj().T @ rises + back @ stiffness @ shapes) / 2
         return Flow(
             piece.k, step, np.expm1(roots * step), shapes, rises, radial, along, hub,
-            energy, rate, push, roots,
+            energy, rate, push, rises,
         )  # fmt: skip
     ahead = roots * step / (1 - roots * step / 2)
     rises = shapes * ahead / (1 + ahead)
@@ -273,7 +227,7 @@ def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> D
     give = np.linalg.solve(same / step**2 + damping / (2 * step), same)
     return Differences(
         piece.k, step, ahead, shapes, rises, radial, along, hub, energy, rate, push,
-        np.asarray(give),
+        rises * (2 + ahead) / (2 * step), np.asarray(give),
     )  # fmt: skip
 
 

@@ -137,36 +137,22 @@ def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> M
     """
     inner, kept = np.setdiff1d(np.arange(len(mass)), boundary), len(boundary)
     m_ii = mass[np.ix_(inner, inner)]
-    whole = mass_norms(mass, basis[:, :kept])
-    more = lacking(m_ii, basis[inner], other[inner], whole)
-    out = np.zeros((len(mass), more.shape[1]), dtype=basis.dtype)
-    out[inner] = more
-    return np.hstack([basis, out])
-
-
-def mass_norms(mass: Any, shapes: Matrix) -> Matrix:
-    """Return the square roots of the mass of each shape (n, c); mass may be sparse."""
-    return np.asarray(np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real))
-
-
-def lacking(m_ii: Any, basis: Matrix, other: Matrix, whole: Matrix) -> Matrix:
-    """Return the part of another basis that a basis lacks, (i, c), see `enriched`.
-
-    Parameters
-    ----------
-    m_ii : (i, i), mass of the interior, dense or sparse
-    basis, other : (i, b + eta), interior rows of static, then fixed-interface modes
-    whole : (b,), square roots of the mass of each static mode, boundary included
-    """
-    kept = len(whole)
-    static, modes = basis[:, :kept], basis[:, kept:]
+    static, modes = basis[inner, :kept], basis[inner, kept:]
     # static modes of a reduced body may have little mass inside
-    size = np.maximum(mass_norms(m_ii, static), NEW * whole)
-    change = (other[:, :kept] - static) / np.where(size > 0.0, size, 1.0)
-    more = np.hstack([change, other[:, kept:]])
+    least = NEW * _mass_norms(mass, basis[:, :kept])
+    size = np.maximum(_mass_norms(m_ii, static), least)
+    change = (other[inner, :kept] - static) / np.where(size > 0.0, size, 1.0)
+    more = np.hstack([change, other[inner, kept:]])
     for _ in range(2):  # twice, since small parts have much round-off
         more = more - modes @ (modes.conj().T @ (m_ii @ more))
     gram = more.conj().T @ (m_ii @ more)
     squared, mixed = np.linalg.eigh((gram + gram.conj().T) / 2)
     new = squared > NEW**2
-    return np.asarray((more @ mixed[:, new]) / np.sqrt(squared[new]))
+    out = np.zeros((len(mass), int(new.sum())), dtype=basis.dtype)
+    out[inner] = (more @ mixed[:, new]) / np.sqrt(squared[new])
+    return np.hstack([basis, out])
+
+
+def _mass_norms(mass: Matrix, shapes: Matrix) -> Matrix:
+    """Return the square roots of the mass of each shape (n, c)."""
+    return np.asarray(np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real))

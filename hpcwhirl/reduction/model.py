@@ -43,6 +43,12 @@ class Model:
     lifts: tuple[Floats, Floats] | None = None
 
     @property
+    def shapes(self) -> tuple[Floats, Floats]:
+        """Displacements of the whole bodies for unit amplitudes, (n, m) each."""
+        casing = np.zeros((0, 0)) if self.casing is None else self.casing.shapes
+        return self.lifts or (self.rotor.shapes, casing)
+
+    @property
     def each(self) -> int:
         """Number of contact points per blade, n_c."""
         return 1 if self.rotor.points is None else self.rotor.points.count

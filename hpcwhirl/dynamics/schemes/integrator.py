@@ -130,14 +130,11 @@ def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Mot
     found : amplitudes of rotor and ring; of one sector, if only one is integrated
     places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
     """
-    lift = model.lifts[0] if model.lifts else model.rotor.shapes
-    rotor, velocity = lift @ found.rotor, lift @ found.rotor_rate
+    own, beside = model.shapes
+    rotor, velocity = own @ found.rotor, own @ found.rotor_rate
     if places is not None:
         rotor = rotor + places
-    if model.casing is None:
-        return Motion(rotor, velocity, np.zeros(0), np.zeros(0))
-    lift = model.lifts[1] if model.lifts else model.casing.shapes
-    return Motion(rotor, velocity, lift @ found.casing, lift @ found.casing_rate)
+    return Motion(rotor, velocity, beside @ found.casing, beside @ found.casing_rate)
 
 
 def reader(

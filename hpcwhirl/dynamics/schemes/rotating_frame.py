@@ -93,8 +93,7 @@ def in_rotating_frame(
         body = model.casing
         if body is None:
             raise TypeError(body)
-        lift = model.lifts[1] if model.lifts else body.shapes
-        ring.add(state.ring, lowering(body, lift) @ places, steps)
+        ring.add(state.ring, lowering(body, model.shapes[1]) @ places, steps)
 
     def read(copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
