@@ -101,6 +101,21 @@ def test_distances_are_a_norm_and_the_ledger_closes(name):
     assert abs(residual) < 1e-9 * sum(map(abs, ledger.values()))
 
 
+@pytest.mark.parametrize("name", ["modal", "turning"])
+def test_the_distance_from_rest_is_the_energy_of_a_motion(name):
+    """Kinetic, as seen in the rotor's frame, plus strain: not Jacobi's energy."""
+    one = in_contact(marched(400, **KINDS[name]))
+    rest = March(case(**KINDS[name], force=0.0))
+    rest.advance(one.steps)
+    a = copy_of(one)
+    energy, rotor = float(one.scheme.balance(a).energy), one.model.rotor
+    if rotor.spin is not None:
+        x = one.displacements()[0]
+        energy += 0.5 * one.scene.speed**2 * float(x @ rotor.mass @ x)
+    for pair in ((copy_of(rest), a), (a, copy_of(rest))):
+        assert distance(one, *pair) ** 2 == pytest.approx(energy, rel=1e-10)
+
+
 def test_states_of_other_steps_or_sectors_are_refused():
     one, other = marched(40), marched(41)
     with pytest.raises(ValueError, match="same step"):

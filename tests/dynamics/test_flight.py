@@ -56,6 +56,15 @@ def test_a_step_of_the_flow_is_the_damped_mode(omega, damping):
     assert mean == pytest.approx(2 * step * v[1], rel=1e-6, abs=1e-9 * omega * step)
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_a_mode_without_stiffness_keeps_its_velocity(damping):
+    step = 2e-6
+    flow = exact_flow(0.0, damping, step)
+    assert (flow.keep, flow.pull, flow.rate, flow.loss) == (1.0, 0.0, 0.0, (0.0,) * 3)
+    assert flow.give == pytest.approx(step**2)  # an impulse f dt, for a step
+    assert flow.speed == pytest.approx((1 / step, 0.0))
+
+
 def test_the_flow_is_central_differences_as_the_step_goes_to_zero():
     for omega in (264.0, 3.3e4):
         gaps = []
