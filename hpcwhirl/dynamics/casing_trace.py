@@ -14,12 +14,10 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import shape_of
 from hpcwhirl.dynamics.kernels.shape import trace_shape
 from hpcwhirl.dynamics.walls import wall_of
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator, RingOperator
-
-MOST_KEPT = 32  # cached models, as in `reduction.model`
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:

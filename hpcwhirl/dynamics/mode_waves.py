@@ -17,15 +17,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
-from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
-from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor
 from hpcwhirl.dynamics.kernels.whole import EIGHT
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning_waves import WORST
-from hpcwhirl.dynamics.whole_waves import opened_by_ring, padded_blades, reads_of
+from hpcwhirl.dynamics.whole_waves import (
+    drift_of,
+    opened_by_ring,
+    padded_blades,
+    reads_of,
+)
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
@@ -91,17 +94,6 @@ class ModeWaves:
         potential = stiff * before.real, -stiff * before.imag / 2, 0.0 * stiff
         return (np.array(squares) / self.step**2 + np.array(potential)) / 2
 
-    def drift(self, reads: Floats) -> Floats:
-        """Return a bound of any tip's motion in a step per unit amplitude, (m,).
-
-        It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
-
-        reads : (N, m), displacements of the tips from q
-        """
-        growth = np.maximum(np.abs(1 + self.ahead), 1.0) ** LOOK_EVERY
-        moved = np.abs(reads).max(axis=0) * np.abs(self.ahead)
-        return np.asarray(moved * growth / LESS)
-
 
 def mode_waves(body: ModalModel, step: float) -> ModeWaves:
     """Return the waves of a body's modes; step : dt, s, below the stability limit."""
@@ -134,7 +126,7 @@ def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRo
     given = waves.give[:, None] * forces.T
     moves = waves.moves
     arrays = (
-        parts(waves.ahead), padded(waves.drift(radial)), padded(radial),
+        parts(waves.ahead), padded(drift_of(radial, waves.ahead)), padded(radial),
         padded(radial), padded(along), padded(centre_rows(model.rotor, blades)),
         padded(np.hypot(radial, along).max(axis=0)), padded(forces), parts(waves.gives),
         np.concatenate([padded(moves.real), padded(-moves.imag)]),

@@ -8,9 +8,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.kernels.circulant import folded
-from hpcwhirl.dynamics.kernels.contact import LOOK_EVERY
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
 from hpcwhirl.dynamics.kernels.point_types import (
     PointRows,
@@ -31,7 +29,7 @@ from hpcwhirl.dynamics.point_sectors import (
 from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
 from hpcwhirl.dynamics.slots import ring_modes
 from hpcwhirl.dynamics.walls import wall_of
-from hpcwhirl.dynamics.whole_waves import padded_blades
+from hpcwhirl.dynamics.whole_waves import drift_of, padded_blades
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
@@ -142,8 +140,7 @@ class _Reads:
         """
         waves = self.waves
         turned = np.append(waves.rotor.ahead, waves.casing.ahead)
-        most = np.abs(self.read(self.out, self.w)).max(axis=0) * np.abs(turned)
-        most *= np.maximum(np.abs(1 + turned), 1.0) ** LOOK_EVERY / LESS
+        most = drift_of(self.read(self.out, self.w), turned)
         ahead, drift = (np.zeros(waves.half, dtype=t) for t in (complex, float))
         ahead[waves.index], drift[waves.index] = turned, most
         rush = np.abs(self.push()[: len(self.out)]) @ most

@@ -5,7 +5,6 @@ Arrays that do not depend on speed and friction are cached for each model and st
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -27,13 +26,12 @@ from hpcwhirl.dynamics.kernels.wave_types import (
 from hpcwhirl.dynamics.operators import friction_with_sign, lobe_load
 from hpcwhirl.dynamics.timestep import Recursion, central_differences, exact_flow
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
-from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
-MOST_KEPT = 32  # cached models, as in `reduction.model`: some 50 kB each
 MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
 
 
@@ -160,10 +158,6 @@ def _pushed(items: Floats, mu: float) -> Floats:
     return out
 
 
-def _flow(*, flies: bool) -> Callable[[float, float, float], Recursion]:
-    return exact_flow if flies else central_differences
-
-
 def _flies(scene: Scene) -> bool:
     return SCHEMES[scene.solver.scheme].flies
 
@@ -179,14 +173,14 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
     items : (ITEMS, rows, 2, slots), for re and im of each mode
     hub : (2, rows 2 slots), x_o and y_o for unit amplitudes
     """
-    modes = _rotor_modes(model)
+    modes, flow_of = _rotor_modes(model), exact_flow if flies else central_differences
     slots, _ = widths(model.blades)
     rows = 1 + max(mode.row for mode in modes)
     items = np.zeros((passes.ITEMS, rows, 2, slots))
     hub = np.zeros((2, rows, 2, slots))
     ratios = model.rotor.ratios
     for mode in modes:
-        flow = _flow(flies=flies)(mode.omega, float(ratios[mode.members[0]]), step)
+        flow = flow_of(mode.omega, float(ratios[mode.members[0]]), step)
         values, parts = _items(flow, mode.gamma, mode.sigma), len(mode.members)
         items[:, mode.row, :parts, mode.slot] = values[:, None]
         hub[:, mode.row, 0, mode.slot] = mode.centre.real
@@ -237,7 +231,7 @@ def _round(model: Model) -> _Round:
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
     """Return the part of a ring's arrays that is independent of speed and friction."""
     body, operator, blades = given
-    slots, _ = widths(blades)
+    (slots, _), flow_of = widths(blades), exact_flow if flies else central_differences
     places, ratios = _modes_in_slots(body, blades), body.ratios
     rows = 1 + max(place.row for place in places)
     items = np.zeros((passes.ITEMS, rows, slots))
@@ -247,7 +241,7 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
         u_row = operator.tangential[2 * h]  # the sine; for h = 0 the rotation
         psi, chi = float(body.shapes[w_row, m]), body.shapes[u_row, m]
         sigma = complex(chi) if h == 0 else -1j * place.sign * chi
-        flow = _flow(flies=flies)(float(body.omega[m]), float(ratios[m]), step)
+        flow = flow_of(float(body.omega[m]), float(ratios[m]), step)
         items[:, place.row, place.slot] = _items(flow, psi, sigma)
     labels = [(p.row, p.slot, p.members[0], p.sign * p.harmonic) for p in places]
     row, slot, column, turns = map(np.array, zip(*labels, strict=True))

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.arrays import Complexes, Floats, Integers, Matrix
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.kernels.bodies import NOWHERE
 from hpcwhirl.dynamics.kernels.circulant import folded
@@ -133,17 +133,6 @@ class WholeWaves:
     def passing(self) -> Floats:
         """Matrix, (m, 2 m), that gives d' + d from q' after a step without forces."""
         return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
-
-    def drift(self, reads: Floats) -> Floats:
-        """Return a bound of any tip's motion in a step per unit amplitude, (w,).
-
-        It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
-
-        reads : (N, m), displacements of the tips from x
-        """
-        growth = np.maximum(np.abs(1 + self.ahead), 1.0) ** LOOK_EVERY
-        moved = np.abs(reads @ self.shapes).max(axis=0) * np.abs(self.ahead)
-        return np.asarray(moved * growth / LESS)
 
     @cached_property
     def form(self) -> Floats:
@@ -253,6 +242,18 @@ def _condition(parts: list[_Part], scale: float) -> float:
     return float(every.max()) / least if least > 0.0 else float("inf")
 
 
+def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
+    """Return a bound of any tip's motion in a step per unit amplitude, (w,).
+
+    It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
+
+    reads, ahead : (N, w), displacements of the tips for unit amplitudes; (w,), z - 1
+    """
+    growth = np.maximum(np.abs(1 + ahead), 1.0) ** LOOK_EVERY
+    moved = np.abs(reads).max(axis=0) * np.abs(ahead)
+    return np.asarray(moved * growth / LESS)
+
+
 def reads_of(model: Model) -> tuple[Floats, Floats]:
     """Return radial and tangential displacement of tips, negative, by modes, (N, m)."""
     radial, along = tip_rows(model.rotor, model.blades)
@@ -299,7 +300,7 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
         return np.hstack([spread(rows), np.pad(numbers, ((0, 0), (0, extra)))])
 
     drift = np.zeros(half)
-    drift[: len(waves.ahead)] = waves.drift(radial)
+    drift[: len(waves.ahead)] = drift_of(radial @ waves.shapes, waves.ahead)
     arrays = (
         ahead, drift, read, outward,
         sideways, spread(hub @ moved, centre),

@@ -37,6 +37,7 @@ from hpcwhirl.reduction.shaft import MisplacedError, shaft_stiffness
 from hpcwhirl.reduction.spin import (
     check_terms,
     check_translation,
+    checked,
     spin_of,
     standing_damping,
     transformed,
@@ -46,7 +47,6 @@ from hpcwhirl.reduction.stress import stress_of
 from hpcwhirl.reduction.supports import Support
 from hpcwhirl.store.models.engine_file import Given, read_rotor
 
-SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
 EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged
 LEAST = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
@@ -114,7 +114,7 @@ def _from_matrices(
     rest = np.setdiff1d(np.arange(len(given["mass"])), held)
     order = np.r_[held, rest]
     whole = [
-        _symmetric(given, name)[np.ix_(order, order)]
+        checked(given, name)[np.ix_(order, order)]
         for name in ("mass", "stiffness", "damping")
         if name in given or name != "damping"
     ]
@@ -344,15 +344,6 @@ def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
         twice = values[times > 1][0]
         raise given.refusal(f"names coordinate {twice} twice among tips and centre")
     return places, np.asarray(others, dtype=np.int64)
-
-
-def _symmetric(given: Given, name: str) -> Floats:
-    matrix = given[name]
-    miss = np.abs(matrix - matrix.T).max() / max(np.abs(matrix).max(), TINY)
-    if not miss <= SYMMETRIC:
-        allowed = f"be symmetric to {SYMMETRIC:g} of its largest entry"
-        raise given.wrong(name, allowed, f"{miss:.2g}")
-    return np.asarray((matrix + matrix.T) / 2)
 
 
 def _checked_modes(

@@ -238,12 +238,12 @@ def spin_of(given: Given) -> Spin:
     if supports.shape != (1,) or not supports[0] >= 0.0:
         raise given.wrong("centre_damping", "be one number >= 0 N s/m", supports)
     names = AT_SPEEDS[1:] if "speeds" in given else BY_PARTS
-    terms = {name: _checked(given, name) for name in names}
+    terms = {name: checked(given, name) for name in names}
     if "speeds" in given:
         terms["speeds"] = given["speeds"]
     first, quartic = stiffness_terms(given["stiffness"], terms)
     return Spin(
-        _checked(given, "coriolis", skew=True),
+        checked(given, "coriolis", skew=True),
         first,
         given["centrifugal_load"],
         quartic,
@@ -293,7 +293,7 @@ def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
     return (b**2 * of_a - a**2 * of_b) / scale, (a * of_b - b * of_a) / scale
 
 
-def _checked(given: Given, name: str, *, skew: bool = False) -> Floats:
+def checked(given: Given, name: str, *, skew: bool = False) -> Floats:
     """Return the symmetric or skew part of a matrix, after checking that it is so."""
     matrix, count = given[name], len(given["mass"])
     if matrix.shape != (count, count):
