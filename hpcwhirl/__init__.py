@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from hpcwhirl.analysis.basins import basins
-    from hpcwhirl.analysis.first_changes import first_changes
-    from hpcwhirl.analysis.margins import safe_ranges
+    from hpcwhirl.analysis.margins import first_changes, safe_ranges
     from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign.edge import edge
     from hpcwhirl.campaign.plan.design import Design
@@ -56,7 +55,7 @@ _HOMES = {
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
     "edge": "hpcwhirl.campaign.edge",
-    "first_changes": "hpcwhirl.analysis.first_changes",
+    "first_changes": "hpcwhirl.analysis.margins",
     "basins": "hpcwhirl.analysis.basins",
     "safe_ranges": "hpcwhirl.analysis.margins",
     "shares": "hpcwhirl.analysis.shares",

@@ -18,13 +18,15 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
+    Computation,
     DiedError,
     LateError,
+    computation,
     compute,
     message_of,
+    resolved,
 )
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.plan.computation import Computation, computation, resolved
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result, notes_on

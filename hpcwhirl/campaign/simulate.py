@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.blades import blade_numbers
-from hpcwhirl.analysis.motion_kind import motion_numbers, twins_of
+from hpcwhirl.analysis.chaos import motion_numbers, twins_of
+from hpcwhirl.analysis.contact_map import wear_numbers
 from hpcwhirl.analysis.over_speed import told_over_speed, words_over_speed
 from hpcwhirl.analysis.regimes import (
     STEADY_SHARE,
@@ -21,7 +22,6 @@ from hpcwhirl.analysis.regimes import (
     name_regime,
 )
 from hpcwhirl.analysis.rules import motion_of
-from hpcwhirl.analysis.wear import wear_numbers
 from hpcwhirl.analysis.whirl import static_frame
 from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
 from hpcwhirl.case.resolve import Case, resolve

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.job_queue import JobQueue
-from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy

@@ -26,8 +26,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import without_mpi
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.store.directory.lines import opened, sealed
-from hpcwhirl.store.directory.packing import packed
+from hpcwhirl.store.directory.packing import opened, packed, sealed
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 

@@ -20,8 +20,7 @@ from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.launch import fate, interpreter
 from hpcwhirl.scene import Scene, flatten
-from hpcwhirl.store.directory.lines import opened, sealed
-from hpcwhirl.store.directory.packing import unpacked
+from hpcwhirl.store.directory.packing import opened, sealed, unpacked
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
 

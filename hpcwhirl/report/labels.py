@@ -1,8 +1,11 @@
-"""Names and labels of quantities in pictures; colour maps of numbers."""
+"""Names, labels and ticks of quantities in pictures; colour maps of numbers."""
 
 from __future__ import annotations
 
+import re
 from typing import Any
+
+import numpy as np
 
 from hpcwhirl.scene.quantities import (
     AXES,
@@ -22,6 +25,8 @@ SEQUENTIAL = "cividis"  # perceptually uniform, readable by the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
+UNITS = re.compile(r", (rad/s|m|N|s|Hz|1/s)(?=$|[\n,]| \()")
+STEPS = (1, 2, 2.5, 5, 10)
 
 
 def name_of(name: str) -> str:
@@ -67,3 +72,38 @@ def title_of(row: Any) -> str:
     shown = {name: float(f"{row[name]:.{DIGITS}g}") for name in FIXED}
     at = ", ".join(value_of(name, value) for name, value in shown.items())
     return f"{at}: {words}"
+
+
+def tell_in_units(figure: Any) -> None:
+    """Label the axes of a figure in the units of `scene.units.shown_in`.
+
+    The data stay in SI; labels name the unit, and ticks are at round numbers of it.
+    Only linear axes whose label contains a unit are changed.
+    """
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            found = UNITS.search(axis.label.get_text())
+            if found and axis.get_scale() == "linear":
+                _tell(axis, found)
+
+
+def _tell(axis: Any, found: re.Match[str]) -> None:
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    unit, factor = shown_in(found[1])
+    if factor == 1.0:
+        return
+
+    class Round(MaxNLocator):
+        """Ticks at round numbers of the unit shown."""
+
+        def tick_values(self, vmin: float, vmax: float) -> Any:
+            ticks = super().tick_values(factor * vmin, factor * vmax)
+            return np.asarray(ticks) / factor
+
+    text = axis.label.get_text()
+    axis.set_label_text(f"{text[: found.start()]}, {unit}{text[found.end() :]}")
+    axis.set_major_locator(Round(9, steps=STEPS))
+    axis.set_major_formatter(
+        FuncFormatter(lambda x, _: value_text(round(factor * x, 9)))
+    )

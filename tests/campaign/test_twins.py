@@ -25,8 +25,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.jobs import completion_of
-from hpcwhirl.planner.kinds import Grid
-from hpcwhirl.planner.neighbours import at_boundary
+from hpcwhirl.planner.kinds import Grid, at_boundary
 from hpcwhirl.scene import apply_settings, digest
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import Directory

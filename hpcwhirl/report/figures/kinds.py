@@ -12,20 +12,17 @@ import numpy as np
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.figures import (
-    basin_shares,
-    branch_diagram,
-    chord,
+    coexisting,
+    contacts,
     frequencies,
     motions,
     shapes,
-    stress_lines,
     sweeps,
-    tip_maps,
+    tip_lines,
     waterfall,
-    wear,
 )
+from hpcwhirl.report.labels import tell_in_units
 from hpcwhirl.report.saving import part_of_name, save
-from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
@@ -95,7 +92,7 @@ KINDS = {
     ),
     "interaction": Kind(frequencies.draw_interaction, (), "speeds", speed="constant"),
     "growth": Kind(sweeps.draw_growth, (), "speeds", speed="constant"),
-    "branches": Kind(branch_diagram.draw_branches, (), "branches"),
+    "branches": Kind(coexisting.draw_branches, (), "branches"),
     "orbit": Kind(motions.draw_orbits, ("centre",), "case", transient=True),
     "section": Kind(
         motions.draw_section, ("centre",), "case", transient=True, speed="constant"
@@ -104,22 +101,22 @@ KINDS = {
         motions.draw_contributions, ("centre", "tips"), "case", speed="constant"
     ),
     "contacts": Kind(
-        motions.draw_contacts,
+        contacts.draw_contacts,
         ("blade_impulse",),
         "case",
         transient=True,
         speed="constant",
     ),
     "chord": Kind(
-        chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
+        contacts.draw_chord, ("point_impulse",), "case", transient=True, asked=True
     ),
-    "tips": Kind(tip_maps.draw_tips, ("tips",), "case", transient=True),
+    "tips": Kind(tip_lines.draw_tips, ("tips",), "case", transient=True),
     "stress": Kind(
-        stress_lines.draw_stress, ("stress",), "case", transient=True, asked=True
+        tip_lines.draw_stress, ("stress",), "case", transient=True, asked=True
     ),
     "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
-    "wear": Kind(wear.draw_wear, ("worn",), "case", asked=True),
-    "basins": Kind(basin_shares.draw_basins, (), "engine", asked=True),
+    "wear": Kind(contacts.draw_wear, ("worn",), "case", asked=True),
+    "basins": Kind(coexisting.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
     "campbell": Kind(_campbell, (), "engine"),
     "stability": Kind(_stability, (), "engine"),

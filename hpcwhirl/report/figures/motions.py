@@ -1,4 +1,4 @@
-"""Figures of one motion: orbits, traces, contributions, contacts, section, ledger."""
+"""Figures of one motion: orbits, traces, contributions, section, ledger."""
 
 from __future__ import annotations
 
@@ -8,16 +8,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.participation import family_amplitudes
-from hpcwhirl.analysis.poincare import section
+from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.errors import InputError
 from hpcwhirl.report.figures.frequencies import legend_below
 from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.report.saving import save
@@ -166,39 +162,6 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
         colour = {0: "#D55E00", 1: "#0072B2"}.get(k, colours[k])
         axes.plot(time[::step], amplitude[::step, k], c=colour,
                   lw=0.9 if k < 2 else 0.5, label=f"{k}")  # fmt: skip
-
-
-def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of contacts: which blade, where on the casing, when."""
-    traces, row = cases.traces(case), cases.rows[case]
-    found = touches(traces["time"], traces["blade_impulse"], row["speed"])
-    start = 0.0 if transient else row["end_time"] - row["window"]
-    shown = found.time >= start
-    if not shown.any():
-        where = "" if transient else " in the window; --transient shows earlier ones"
-        msg = f"no contact{where}"
-        raise InputError(msg)
-    figure = Figure(figsize=(11, 6.5), layout="constrained")
-    places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
-    for axes, (label, value) in zip(
-        figure.subplots(2, 1, sharex=True), places.items(), strict=True
-    ):
-        _dots(axes, found.time[shown], value[shown], found.impulse[shown])
-        axes.set(ylabel=label)
-    figure.axes[0].yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(xlabel=axis_of("time"), yticks=np.arange(0, 361, 60), ylim=(-5, 365))
-    axes.set_xlim(start, row["end_time"])
-    figure.axes[0].set_title(f"Contacts. {title_of(row)}")
-    interval = 1e3 * row["sample_interval"]
-    label = f"normal impulse in {interval:.3g} ms, {TRACES['impulse'].unit}"
-    figure.colorbar(figure.axes[0].collections[0], ax=figure.axes[:2], label=label)
-    return figure
-
-
-def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
-    top = float(impulse.max(initial=1e-12))
-    axes.scatter(time, value, s=3, c=impulse, lw=0, cmap="viridis_r",
-                 norm=LogNorm(1e-3 * top, top), rasterized=True)  # fmt: skip
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:

@@ -9,7 +9,6 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.poincare import section
 from hpcwhirl.analysis.rotation import bands_over
 from hpcwhirl.analysis.spectrum import (
     after_revolutions,
@@ -18,6 +17,7 @@ from hpcwhirl.analysis.spectrum import (
     full_spectrum,
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
+from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.report.figures.frequencies import (

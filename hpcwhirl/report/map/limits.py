@@ -23,7 +23,7 @@ from hpcwhirl.report.saving import save
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.first_changes import FirstChange
+    from hpcwhirl.analysis.margins import FirstChange
 
 Floats = NDArray[np.float64]
 INK, UNMET = "#1F4E79", "#8A8A8A"

@@ -98,7 +98,7 @@ def _of_starts(results: Results) -> Iterator[Told]:
 
 
 def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
-    from hpcwhirl.analysis.first_changes import first_changes
+    from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.results.sampled import is_sampled
 
     if is_sampled(data) or len(set(data[name].to_numpy().tolist())) <= 2:

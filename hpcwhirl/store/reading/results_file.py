@@ -22,9 +22,8 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import RESULTS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import plan_of_results
-from hpcwhirl.store.hdf5 import DAMAGE, reading
+from hpcwhirl.store.hdf5 import DAMAGE, FORMAT, reading
 from hpcwhirl.store.reading.shares import SHARE
-from hpcwhirl.store.schema import FORMAT
 
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]

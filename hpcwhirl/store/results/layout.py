@@ -32,7 +32,7 @@ from hpcwhirl.store.directory.blades import asked_quantities
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import refined_quantities
 from hpcwhirl.store.directory.runs import Share
-from hpcwhirl.store.hdf5 import utf8
+from hpcwhirl.store.hdf5 import FORMAT, dtype, encode, missing, utf8
 from hpcwhirl.store.reading.credibility import TWINS_OF
 from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW
 from hpcwhirl.store.results.cells import define_cells
@@ -40,7 +40,6 @@ from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.freshness import SOURCE
 from hpcwhirl.store.results.measured import measured_of
 from hpcwhirl.store.results.sampled import sample_attribute
-from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
 LIBVER = ("v108", "v110")  # from 1.8 on attributes may exceed 64 kB
 CHUNK = 1 << 20  # bytes, largest size of a compressed chunk; each is of one case

@@ -12,7 +12,7 @@ from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import AXES, BLADES, CHAOS, ROW, TRACES, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
-from hpcwhirl.store.schema import dtype
+from hpcwhirl.store.hdf5 import dtype
 
 if TYPE_CHECKING:
     import xarray
