@@ -130,11 +130,10 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
     words, share = _words(data, sure)
     lines = _lines(data, _fixed(data, name, swept), values)
     if not lines:
-        msg = (
+        raise InputError(
             f"no two cases differ in {name} alone: safe ranges need a sweep; where "
             "inputs were drawn, hpcwhirl.shares gives the probability of each regime"
         )
-        raise InputError(msg)
     out = []
     for fixed, line in lines:
         order = line[np.argsort(values[line], kind="stable")]

@@ -92,8 +92,7 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
     ]  # fmt: skip
     if name not in numeric:
         hint = nearest(name, [*numeric, *REGIMES]) or "; hpcwhirl cases --columns '?'"
-        msg = f"unknown number '{name}'{hint}"
-        raise InputError(msg)
+        raise InputError(f"unknown number '{name}'{hint}")
     return np.where(good, data[name].to_numpy().astype(float), np.nan)
 
 

@@ -111,8 +111,7 @@ class Call:
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)
             if name in FLAGS and not isinstance(value, bool):
-                msg = f"{name} must be True or False, got {shown(value)}"
-                raise InputError(msg)
+                raise InputError(f"{name} must be True or False, got {shown(value)}")
         given = {n: value for n, value in self.options.items() if n not in FLAGS}
         return Campaign.read(given, "options", str)
 

@@ -45,8 +45,7 @@ def _asked(wish: dict[str, Any]) -> Any:
         return Wish(**wish)
     except TypeError as failed:
         known = ", ".join(Wish.__dataclass_fields__)
-        msg = f"map takes {known}: {failed}"
-        raise InputError(msg) from None
+        raise InputError(f"map takes {known}: {failed}") from None
 
 
 class WordsPlot(DataArrayPlotAccessor):
@@ -73,12 +72,11 @@ class WordsPlot(DataArrayPlotAccessor):
         if words.dtype.kind not in set("OUT") or not looks:
             return super().__call__(**wish)
         if words.ndim not in (1, 2) or words.dims == ("case",):
-            msg = (
+            raise InputError(
                 f"{words.name} is drawn over one or two swept inputs, got "
                 f"{', '.join(map(str, words.dims)) or 'none'}: choose values, as "
                 "hpcwhirl.grid(data).regime.sel(gap=1e-4), or draw data.hpcwhirl.map()"
             )
-            raise InputError(msg)
         shown = [word for word in looks if (words == word).any()]
         codes = xarray.full_like(words, np.nan, dtype=float)
         for code, word in enumerate(shown):

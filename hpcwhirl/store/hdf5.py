@@ -114,8 +114,7 @@ def reading(path: Path) -> Iterator[None]:
     except DAMAGE as failed:
         said = str(failed).splitlines()
         why = said[0] if said else type(failed).__name__
-        msg = f"{path} is damaged: {why}"
-        raise StoreError(msg) from None
+        raise StoreError(f"{path} is damaged: {why}") from None
 
 
 def refusal(path: Path, failed: Exception) -> MissingFileError:

@@ -73,8 +73,7 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
         raise InputError(f"{msg}; there are {', '.join(names) or 'none'}")
     for name in (BRANCH, HISTORY):
         if name in grid:
-            msg = f"[branch] sets {name}, which [sweep] must not do"
-            raise InputError(msg)
+            raise InputError(f"[branch] sets {name}, which [sweep] must not do")
     if not 2 <= len(set(values)) <= MOST_POINTS or len(set(values)) < len(values):
         msg = f"[branch] over {over}: its values must be 2 to {MOST_POINTS}, each once"
         raise InputError(f"{msg}, got {len(values)}")

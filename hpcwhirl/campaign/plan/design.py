@@ -353,8 +353,7 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
         return load_design(Path(source) if source is not None else None, settings)
     if isinstance(source, Mapping):
         return design_of(plain(source), settings)
-    msg = f"design must be {ALLOWED}, got {shown(source)}"
-    raise InputError(msg)
+    raise InputError(f"design must be {ALLOWED}, got {shown(source)}")
 
 
 def plain(value: Any) -> Any:
@@ -442,8 +441,7 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
     """Raise InputError if an input is both swept and set for all cases."""
     clash = set(swept) & set(names)
     if clash:
-        msg = f"{what} {min(clash)}: the campaign sweeps this input"
-        raise InputError(msg)
+        raise InputError(f"{what} {min(clash)}: the campaign sweeps this input")
 
 
 def _check_distinct(columns: Many) -> None:

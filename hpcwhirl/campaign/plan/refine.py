@@ -198,8 +198,7 @@ def _depths(
         _check_values(name, values, depths)
         out.append(tuple(depths))
     if not any(map(any, out)):
-        msg = "[refine] refines nothing: its resolution is that of [sweep]"
-        raise InputError(msg)
+        raise InputError("[refine] refines nothing: its resolution is that of [sweep]")
     return tuple(out)
 
 

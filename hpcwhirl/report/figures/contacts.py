@@ -133,8 +133,7 @@ def draw_wear(cases: Results, case: int) -> Any:
     traces, row = cases.traces(case), cases.rows[case]
     depth = MICRO * traces["worn"][:, : rods_of(cases.scene(case))]
     if not np.nan_to_num(depth[-1]).any():
-        msg = "no rod of the layer was worn"
-        raise InputError(msg)
+        raise InputError("no rod of the layer was worn")
     edges = np.linspace(0.0, 360.0, depth.shape[1] + 1)
     figure = Figure(figsize=(9, 7), layout="constrained")
     final, over = figure.subplots(2, 1, sharex=True)

@@ -62,8 +62,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     case = resolve(scene)
     table, k = modal_table(case.model), scene.nodal_diameter
     if not any(m.body == "rotor" for m in table):
-        msg = "a Campbell diagram needs modes of the rotor"
-        raise InputError(msg)
+        raise InputError("a Campbell diagram needs modes of the rotor")
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
     span = np.linspace(0.0, most, POINTS)
     figure = Figure(figsize=(9.5, 6.2), layout="constrained")

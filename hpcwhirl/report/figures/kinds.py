@@ -169,8 +169,7 @@ def cases_at(results: Results, settings: list[str]) -> list[int]:
     if chosen and not finished:
         row = results.rows[min(chosen)]
         why = f"{row['status']}: {row['message'] or 'no message'}"
-        msg = f"--at {' '.join(settings)}: case {min(chosen)} is {why}"
-        raise InputError(msg)
+        raise InputError(f"--at {' '.join(settings)}: case {min(chosen)} is {why}")
     return finished
 
 
@@ -193,8 +192,7 @@ def _check(results: Results, only: list[int] | None) -> None:
     """Raise InputError if nothing can be drawn, or a requested case is missing."""
     whole = results.finished()
     if not whole:
-        msg = f"{results.path} has no finished case: nothing to draw"
-        raise InputError(msg)
+        raise InputError(f"{results.path} has no finished case: nothing to draw")
     bad = [i for i in only or [] if i not in whole]
     if bad:
         msg = f"--case must be a finished case, 0 to {len(results) - 1}, got {bad[0]}"

@@ -37,8 +37,7 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
     moved = traces["point_tips"][shown] if points else traces["tips"][shown, :, None]
     if not np.abs(moved).max(initial=0.0) > 0.0:
         where = "" if transient else " in the window; --transient shows earlier ones"
-        msg = f"no displacement of a tip{where}"
-        raise InputError(msg)
+        raise InputError(f"no displacement of a tip{where}")
     least = np.abs(moved).max(axis=0).max(axis=(1, 2))
     blade, middle = int(least.argmax()), points.reference if points else 0
     edges = edges_of(traces["time"][shown], row["sample_interval"])
@@ -129,8 +128,7 @@ def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
     traces, row = cases.traces(case), cases.rows[case]
     own = resolve(cases.scene(case)).model.rotor.stress
     if own is None or len(own.names) != traces["stress"].shape[2]:
-        msg = "engine.file has changed: it now has other named points"
-        raise InputError(msg)
+        raise InputError("engine.file has changed: it now has other named points")
     shown = in_window(traces["time"], row) | transient
     time, stress = traces["time"][shown], MEGA * traces["stress"][shown]
     most = np.abs(stress).max(axis=0)  # (N, P)

@@ -65,8 +65,7 @@ def draw_waterfall(cases: Results, case: int) -> Any:
     )
     told = str(row.get("words_over_speed", ""))
     if not told:
-        msg = "a waterfall needs a case whose speed or gap changes in time"
-        raise InputError(msg)
+        raise InputError("a waterfall needs a case whose speed or gap changes in time")
     scene, time = resolved.scene, traces["time"]
     if len(time) < 2 * FEWEST:
         msg = f"a waterfall needs {2 * FEWEST} samples, got {len(time)}: lower interval"

@@ -188,8 +188,7 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
         if name in data:
             if data[name].dims == ("case",):
                 return name
-            msg = f"'{name}' does not have one number for each case"
-            raise InputError(msg)
+            raise InputError(f"'{name}' does not have one number for each case")
         try:
             return variable_of(name, known, "number")
         except InputError:

@@ -294,8 +294,7 @@ def readable(
     except failures as failed:
         said = getattr(failed, "strerror", None) or str(failed)
         reason = said.splitlines()[0] if said else type(failed).__name__
-        msg = f"cannot read {what}: {reason}"
-        raise MissingFileError(msg) from None
+        raise MissingFileError(f"cannot read {what}: {reason}") from None
 
 
 def _check_layout(given: Given, root: h5py.File) -> None:

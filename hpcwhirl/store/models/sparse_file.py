@@ -201,8 +201,7 @@ def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
             read = np.lib.format.read_array_header_2_0
         shape, _, kind = read(file)
     if int(np.prod(shape, dtype=object)) * kind.itemsize > member.file_size:
-        msg = f"{part} is cut short"
-        raise ValueError(msg)
+        raise ValueError(f"{part} is cut short")
     return shape, kind
 
 

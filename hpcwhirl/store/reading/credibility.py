@@ -73,8 +73,7 @@ def credibility(data: xarray.Dataset) -> Credibility:
     """
     found = find_credibility(data)
     if found is None:
-        msg = "no case has twins: the campaign has no table [twins]"
-        raise InputError(msg)
+        raise InputError("no case has twins: the campaign has no table [twins]")
     return found
 
 

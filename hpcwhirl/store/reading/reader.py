@@ -135,6 +135,5 @@ def _places(
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
     codes = np.asarray(values, dtype=np.float64)
     if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
-        msg = f"{variable.name} is damaged: it has a code without a word"
-        raise StoreError(msg)
+        raise StoreError(f"{variable.name} is damaged: it has a code without a word")
     return meanings, np.where(np.isnan(codes), -1, codes).astype(np.int64)

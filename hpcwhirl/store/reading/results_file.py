@@ -101,8 +101,7 @@ def words_in(
     codes, meanings = file[name][cases], file[name].attrs["flag_meanings"]
     known = np.array(np.bytes_(meanings).decode().split())
     if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
-        msg = f"{name} is damaged: it has a code without a word"
-        raise StoreError(msg)
+        raise StoreError(f"{name} is damaged: it has a code without a word")
     return np.asarray(known[codes])
 
 
@@ -134,8 +133,7 @@ class Results:
             self._count = len(self.file["status"])
             lacking = [n for n in (*ROW, *STATUS, *PERFORMANCE) if n not in self]
         if lacking:
-            msg = f"{self.path} is damaged: it has no {lacking[0]}"
-            raise StoreError(msg)
+            raise StoreError(f"{self.path} is damaged: it has no {lacking[0]}")
 
     def __enter__(self) -> Self:
         return self

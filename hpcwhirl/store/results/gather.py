@@ -280,6 +280,5 @@ def _fitting(
     if size > free:
         need, have = size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
-        msg = f"cannot write {directory.results}: {why}"
-        raise NoRoomError(msg)
+        raise NoRoomError(f"cannot write {directory.results}: {why}")
     return contents
