@@ -70,10 +70,7 @@ class Feature:
         return np.nan_to_num(value / self.tolerance, posinf=0.0, neginf=0.0)
 
 
-WHIRLS = (
-    Feature("line_frequency", 0.05, "speed"),
-    Feature("whirl_ratio", 0.2),
-)
+WHIRLS = (Feature("line_frequency", 0.05, "speed"), Feature("whirl_ratio", 0.2))
 RADIUS = Feature("orbit_radius", 0.1, "gap_scale", log=True)
 PERIOD = Feature("period", 0.5)  # only with `output.chaos`; 0 if not periodic
 FEATURES = {  # {regime with several attractors: features}

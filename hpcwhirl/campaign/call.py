@@ -20,13 +20,7 @@ from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import as_begun
 from hpcwhirl.campaign.session import Session
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.errors import (
-    InputError,
-    StoppedError,
-    WhirlError,
-    shown,
-    unknown,
-)
+from hpcwhirl.errors import InputError, StoppedError, WhirlError, shown, unknown
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.store.directory.campaign_directory import Directory

@@ -55,9 +55,7 @@ def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
 
 
 def begun(
-    case: Case,
-    march: Callable[[Case, Motion | None], Ended],
-    ends: Ends,
+    case: Case, march: Callable[[Case, Motion | None], Ended], ends: Ends
 ) -> Begin:
     """Return a case as it will be integrated, and the motion with which it begins.
 
@@ -86,9 +84,7 @@ def _going_on(case: Case, motion: Motion | None) -> Case:
 
 
 def _ended(
-    scene: Scene,
-    motion: Motion | None,
-    march: Callable[[Case, Motion | None], Ended],
+    scene: Scene, motion: Motion | None, march: Callable[[Case, Motion | None], Ended]
 ) -> Motion | None:
     try:
         return end_of(*march(_going_on(resolve(scene), motion), motion))

@@ -200,10 +200,7 @@ class Course:
         self.march = marches[self.number]
 
     def run(
-        self,
-        between_slices: Callable[[], None] | None = None,
-        *,
-        measure: bool = True,
+        self, between_slices: Callable[[], None] | None = None, *, measure: bool = True
     ) -> Result:
         """Integrate until the regime is decided or the longest end time is reached.
 

@@ -7,14 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.scene.quantities import (
-    AXES,
-    DERIVED,
-    INPUTS,
-    ROW,
-    TRACES,
-    variable_name,
-)
+from hpcwhirl.scene.quantities import AXES, DERIVED, INPUTS, ROW, TRACES, variable_name
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text

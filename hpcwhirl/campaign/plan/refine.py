@@ -79,11 +79,7 @@ class Coarse(Protocol):
 
 
 def refined(
-    design: Coarse,
-    table: Refine,
-    grid: Listed,
-    listed: Sequence[Any],
-    branch: str = "",
+    design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any], branch: str = ""
 ) -> Rule:
     """Return the rule that refines a coarse design.
 

@@ -22,12 +22,7 @@ from hpcwhirl.analysis.rotation import (
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.equal_points import rotor_by_diameter
-from hpcwhirl.reduction.families import (
-    Line,
-    first_family,
-    modal_table,
-    moving_families,
-)
+from hpcwhirl.reduction.families import Line, first_family, modal_table, moving_families
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
 from hpcwhirl.report.labels import axis_of, eq13_of, value_of
 from hpcwhirl.report.map.axes import cell_edges

@@ -84,11 +84,7 @@ KINDS = {
         sweeps.draw_cascade, ("centre",), "speeds", transient=True, speed="constant"
     ),
     "bifurcation": Kind(
-        sweeps.draw_bifurcation,
-        ("centre",),
-        "speeds",
-        transient=True,
-        speed="constant",
+        sweeps.draw_bifurcation, ("centre",), "speeds", transient=True, speed="constant"
     ),
     "interaction": Kind(frequencies.draw_interaction, (), "speeds", speed="constant"),
     "growth": Kind(sweeps.draw_growth, (), "speeds", speed="constant"),

@@ -91,12 +91,7 @@ def is_coarse(path: Floats) -> bool:
 
 
 def draw_orbit(
-    axes: Any,
-    path: Floats,
-    late: NDArray[np.bool_],
-    gap: float,
-    *,
-    transient: bool,
+    axes: Any, path: Floats, late: NDArray[np.bool_], gap: float, *, transient: bool
 ) -> None:
     """Draw an orbit; set the label of the axes to the unit of length chosen for it.
 

@@ -26,9 +26,7 @@ BLUE, ORANGE, PALE = "#08306b", "#D55E00", "#CCCCCC"
 
 
 def draw_shapes(
-    rotor: Rotor,
-    diameters: tuple[int, ...] = (0, 1, 3, 4),
-    model: Model | None = None,
+    rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4), model: Model | None = None
 ) -> Any:
     """Return a figure of the mode shapes of family 1F, amplified, by nodal diameter.
 

@@ -11,12 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import (
-    InputError,
-    MissingFileError,
-    StoreError,
-    shown,
-)
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, shown
 from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names

@@ -16,9 +16,7 @@ from hpcwhirl.store.directory.record import Record
 TYPE = "<f8"
 
 
-def packed(
-    arrays: Mapping[str, NDArray[np.float64]],
-) -> tuple[dict[str, Any], bytes]:
+def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
     """Return ({bytes, crc, shapes}, data): header for `unpacked`, and the bytes.
 
     Parameters

@@ -84,13 +84,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import (
-    InputError,
-    MissingFileError,
-    WhirlError,
-    nearest,
-    one_line,
-)
+from hpcwhirl.errors import InputError, MissingFileError, WhirlError, nearest, one_line
 from hpcwhirl.safe_open import check_regular
 from hpcwhirl.scene.case_digest import check_bytes, content_digest
 

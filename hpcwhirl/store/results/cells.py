@@ -24,13 +24,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.refinement.boundary import (
-    STATES,
-    Boundaries,
-    Cases,
-    Cells,
-    boundaries_of,
-)
+from hpcwhirl.refinement.boundary import STATES, Boundaries, Cases, Cells, boundaries_of
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Cell, Lattice
 from hpcwhirl.refinement.rule import rule_of
@@ -154,9 +148,7 @@ def _cell(
 
 
 def define_cells(
-    file: h5py.File,
-    plan: Manifest,
-    rows: Mapping[str, NDArray[Any]],
+    file: h5py.File, plan: Manifest, rows: Mapping[str, NDArray[Any]]
 ) -> None:
     """Write the groups `cells` and `boundaries`, which follow from plan and `rows`.
 
@@ -185,9 +177,7 @@ def define_cells(
 
 
 def _define_boundaries(
-    file: h5py.File,
-    cells: Cells,
-    rows: Mapping[str, NDArray[Any]],
+    file: h5py.File, cells: Cells, rows: Mapping[str, NDArray[Any]]
 ) -> None:
     by = _text(file[CELLS].attrs["words"])
     found = boundaries_of(cells, _cases(file, rows, by))

@@ -68,9 +68,7 @@ def relabel(
 
 
 def _renamed(
-    part: Path,
-    name: Callable[[dict[str, Any]], Words],
-    thresholds: Mapping[str, float],
+    part: Path, name: Callable[[dict[str, Any]], Words], thresholds: Mapping[str, float]
 ) -> Counter[tuple[Word, Word]]:
     """Write new words into a results file; return {(old, new): number of cases}."""
     with writing(part, "r+") as file:
