@@ -23,6 +23,7 @@ from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.campaign_tables import SALTELLI
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import numbers_in
 from hpcwhirl.store.reading.shares import CONFIDENCE
 from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
 
@@ -86,10 +87,7 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
     good = np.isin(word, list(REGIMES))
     if name in REGIMES:
         return np.where(good, (word == name).astype(float), np.nan)
-    numeric = [
-        str(n) for n, v in data.variables.items()
-        if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
-    ]  # fmt: skip
+    numeric = numbers_in(data)
     if name not in numeric:
         hint = nearest(name, [*numeric, *REGIMES]) or "; hpcwhirl cases --columns '?'"
         raise InputError(f"unknown number '{name}'{hint}")

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.compute import computation
-from hpcwhirl.campaign.job_queue import JobQueue
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.work_queue import Order, WorkQueue
+from hpcwhirl.campaign.work_queue import JobQueue, Order, WorkQueue
 from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.planner.jobs import Completion, Job

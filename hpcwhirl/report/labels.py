@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -100,3 +101,15 @@ def _tell(axis: Any, found: re.Match[str]) -> None:
     axis.set_major_formatter(
         FuncFormatter(lambda x, _: value_text(round(factor * x, 9)))
     )
+
+
+def legend_below(
+    figure: Any, *panels: Any, more: Sequence[Any] = (), ncols: int = 4
+) -> None:
+    """Add one legend for all panels below a figure, where it hides no curve.
+
+    more : further handles of the legend
+    """
+    keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
+    figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=ncols,
+                  fontsize=8, frameon=False)  # fmt: skip

@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from hpcwhirl.errors import (
     unknown,
     unwritable,
 )
-from hpcwhirl.scene.quantities import ARRAYS
+from hpcwhirl.scene.quantities import ARRAYS, AXES
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.atomic import make_folders, replacing
@@ -177,6 +177,27 @@ def mpi_libraries() -> list[str]:
         path for path in paths if Path(path).name.startswith(("libmpi.", "libmpich."))
     )
     return sorted({os.path.realpath(path) for path in named})
+
+
+def tell(data: h5py.Dataset, quantity: Quantity) -> None:
+    """Write unit and meaning of a variable as attributes."""
+    data.attrs["units"] = utf8(quantity.unit)
+    data.attrs["long_name"] = utf8(quantity.meaning)
+
+
+def mark_words(data: h5py.Dataset, words: Sequence[str]) -> None:
+    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`."""
+    data.attrs["flag_values"] = np.arange(len(words), dtype="i1")
+    data.attrs["flag_meanings"] = utf8(" ".join(words))
+
+
+def define_axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
+    """Define an axis with given values, or with numbers from 0 if given its size."""
+    if isinstance(values, int):
+        values = np.arange(values, dtype="i8")
+    axis = group.create_dataset(name, data=values)
+    tell(axis, AXES[name])
+    axis.make_scale(name)
 
 
 def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:

@@ -24,7 +24,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.equal_points import rotor_by_diameter
 from hpcwhirl.reduction.families import Line, first_family, modal_table, moving_families
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
-from hpcwhirl.report.labels import axis_of, eq13_of, value_of
+from hpcwhirl.report.labels import axis_of, eq13_of, legend_below, value_of
 from hpcwhirl.report.map.axes import cell_edges
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
@@ -360,16 +360,6 @@ def heading(cases: Results, line: list[int]) -> str:
 def shown_word(row: dict[str, Any]) -> str:
     """Return the word by which figures show a finished case."""
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
-
-
-def legend_below(figure: Any, *panels: Any, more: Sequence[Any] = ()) -> None:
-    """Add one legend for all panels below a figure, where it hides no curve.
-
-    more : further handles of the legend
-    """
-    keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
-    figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=4,
-                  fontsize=8, frameon=False)  # fmt: skip
 
 
 def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:

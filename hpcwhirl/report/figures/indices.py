@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.sensitivity import pairs_needed
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import name_of, value_of
+from hpcwhirl.report.labels import legend_below, name_of, value_of
 from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
@@ -100,9 +100,7 @@ def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
             at = value_of(over[0], found[over[0]].to_numpy()[point].item(), unit)
             row[0].set_ylabel(at, parse_math=False)
     grid[0, 0].invert_yaxis()
-    handles, texts = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=2, fontsize=8,
-                  frameon=False)  # fmt: skip
+    legend_below(figure, grid[0, 0], ncols=2)
     return figure
 
 
@@ -156,7 +154,5 @@ def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
             axes.set_title(f"{title_of(name)}: {told}", fontsize=9, parse_math=False)
     for axes in grid[-1]:
         axes.set_xlabel(label, parse_math=False)
-    handles, texts = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=4, fontsize=8,
-                  frameon=False)  # fmt: skip
+    legend_below(figure, grid[0, 0])
     return figure

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.report.figures.frequencies import legend_below
-from hpcwhirl.report.labels import axis_of, title_of
+from hpcwhirl.report.labels import axis_of, legend_below, title_of
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results

@@ -12,6 +12,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import modal_model
+from hpcwhirl.report.labels import legend_below
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 
@@ -55,9 +56,7 @@ def draw_shapes(
         title = f"k = {k}, f = {own.omega[mode[0]] / (2 * np.pi):.2f} Hz"
         around = _casing(axes, rotor.radius, model, k) if model else None
         axes.set_title(title + (f"\ncasing {around:.2f} Hz" if around else ""))
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8,
-                  frameon=False)  # fmt: skip
+    legend_below(figure, panels[0], ncols=3)
     figure.suptitle(
         "First family, displacements amplified, the centre's "
         f"{HUB:g} times more; full model"

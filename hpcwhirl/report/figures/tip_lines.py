@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
-from hpcwhirl.report.figures.frequencies import legend_below
 from hpcwhirl.report.figures.motions import MOST_POINTS, in_window, unit_of
-from hpcwhirl.report.labels import DIVERGING, axis_of, title_of
+from hpcwhirl.report.labels import DIVERGING, axis_of, legend_below, title_of
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
-from hpcwhirl.report.labels import FIXED, value_of
+from hpcwhirl.report.labels import FIXED, legend_below, value_of
 from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import title_of as named
@@ -132,9 +132,7 @@ def add_legend(
         keys += _whirl_keys(set(picture.whirl[good].tolist()))
     keys += more
     if keys:
-        figure.legend(handles=keys, loc="outside lower center", fontsize=8,
-                      ncols=_columns(keys, figure.get_figwidth()),
-                      frameon=False)  # fmt: skip
+        legend_below(figure, more=keys, ncols=_columns(keys, figure.get_figwidth()))
 
 
 def _columns(keys: Sequence[Any], width: float) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED, SEQUENTIAL, name_of
+from hpcwhirl.report.labels import FIXED, SEQUENTIAL, legend_below, name_of
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.saving import save
@@ -104,7 +104,7 @@ def _bars(
               gid="again")  # fmt: skip
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel(label, parse_math=False)
-    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    legend_below(axes.figure, axes)
 
 
 def _map(
@@ -132,7 +132,8 @@ def _map(
             legend = {"^": "no change met: at least", "v": "first case not damped"}
             axes.plot(*zip(*places, strict=True), mark, c="white", mec="black", ls="",
                       label=legend[mark], gid=legend[mark])  # fmt: skip
-            axes.figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    if any(marks.values()):
+        legend_below(axes.figure, axes)
     for axis, grid, (text, factor) in zip("xy", grids, told, strict=True):
         step = max(1, len(grid) // 10)
         texts = [f"{factor * v:.4g}" for v in grid[::step].tolist()]

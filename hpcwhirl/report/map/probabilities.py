@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.shares import shares
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED
+from hpcwhirl.report.labels import FIXED, legend_below
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.colours import looks_of_attractors
 from hpcwhirl.report.map.data import Wish, label_of
@@ -155,7 +155,7 @@ def _areas(
                       elinewidth=0.8, capsize=1.5, gid=f"interval {word}")  # fmt: skip
     axes.set_xlabel(label, parse_math=False)
     axes.set(ylabel=SHARE_LABEL, ylim=(0.0, 1.0), xlim=(x[0], x[-1]))
-    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    legend_below(axes.figure, axes)
 
 
 def _bars(axes: Any, found: xarray.Dataset) -> None:

@@ -70,6 +70,11 @@ class Manifest:
         """The settings of the cases as columns."""
         return Table.of(self.settings)
 
+    def values(self, name: str, default: Any = None) -> list[Any]:
+        """Return the values of an input in `base` and in the cases."""
+        base = self.base.get(name, default)
+        return [base, *listed(self.table.column(name, base).values)]
+
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
     """Return {dotted input: value} of a plan's `base`, without its other entries."""

@@ -57,6 +57,14 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     return found[0]
 
 
+def numbers_in(data: xarray.Dataset) -> list[str]:
+    """Return the names of the variables that have a number for each case."""
+    return [
+        str(n) for n, v in data.variables.items()
+        if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
+    ]  # fmt: skip
+
+
 def value_text(value: Any) -> str:
     """Return a value as text, a float with at most ten significant digits."""
     if isinstance(value, float | np.floating):
