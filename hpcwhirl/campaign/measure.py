@@ -163,23 +163,9 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         msg = f"variables: a name is letters, digits and _, got {shown(name)}"
         raise InputError(msg)
     taken = {
-        *ROW,
-        *BLADES,
-        *CHAOS,
-        *OVER_SPEED,
-        *WORN,
-        *TUNED,
-        *STATUS,
-        *TRACES,
-        *AXES,
-        *PERFORMANCE,
-        *SHARE,
-        GROUP,
-        CELLS,
-        BOUNDARIES,
-        WHY_NOT,
-        "performance",
-    }
+        *ROW, *BLADES, *CHAOS, *OVER_SPEED, *WORN, *TUNED, *STATUS, *TRACES, *AXES,
+        *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT, "performance",
+    }  # fmt: skip
     if name in taken | set(map(variable_name, INPUTS)):
         raise InputError(f"variables: {name} is a name of the results: choose another")
     pair = (given, name.replace("_", " ")) if isinstance(given, str) else given

@@ -23,7 +23,7 @@ from hpcwhirl.analysis.regimes import (
 )
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
-from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
+from hpcwhirl.campaign.continuation import Ended, begun
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
@@ -134,7 +134,7 @@ def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) ->
         course = Course(case, start)
         return course.run(between_slices, measure=False).row, course.march
 
-    return Course(*begun(resolve(scene), march, NoEnds()))
+    return Course(*begun(resolve(scene), march))
 
 
 class Course:

@@ -20,7 +20,6 @@ from hpcwhirl.report.figures import (
     shapes,
     sweeps,
     tip_lines,
-    waterfall,
 )
 from hpcwhirl.report.labels import tell_in_units
 from hpcwhirl.report.saving import part_of_name, save
@@ -101,7 +100,7 @@ KINDS = {
     "chord": Kind(contacts.draw_chord, ("point_impulse",), "case", asked=True),
     "tips": Kind(tip_lines.draw_tips, ("tips",), "case"),
     "stress": Kind(tip_lines.draw_stress, ("stress",), "case", asked=True),
-    "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
+    "waterfall": Kind(sweeps.draw_waterfall, ("centre",), "case", speed="changing"),
     "wear": Kind(contacts.draw_wear, ("worn",), "case", asked=True),
     "basins": Kind(coexisting.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),

@@ -39,17 +39,9 @@ SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 SKEW = {"coriolis"}
 PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
 UNREADABLE = (
-    OSError,
-    RuntimeError,
-    LookupError,
-    TypeError,
-    ValueError,
-    ArithmeticError,
-    EOFError,
-    MemoryError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
+    OSError, RuntimeError, LookupError, TypeError, ValueError, ArithmeticError,
+    EOFError, MemoryError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 
 
 class _Source(Given):
