@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
@@ -17,7 +16,7 @@ from hpcwhirl.report.labels import axis_of, value_of
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.layout import figure_of
 from hpcwhirl.report.map.probabilities import figure_of_shares, varied
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.words import REGIMES, SHOWN
 from hpcwhirl.store.reading.reader import open_results
@@ -42,9 +41,8 @@ def draw_branches(results: Results, line: list[int]) -> Any:
     line : finished cases of one bundle of branches, see `analysis.branches.bundles_of`
     """
     over, branches = branches_of(results, line)
-    figure = Figure(figsize=(10, 6), layout="constrained")
     heights = [0.25 + 0.18 * len(branches), 2.0]
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=heights)
+    figure, (upper, lower) = new_figure((10, 6), 2, sharex=True, height_ratios=heights)
     for row, branch in enumerate(branches):
         _strip(upper, row, branch)
         _radii(lower, branch)
@@ -97,8 +95,7 @@ def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
 
 def edge_figure(scene: Scene, found: Edge) -> Any:
     """Return the figure of an edge: radius over time, and the static-frame orbit."""
-    figure = Figure(figsize=(11, 4.8), layout="constrained")
-    axes, plane = figure.subplots(1, 2, width_ratios=[1.4, 1.0])
+    figure, (axes, plane) = new_figure((11, 4.8), 1, 2, width_ratios=[1.4, 1.0])
     radius = np.hypot(*found.centre.T)
     most = ROOM * float(radius.max(initial=0.0))
     factor, unit = unit_of(most)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -16,6 +15,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
@@ -43,11 +43,9 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
     traces, row = cases.traces(case), cases.rows[case]
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start, found = _shown(found, row, transient=transient)
-    figure = Figure(figsize=(11, 6.5), layout="constrained")
+    figure, panels = new_figure((11, 6.5), 2, sharex=True)
     places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
-    for axes, (label, value) in zip(
-        figure.subplots(2, 1, sharex=True), places.items(), strict=True
-    ):
+    for axes, (label, value) in zip(panels, places.items(), strict=True):
         _dots(axes, found.time, value, found.impulse)
         axes.set(ylabel=label)
     figure.axes[0].yaxis.set_major_locator(MaxNLocator(integer=True))
@@ -85,13 +83,13 @@ def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
     times = np.linspace(start, row["end_time"], BINS + 1)
     angles = np.linspace(0.0, 360.0, BINS + 1)
     numbers = np.arange(points.count + 1) + 0.5
-    figure = Figure(figsize=(11, 9), layout="constrained")
+    figure, panels = new_figure((11, 9), 3)
     places = [
         (time, times, number, numbers),
         (angle, angles, number, numbers),
         (time, times, angle, angles),
     ]
-    for axes, place in zip(figure.subplots(3, 1), places, strict=True):
+    for axes, place in zip(panels, places, strict=True):
         _map(figure, axes, place, push)
     _label(figure.axes[:3], points.station)
     figure.axes[0].set_title(f"Contact along the chord. {title_of(row)}")
@@ -135,8 +133,7 @@ def draw_wear(cases: Results, case: int) -> Any:
     if not np.nan_to_num(depth[-1]).any():
         raise InputError("no rod of the layer was worn")
     edges = np.linspace(0.0, 360.0, depth.shape[1] + 1)
-    figure = Figure(figsize=(9, 7), layout="constrained")
-    final, over = figure.subplots(2, 1, sharex=True)
+    figure, (final, over) = new_figure((9, 7), 2, sharex=True)
     final.stairs(depth[-1], edges, fill=True, color="0.6")
     final.set_ylabel("worn depth at the end, µm")
     final.set_title(

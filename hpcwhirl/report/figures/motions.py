@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.labels import axis_of, legend_below, title_of
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
@@ -61,13 +60,12 @@ def orbits_of(
     traces: Mapping[str, Floats], row: Mapping[str, Any], *, transient: bool = False
 ) -> Any:
     """Return the figure of `draw_orbits` from the traces and the row of a case."""
-    figure = Figure(figsize=(11, 5.4), layout="constrained")
     frames = {"static": (traces["centre"], "$X_o$", "$Y_o$")}
     if "words_over_speed" not in row:  # at a changing speed the angle is not Omega t
         path = rotating(traces, row["speed"])
         frames["rotating"] = (path, "$x_o$", "$y_o$")
     late = in_window(traces["time"], row)
-    panels = figure.subplots(1, len(frames), squeeze=False)[0]
+    figure, (panels,) = new_figure((11, 5.4), 1, len(frames), squeeze=False)
     for axes, (name, (path, x, y)) in zip(panels, frames.items(), strict=True):
         draw_orbit(axes, path, late, row["gap"], transient=transient)
         unit = axes.get_label()
@@ -128,8 +126,7 @@ def draw_contributions(cases: Results, case: int) -> Any:
         row["sample_interval"],
         resolve(cases.scene(case)).model,
     )
-    figure = Figure(figsize=(11, 7.5), layout="constrained")
-    (whole, log), (second, hub) = figure.subplots(2, 2, sharex=True)
+    figure, ((whole, log), (second, hub)) = new_figure((11, 7.5), 2, 2, sharex=True)
     for axes, scale in ((whole, "linear"), (log, "log")):
         _curves(axes, traces["time"], amplitude["1F"])
         axes.set(yscale=scale, title=f"1F, {scale} scale")
@@ -164,8 +161,7 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])
     factor, unit = unit_of(float(np.abs(points).max(initial=0.0)))
-    figure = Figure(figsize=(6.8, 6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((6.8, 6))
     dots = axes.scatter(
         factor * points[:, 0], factor * points[:, 1], c=np.arange(len(points)), s=8
     )
@@ -196,8 +192,7 @@ def draw_ledger(cases: Results, case: int) -> Any:
         "fed by transport over the ring": fed - rubbed,
         "lost in damping and impacts": traces["lost"][::step],
     }
-    figure = Figure(figsize=(10, 5), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((10, 5))
     for name, values in terms.items():
         (line,) = axes.plot(time, np.where(values > 0.0, values, np.nan), lw=1.0,
                             label=name)  # fmt: skip
@@ -229,8 +224,7 @@ def draw_case(
         `lost` (n,), J; perhaps `tips` (n, N, 2), m
     row : numbers and words of the case, by the names of `ROW`
     """
-    orbit = Figure(figsize=(6, 6), layout="constrained")
-    axes, late = orbit.subplots(), in_window(traces["time"], row)
+    (orbit, axes), late = new_figure((6, 6)), in_window(traces["time"], row)
     draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
     unit = axes.get_label()
     axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
@@ -244,8 +238,7 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     """Return a figure over time: centre, energies and, if kept, largest tip motions."""
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
-    figure = Figure(figsize=(9, 2.6 * panels), layout="constrained")
-    axes = figure.subplots(panels, 1, sharex=True)
+    figure, axes = new_figure((9, 2.6 * panels), panels, sharex=True)
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
     for place, name in enumerate(("$X_o$", "$Y_o$")):

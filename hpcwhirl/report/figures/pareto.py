@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import new_figure, save
 
 Facts = Mapping[str, Any]
 COLUMNS = {
@@ -186,11 +186,8 @@ def markdown(facts: Facts) -> str:
 
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
     """Draw error over cost, with Pareto front and twins; return the path."""
-    from matplotlib.figure import Figure
-
     rows = [row for row in table_of(facts) if row.runs and row.axis != "duration"]
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((9, 6))
     for name in dict.fromkeys(row.axis for row in rows):
         own = [row for row in rows if row.axis == name]
         costs, scores = [r.cost for r in own], [max(r.score, SMALLEST) for r in own]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
@@ -13,6 +12,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import modal_model
 from hpcwhirl.report.labels import legend_below
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 
@@ -41,10 +41,10 @@ def draw_shapes(
     own = modal_model(whole, 0.0)
     columns = min(ACROSS, len(diameters)) if len(diameters) > 4 else 2
     rows = -(-len(diameters) // columns)
-    size = (9.0 if columns == 2 else 13.0) / columns
-    figure = Figure(figsize=(size * columns, 0.7 + 1.06 * size * rows),
-                    layout="constrained")  # fmt: skip
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    width = 9.0 if columns == 2 else 13.0
+    size = width, 0.7 + 1.06 * width / columns * rows
+    figure, grid = new_figure(size, rows, columns, squeeze=False)
+    panels = grid.ravel()
     for axes in panels[len(diameters) :]:
         axes.remove()
     for axes in panels[: len(diameters)]:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -37,6 +36,7 @@ from hpcwhirl.report.figures.frequencies import (
 from hpcwhirl.report.figures.motions import in_window, rotating
 from hpcwhirl.report.labels import SEQUENTIAL, axis_of, title_of
 from hpcwhirl.report.map.axes import cell_edges
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
@@ -104,11 +104,11 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
     """Return speed-frequency maps of a tip and of the centre (Figs. 6 and 7)."""
     speeds = np.array([cases.rows[i]["speed"] for i in line])
     spectra = frequency_spectra(cases, line)
-    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    figure, panels = new_figure((11, 4.6), 1, 2)
     names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
     top = rotating_top(cases, line)
     edges = np.linspace(0.0, top, 301)
-    for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
+    for axes, (place, label) in zip(panels, names.items(), strict=True):
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
         axes.set(
@@ -161,8 +161,7 @@ def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) ->
         omega, amplitude = full_spectrum(z[part], row["sample_interval"])
         turned = -1 if row["speed"] < 0 else 1
         spectra.append((turned * omega[::turned], amplitude[::turned]))
-    figure = Figure(figsize=(8.5, 6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((8.5, 6))
     mesh = _mesh(axes, speeds, edges, 1e3 * cascade(spectra, edges))
     axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
     axes.axhline(0.0, c="w", lw=0.6)
@@ -180,8 +179,7 @@ def draw_bifurcation(
     cases: Results, line: list[int], *, transient: bool = False
 ) -> Any:
     """Return a figure over the speed: X_o and |Z| once a revolution in the window."""
-    figure = Figure(figsize=(10, 6), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure, (upper, lower) = new_figure((10, 6), 2, sharex=True)
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
         part = in_window(traces["time"], row) | transient
@@ -213,8 +211,7 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
     rows = [cases.rows[i] for i in line]
     linear = [_linear(cases, i) for i in line]
     speeds = np.array([row["speed"] for row in rows])
-    figure = Figure(figsize=(10, 7), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure, (upper, lower) = new_figure((10, 7), 2, sharex=True)
     for name, look in (("slow", "k-"), ("sprung", "k:")):
         label = {"slow": "linear, contacts closed",
                  "sprung": "linear, contacts as worst springs"}[name]  # fmt: skip
@@ -304,8 +301,9 @@ def draw_waterfall(cases: Results, case: int) -> Any:
     turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
     spectra = spectra_over(time, traces["centre"] @ np.array([1.0, 1j]), turn)
     moves = law_of(scene) is not None
-    figure = Figure(figsize=(11 if moves else 7, 5.6), layout="constrained")
-    panels = figure.subplots(1, 2 if moves else 1, sharey=True, squeeze=False)[0]
+    figure, (panels,) = new_figure(
+        (11 if moves else 7, 5.6), 1, 2 if moves else 1, sharey=True, squeeze=False
+    )
     mesh = _over_time(panels[0], resolved, spectra)
     _strip(panels[0], [(s.begin, s.end, s) for s in spells_of(told)])
     if moves:

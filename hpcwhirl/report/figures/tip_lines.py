@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -15,6 +14,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
 from hpcwhirl.report.figures.motions import MOST_POINTS, in_window, unit_of
 from hpcwhirl.report.labels import DIVERGING, axis_of, legend_below, title_of
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
@@ -40,8 +40,9 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
     least = np.abs(moved).max(axis=0).max(axis=(1, 2))
     blade, middle = int(least.argmax()), points.reference if points else 0
     edges = edges_of(traces["time"][shown], row["sample_interval"])
-    figure = Figure(figsize=(11, 10 if points else 6.5), layout="constrained")
-    panels = figure.subplots(4 if points else 2, 1, sharex=True)
+    figure, panels = new_figure(
+        (11, 10 if points else 6.5), 4 if points else 2, sharex=True
+    )
     for part, name in enumerate(DIRECTIONS):
         own = moved[..., part]
         look = _scale(own)
@@ -133,8 +134,7 @@ def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
     most = np.abs(stress).max(axis=0)  # (N, P)
     order = np.argsort(-most.max(axis=0), kind="stable")[:MOST_LINES]
     step = max(1, len(time) // MOST_POINTS)
-    figure = Figure(figsize=(11, 7.5), layout="constrained")
-    over, around = figure.subplots(2, 1)
+    figure, (over, around) = new_figure((11, 7.5), 2)
     for point in order.tolist():
         blade = int(most[:, point].argmax())
         told = f"{own.names[point]}: {most[blade, point]:.4g} MPa, blade {blade}"

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.shares import shares
 from hpcwhirl.errors import InputError
@@ -14,6 +13,7 @@ from hpcwhirl.report.labels import FIXED, legend_below
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.colours import looks_of_attractors
 from hpcwhirl.report.map.data import Wish, label_of
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.words import REGIMES, Look
 from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.reading.shares import interval
@@ -99,8 +99,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
     InputError
         if the points of the sweep differ in more than one input
     """
-    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
-    axes, over = figure.subplots(), varied(found)
+    (figure, axes), over = new_figure((8.0, 4.2)), varied(found)
     if len(over) > 1:
         msg = f"shares are drawn over one swept input, not {' and '.join(over)}: say "
         raise InputError(msg + f"--at {over[-1]}=VALUE")
