@@ -22,7 +22,6 @@ from hpcwhirl.store.directory.columns import CaseIndex, Told, told_by
 from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
 from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
 Floats = NDArray[np.float64]
@@ -141,11 +140,6 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
         float(work[timed].sum()),
         len(timed),
     )
-
-
-def seconds_of(record: Record) -> float:
-    """Return the computing time of a case, s."""
-    return float(record.get("performance", {}).get("seconds", 0.0))
 
 
 def status_of(end: Completion) -> str:
@@ -292,7 +286,8 @@ class Seen:
         for lines in journals.values():
             case = np.array([numbers.get(r["digest"], -1) for r in lines], dtype=int)
             ended = [float(r.get("ended", math.nan)) for r in lines]
-            self._take(case, np.array(ended), np.array(list(map(seconds_of, lines))))
+            taken = [float(r.get("performance", {}).get("seconds", 0.0)) for r in lines]
+            self._take(case, np.array(ended), np.array(taken))
         rows = rows_of(self.manifest, planner)
         self.open = planner.open[rows]
         self.without = int((planner.failed_alone & ~planner.open).sum())

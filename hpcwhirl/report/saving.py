@@ -19,7 +19,7 @@ def new_figure(
 ) -> tuple[Any, Any]:
     """Return a figure of width and height `size`, in, and its axes.
 
-    rows, columns, options : as of matplotlib's `Figure.subplots`
+    rows, columns, options : as of `subplots` of matplotlib's figures
     """
     from matplotlib.figure import Figure
 

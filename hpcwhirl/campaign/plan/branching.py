@@ -57,13 +57,6 @@ def axes_with_branches(
     return [*axes_of(rest, {}), Axis(names, columns)]
 
 
-def branched_over(document: Mapping[str, Any]) -> str:
-    """Return the input that varies along branches, "" without [branch]."""
-    if BRANCH not in document:
-        return ""
-    return BranchTable.read(document[BRANCH], "[branch]").over
-
-
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
     """Return the values of the input that varies along branches, ascending."""
     values = grid.get(over)
@@ -92,9 +85,7 @@ def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any
         up = [v for v in values if start is None or v >= start]
         down = [v for v in reversed(values) if start is None or v <= start]
         found += [(f"up{end}", up), (f"down{end}", down)]
-    wanted = [each for each in found if table.directions in ("both", _side(each[0]))]
+    wanted = [
+        each for each in found if table.directions in ("both", each[0].split()[0])
+    ]
     return [each for each in wanted if len(each[1]) > 1] or wanted
-
-
-def _side(name: str) -> str:
-    return name.split(maxsplit=1)[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.campaign.plan.branching import HISTORY, axes_with_branches, branched_over
+from hpcwhirl.campaign.plan.branching import BRANCH, HISTORY, axes_with_branches
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
@@ -122,8 +122,8 @@ class Design:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only what other ranks need."""
-        kept = {"contents": self.contents, "twins": self.twins, "rule": self.rule}
-        return _sent, (self.base, self.settings, self.swept, kept)
+        make = partial(Design, contents=self.contents, twins=self.twins, rule=self.rule)
+        return make, (self.base, self.settings, self.swept)
 
     @property
     def scenes(self) -> Scenes:
@@ -334,12 +334,6 @@ class Design:
         )
 
 
-def _sent(
-    base: Scene, settings: Table, swept: tuple[str, ...], kept: dict[str, Any]
-) -> Design:
-    return Design(base, settings, swept, **kept)
-
-
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
     """Return the design of any source that `Design.of` accepts."""
     if isinstance(source, Design):
@@ -413,7 +407,7 @@ def design_of(
     design = Design(base, rows, swept, rules, sample=sample, twins=twins)
     _check_distinct(design.columns)
     if refine:
-        branch = branched_over(document)
+        branch = axes[-1].names[0] if BRANCH in document else ""
         return replace(design, rule=refined(design, refine, grid, explicit, branch))
     return design
 

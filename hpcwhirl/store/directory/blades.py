@@ -25,16 +25,12 @@ MODEL = ("modes", "time_step", "scheme")
 LOOKED_AT = {"blades", "full"}
 
 
-def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: `Quantity`} of single blades in a plan's results, or {}."""
-    if not details_of(plan) & LOOKED_AT:
-        return {}
-    return BLADES | (TUNED if tuned_cases(plan) else {})
-
-
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the optional variables in a plan's results."""
-    found = blade_quantities(plan) | (CHAOS if any(plan.values(MEASURED, 0.0)) else {})
+    found: dict[str, Quantity] = {}
+    if details_of(plan) & LOOKED_AT:
+        found |= BLADES | (TUNED if tuned_cases(plan) else {})
+    found |= CHAOS if any(plan.values(MEASURED, 0.0)) else {}
     found |= OVER_SPEED if changes_in_time(plan) else {}
     return found | (WORN if {*plan.values(LAW, RIGID)} - {RIGID} else {})
 

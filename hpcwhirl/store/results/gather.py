@@ -75,7 +75,10 @@ def gather(
     final = directory.results
     with ExitStack() as stack:
         asking = asking or Asking()
-        told = {**facts, "gather": _how(parallel, comm.size)}
+        told = {
+            **facts,
+            "gather": f"MPI-IO by {comm.size} ranks" if parallel else "serial",
+        }
         fit = partial(_fitting, directory, told if parallel else None, asking.say)
         begin = partial(_begin, directory, stack, asking, fit) if rank == 0 else None
         begun = _agreed(begin, final, comm, of_root=True)
@@ -225,10 +228,6 @@ def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> Non
     how.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
     plain = np.ascontiguousarray(values, dtype=data.dtype)
     data.id.write(memory, whole, plain, dxpl=how)
-
-
-def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
-    return f"MPI-IO by {size} ranks" if parallel else "serial"
 
 
 def _or_all_end(
