@@ -121,7 +121,10 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     import xarray
 
     drawn, wanted = drawn_of(data), list(dict.fromkeys(names))
-    _check_method(drawn)
+    if drawn.method != SALTELLI:
+        msg = 'Sobol indices need [sample] method = "saltelli", got '
+        msg += f'"{drawn.method}", whose draws give only probabilities of regimes '
+        raise InputError(msg + "(hpcwhirl map)")
     points, swept = points_of(data, drawn)
     numbers = {name: values_of(data, name) for name in wanted}
     rows = [[_indices_at(numbers[n], drawn, point) for n in wanted] for point in points]
@@ -161,13 +164,6 @@ def pairs_needed(one: xarray.Dataset) -> int:
         return 0
     pairs = int(one["draws"].max()) * (width / WIDE) ** 2
     return int(2 ** np.ceil(np.log2(pairs)))
-
-
-def _check_method(drawn: Drawn) -> None:
-    if drawn.method != SALTELLI:
-        msg = 'Sobol indices need [sample] method = "saltelli", got '
-        msg += f'"{drawn.method}", whose draws give only probabilities of regimes '
-        raise InputError(msg + "(hpcwhirl map)")
 
 
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.analysis.shares import shares
+from hpcwhirl.analysis.shares import shares, swept_in
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import FIXED, legend_below
 from hpcwhirl.report.map.captions import engine_of, shared
@@ -53,8 +53,7 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 
 def varied(found: xarray.Dataset) -> list[str]:
     """Return the swept inputs that vary between the points of the sweep."""
-    names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
-    return [n for n in names if n != "point" and len(set(found[n].values.tolist())) > 1]
+    return [n for n in swept_in(found) if len(set(found[n].values.tolist())) > 1]
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:

@@ -55,15 +55,6 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
         return np.asarray(steps * share)
 
 
-def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
-    """Return the number of each record's case, (records,).
-
-    -1 for twins, later stages, and cases that are not in the plan.
-    """
-    planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-    return np.where(planned, known.cases_of(rows), -1)
-
-
 def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
     """Yield (name of the journal, columns of some of its records), the oldest first.
 
@@ -78,10 +69,11 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, T
             rows.words, ("status", "row.outcome", "row.regime", "row.stop")
         )
         still = np.logical_or.reduce([regime == word for word in OPEN])
+        planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
         yield (
             rows.journal.stem,
             Told(
-                planned_cases(rows, known),
+                np.where(planned, known.cases_of(rows), -1),
                 status,
                 outcome,
                 regime,

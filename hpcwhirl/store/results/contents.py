@@ -30,7 +30,7 @@ from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.hdf5 import dtype
 from hpcwhirl.store.reading.shares import words_of
 from hpcwhirl.store.results.freshness import source_of
-from hpcwhirl.store.results.measured import bytes_measured
+from hpcwhirl.store.results.measured import measured_of
 
 NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word of a case
 
@@ -118,10 +118,11 @@ class Contents:
     @property
     def size(self) -> int:
         """Bytes of rows and traces, a lower limit of the size of the file."""
-        tables = (ROW | STATUS | PERFORMANCE).values()
-        row = sum(dtype(quantity).itemsize for quantity in tables)
-        each = row * (1 + self.twins)
-        each += bytes_measured(self.plan) + 8 * len(self.asked)
+        row, own = (
+            sum(dtype(quantity).itemsize for quantity in table.values())
+            for table in (ROW | STATUS | PERFORMANCE, measured_of(self.plan))
+        )
+        each = row * (1 + self.twins) + own + 8 * len(self.asked)
         return int(self.cases * (each + self.bytes_of_traces()))
 
     def bytes_of_traces(self) -> int:
