@@ -106,7 +106,7 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
     for row in range(planner.kind.first, len(planner)):
         seconds = ended.taken.get(design.digest(planner.number(row)))
         if seconds is not None:
-            costs.learn([row], seconds)
+            costs.learn(row, seconds)
     return costs
 
 

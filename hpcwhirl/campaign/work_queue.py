@@ -191,7 +191,7 @@ class WorkQueue:
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds
-        self.costs.learn(self.rows[unit : unit + 1], seconds)
+        self.costs.learn(self.rows[unit], seconds)
         self.learned += 1
         self.left -= 1
         if self.queue and self.learned * EVERY >= self.left <= SORTED_ANEW:

@@ -212,9 +212,11 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
     linear = [_linear(cases, i) for i in line]
     speeds = np.array([row["speed"] for row in rows])
     figure, (upper, lower) = new_figure((10, 7), 2, sharex=True)
-    for name, look in (("slow", "k-"), ("sprung", "k:")):
-        label = {"slow": "linear, contacts closed",
-                 "sprung": "linear, contacts as worst springs"}[name]  # fmt: skip
+    for name, look, told in (
+        ("slow", "k-", "closed"),
+        ("sprung", "k:", "as worst springs"),
+    ):
+        label = f"linear, contacts {told}"
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
         shown = SHOWN[shown_word(row)]
