@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.errors import StoppedError
     from hpcwhirl.scene import Scene
-    from hpcwhirl.store.reading.credibility import credibility
     from hpcwhirl.store.reading.grid import grid
     from hpcwhirl.store.reading.reader import open_results, words
+    from hpcwhirl.store.reading.shares import credibility
 
 __version__ = "0.1.0"
 __all__ = [
@@ -62,7 +62,7 @@ _HOMES = {
     "simulate": "hpcwhirl.campaign.simulate",
     "open_results": "hpcwhirl.store.reading.reader",
     "words": "hpcwhirl.store.reading.reader",
-    "credibility": "hpcwhirl.store.reading.credibility",
+    "credibility": "hpcwhirl.store.reading.shares",
     "grid": "hpcwhirl.store.reading.grid",
 }
 

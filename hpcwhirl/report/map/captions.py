@@ -19,9 +19,8 @@ from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import title_of as named
 from hpcwhirl.scene.words import SHOWN, WHIRLS
-from hpcwhirl.store.reading.credibility import SHARED, find_credibility
 from hpcwhirl.store.reading.select import value_text
-from hpcwhirl.store.reading.shares import COUNT, SURE
+from hpcwhirl.store.reading.shares import COUNT, SHARED, SURE, find_credibility
 from hpcwhirl.store.results.cells import Refined
 
 if TYPE_CHECKING:

@@ -24,9 +24,8 @@ from hpcwhirl.scene.plain_data import SETS, flatten
 from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, WHIRLS
-from hpcwhirl.store.reading.credibility import find_credibility
 from hpcwhirl.store.reading.results_file import Results
-from hpcwhirl.store.reading.shares import SHARE, SURE
+from hpcwhirl.store.reading.shares import SHARE, SURE, find_credibility
 from hpcwhirl.store.results.cells import read_refined
 
 FACTS = (

@@ -42,8 +42,7 @@ from hpcwhirl.store.hdf5 import (
     tell,
     utf8,
 )
-from hpcwhirl.store.reading.credibility import TWINS_OF
-from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW
+from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW, TWINS_OF
 from hpcwhirl.store.results.cells import define_cells
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.freshness import SOURCE
