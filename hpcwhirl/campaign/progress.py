@@ -315,7 +315,7 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
     manifest, work = seen.manifest, seen.work
     workers = active(seen.workers, seen.longest)
     left_work = float(work[seen.open].sum())
-    pace = sum(w.work / w.span for w in workers)
+    pace, span = sum(w.work / w.span for w in workers), sum(w.span for w in workers)
     done_work = sum(w.work for w in seen.workers)
     last = max((w.ended for w in seen.workers), default=None)
     left, spent = int(seen.open.sum()), seen.spent
@@ -328,7 +328,7 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
         ranks=len(workers),
         rate=3600 * sum(w.cases / w.span for w in workers) if workers else None,
         eta=left_work / pace if pace else (0.0 if not left else None),
-        kernel_share=_kernel_share(workers),
+        kernel_share=sum(w.seconds for w in workers) / span if workers else None,
         stopped=stopped(directory, left, at_it),
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
@@ -339,12 +339,6 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
         grows=bool(manifest.refine) and left > 0,
         dropped=dropped_of(manifest),
     )
-
-
-def _kernel_share(workers: Sequence[Worker]) -> float | None:
-    """Return the share of ranks' time spent in the kernel; None without ranks."""
-    span = sum(w.span for w in workers)
-    return sum(w.seconds for w in workers) / span if workers else None
 
 
 def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> str:

@@ -133,7 +133,7 @@ def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
     """Stack the shares over one input; error bars: intervals of the stacked sums."""
-    along, looks = _along(found), looks_of(found)
+    along, looks = "regime" if "regime" in found.dims else "attractor", looks_of(found)
     found = found.isel(point=np.argsort(found[over].to_numpy()))
     x = factor * found[over].to_numpy()
     cases, below = found["cases"].to_numpy(), np.zeros(found.sizes["point"], int)
@@ -165,10 +165,6 @@ def _bars(axes: Any, found: xarray.Dataset) -> None:
               color=[look.colour for look in looks], ecolor="black")  # fmt: skip
     axes.invert_yaxis()
     axes.set(xlabel=SHARE_LABEL, xlim=(0.0, 1.02))
-
-
-def _along(found: xarray.Dataset) -> str:
-    return "regime" if "regime" in found.dims else "attractor"
 
 
 def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:

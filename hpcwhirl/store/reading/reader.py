@@ -90,15 +90,10 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
     """Return decoded results with words instead of codes, which are read now."""
     for name in ENUMS.keys() & data.variables.keys():
-        data[name] = _named(data[name])
+        named = data[name].copy(data=words(data[name]))
+        named.attrs.pop("flag_values", None)
+        data[name] = named
     return data
-
-
-def _named(variable: xarray.DataArray) -> xarray.DataArray:
-    """Return a variable of codes as a variable of words."""
-    named = variable.copy(data=words(variable))
-    named.attrs = {n: v for n, v in variable.attrs.items() if n != "flag_values"}
-    return named
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
