@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from hpcwhirl.analysis.basins import basins
-    from hpcwhirl.analysis.first_changes import first_changes
-    from hpcwhirl.analysis.margins import safe_ranges
+    from hpcwhirl.analysis.margins import first_changes, safe_ranges
     from hpcwhirl.analysis.shares import shares
     from hpcwhirl.campaign.edge import edge
     from hpcwhirl.campaign.plan.design import Design
@@ -28,9 +27,9 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.errors import StoppedError
     from hpcwhirl.scene import Scene
-    from hpcwhirl.store.reading.credibility import credibility
     from hpcwhirl.store.reading.grid import grid
     from hpcwhirl.store.reading.reader import open_results, words
+    from hpcwhirl.store.reading.shares import credibility
 
 __version__ = "0.1.0"
 __all__ = [
@@ -56,14 +55,14 @@ _HOMES = {
     "Scene": "hpcwhirl.scene",
     "StoppedError": "hpcwhirl.errors",
     "edge": "hpcwhirl.campaign.edge",
-    "first_changes": "hpcwhirl.analysis.first_changes",
+    "first_changes": "hpcwhirl.analysis.margins",
     "basins": "hpcwhirl.analysis.basins",
     "safe_ranges": "hpcwhirl.analysis.margins",
     "shares": "hpcwhirl.analysis.shares",
     "simulate": "hpcwhirl.campaign.simulate",
     "open_results": "hpcwhirl.store.reading.reader",
     "words": "hpcwhirl.store.reading.reader",
-    "credibility": "hpcwhirl.store.reading.credibility",
+    "credibility": "hpcwhirl.store.reading.shares",
     "grid": "hpcwhirl.store.reading.grid",
 }
 

@@ -5,6 +5,13 @@ orbit radius, strongest line in the static frame, sense of whirl, energy, loss, 
 (like `GroupViaClustering` of Attractors.jl; Datseris and Wagemakers, Chaos 32, 2022,
 doi:10.1063/5.0076568). Attractors of neighbouring points with the same regime and
 similar features share a number.
+
+Clusters are clearly separated, or all points are one cluster. Single linkage
+(`scipy.cluster.hierarchy`) joins points that no gap separates, so that it follows
+clusters of any shape; scattered points around a cluster are joined to it instead of
+forming their own. A partition counts only if its mean silhouette is "strong" (Kaufman
+and Rousseeuw, Finding Groups in Data, 1990, Table 4: above 0.7) and if any two clusters
+differ by more than a given tolerance; otherwise all points are one cluster.
 """
 
 from __future__ import annotations
@@ -16,7 +23,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.clusters import clusters
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
@@ -29,6 +35,12 @@ Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
 FARTHEST = 10.0  # largest change of a feature from point to point, in tolerances
 LEAST = 1e-300  # smallest number whose logarithm is taken
+STRONG = 0.7  # least mean silhouette
+FEWEST = 3  # least number of points of a cluster
+MOST = 2000  # points whose distances are computed; others join the nearest one
+WIDER = 2.5  # least gap between two clusters, over the widest gap inside either
+CUTS = 12  # largest number of partitions tried, those at the widest gaps
+NORMAL = 1.4826  # standard deviation over median absolute deviation, normal law
 
 
 @dataclass(frozen=True)
@@ -58,10 +70,7 @@ class Feature:
         return np.nan_to_num(value / self.tolerance, posinf=0.0, neginf=0.0)
 
 
-WHIRLS = (
-    Feature("line_frequency", 0.05, "speed"),
-    Feature("whirl_ratio", 0.2),
-)
+WHIRLS = (Feature("line_frequency", 0.05, "speed"), Feature("whirl_ratio", 0.2))
 RADIUS = Feature("orbit_radius", 0.1, "gap_scale", log=True)
 PERIOD = Feature("period", 0.5)  # only with `output.chaos`; 0 if not periodic
 FEATURES = {  # {regime with several attractors: features}
@@ -161,3 +170,118 @@ def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
         periodic = words(data["motion"]) == "periodic"
         found[~periodic, features.index(PERIOD)] = 0.0
     return found
+
+
+def clusters(features: Floats) -> Ints:
+    """Return the cluster of each point, (n,), numbered from 0 by decreasing size.
+
+    Parameters
+    ----------
+    features : (n, d), each in units of its smallest significant difference
+    """
+    count = len(features)
+    if count < 2 * FEWEST:
+        return np.zeros(count, dtype=np.intp)
+    chosen = np.arange(count)
+    if count > MOST:
+        chosen = np.sort(np.random.default_rng(0).permutation(count)[:MOST])
+    return _by_size(_joined(features, chosen, _parted(features[chosen])))
+
+
+def _parted(features: Floats) -> Ints:
+    """Return the labels of the best partition, (n,), zeros if none is good enough."""
+    from scipy.cluster.hierarchy import fcluster, linkage
+    from scipy.spatial.distance import pdist, squareform
+
+    between = pdist(features)
+    tree = linkage(between, "single")
+    away = squareform(between)
+    best, score = np.zeros(len(features), dtype=np.intp), STRONG
+    for height in _gaps(tree):
+        labels = fcluster(tree, np.nextafter(height, 0.0), criterion="distance")
+        large = np.flatnonzero(np.bincount(labels) >= FEWEST)
+        core = np.flatnonzero(np.isin(labels, large))
+        labels = _joined(features, core, labels[core])
+        if len(large) > 1 and _differ(features, labels):
+            own = silhouette(away, labels)
+            if own > score:
+                best, score = labels, own
+    return best
+
+
+def _gaps(tree: Floats) -> Floats:
+    """Return the heights in the tree at which clusters may be separated, widest first.
+
+    At such a height both parts are large enough, and the gap between them is more than
+    `WIDER` times any gap inside them.
+    """
+    count = len(tree) + 1
+    size = np.concatenate([np.ones(count), tree[:, 3]])
+    inside = np.concatenate([np.zeros(count), tree[:, 2]])
+    parts = tree[:, :2].astype(int)
+    good = (size[parts] >= FEWEST).all(axis=1)
+    good &= tree[:, 2] > np.maximum(WIDER * inside[parts].max(axis=1), 1.0)
+    return np.unique(tree[good, 2])[::-1][:CUTS]
+
+
+def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:
+    """Return the label of every point, (n,): that of the nearest core point.
+
+    Parameters
+    ----------
+    features : (n, d), all points
+    core : (m,), indices of the core points
+    labels : (m,), labels of the core points
+    """
+    from scipy.spatial import cKDTree
+
+    found = np.empty(len(features), dtype=np.intp)
+    found[core] = labels
+    rest = np.setdiff1d(np.arange(len(features)), core)
+    if len(rest):
+        found[rest] = labels[cKDTree(features[core]).query(features[rest])[1]]
+    return found
+
+
+def _differ(features: Floats, labels: Ints) -> bool:
+    """Return whether the medians of every two clusters are more than 1 apart."""
+    middle = np.array([np.median(features[labels == k], axis=0)
+                       for k in np.unique(labels)])  # fmt: skip
+    apart = np.abs(middle[:, None] - middle[None]).max(axis=2)
+    return bool((apart[np.triu_indices(len(middle), 1)] > 1.0).all())
+
+
+def silhouette(away: Floats, labels: Ints) -> float:
+    """Return the mean silhouette of two or more clusters.
+
+    The silhouette of a point is (b - a) / max(a, b), with a its mean distance to the
+    other points of its cluster and b the least of its mean distances to another
+    cluster; 0 for the only point of a cluster (Rousseeuw, J. Comput. Appl. Math. 20,
+    1987, 53-65).
+
+    Parameters
+    ----------
+    away : (n, n), distances between points
+    labels : (n,), cluster of each point
+    """
+    known, own = np.unique(labels, return_inverse=True)
+    member = own[:, None] == np.arange(len(known))
+    size, rows = member.sum(axis=0), np.arange(len(labels))
+    total = away @ member
+    inner = total[rows, own] / np.maximum(size[own] - 1, 1)
+    mean = total / size
+    mean[rows, own] = np.inf
+    outer = mean.min(axis=1)
+    widest = np.maximum(inner, outer)
+    each = np.divide(outer - inner, widest, out=np.zeros(len(rows)), where=widest > 0)
+    return float(np.where(size[own] > 1, each, 0.0).mean())
+
+
+def _by_size(labels: Ints) -> Ints:
+    """Return labels renumbered from 0 by decreasing size; in a tie by occurrence."""
+    _, first, own, size = np.unique(
+        labels, return_index=True, return_inverse=True, return_counts=True
+    )
+    rank = np.empty(len(size), dtype=np.intp)
+    rank[np.lexsort([first, -size])] = np.arange(len(size))
+    return np.asarray(rank[own])

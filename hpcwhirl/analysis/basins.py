@@ -30,23 +30,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 STARTS = (
-    "force",
-    "pulse",
-    "nodal_diameter",
-    "direction",
-    "unbalance_phase",
-    "start_energy",
-    "start_modes",
-    "start_draw",
-    "start_as",
-)
-APART = (  # inputs whose values have no order
-    "nodal_diameter",
-    "direction",
-    "start_modes",
-    "start_draw",
-    "start_as",
-)
+    "force", "pulse", "nodal_diameter", "direction", "unbalance_phase", "start_energy",
+    "start_modes", "start_draw", "start_as",
+)  # fmt: skip
+# inputs whose values have no order
+APART = ("nodal_diameter", "direction", "start_modes", "start_draw", "start_as")
 BY = ("regime", "attractor")
 BOX = 5  # starts along each side of a box, as in Daza et al. 2016
 MEASURES = {
@@ -157,8 +145,7 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     if by not in BY:
         raise unknown("motions by", by, BY)
     if box < 2:
-        msg = f"box must be >= 2 starts a side, got {box}"
-        raise InputError(msg)
+        raise InputError(f"box must be >= 2 starts a side, got {box}")
     starts = starts_of(data)
     word = words(data["regime"])
     kinds = list(REGIMES)

@@ -78,8 +78,7 @@ def varied_by(results: Results) -> str:
     inputs = (parsed(own.get("history", "")) for own in settings)
     over = next((name for name, values in inputs if values), "")
     if not over:
-        msg = f"{results.path}: its campaign has no table [branch]"
-        raise InputError(msg)
+        raise InputError(f"{results.path}: its campaign has no table [branch]")
     return full_name(over)
 
 

@@ -118,8 +118,7 @@ def _evaluated(text: str, source: Source, wanted: Kind, option: str) -> Any:
     try:
         program = _Check(parse(text), source).named(wanted)
     except InputError as failed:
-        msg = f"{option}: {failed}"
-        raise InputError(msg) from None
+        raise InputError(f"{option}: {failed}") from None
     columns = {name: _plain(source.column(name)) for name in names_in(program)}
     with np.errstate(all="ignore"):
         return value_of(program, columns)
@@ -259,5 +258,4 @@ def _short(text: str) -> str:
 
 
 def _refuse(part: _Part, why: str) -> NoReturn:
-    msg = f"'{_short(part.text)}' {why}"
-    raise InputError(msg)
+    raise InputError(f"'{_short(part.text)}' {why}")

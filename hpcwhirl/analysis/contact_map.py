@@ -1,18 +1,21 @@
-"""Contact map: which blade touched the casing, where, when and with what impulse."""
+"""Contacts: which blade touched the casing where, when, how hard; the layer worn."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hpcwhirl.dynamics.kernels.layer import CUT, DEPTH
+from hpcwhirl.dynamics.layer import rod_area
+from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Touches:
+class Touches(NamedTuple):
     """Contacts of all blades: one entry per blade and sampling interval in contact.
 
     Attributes
@@ -60,3 +63,25 @@ def touches(
         place = angles[blade]
     angle = (speed * when + place) % around
     return Touches(when, blade, angle, change[sample, blade])
+
+
+def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
+    """Return the variables `WORN` of a case, {} without a layer.
+
+    layer : (3, M), see `dynamics.history.History`
+    """
+    depth = layer[DEPTH]
+    if not len(depth):
+        return {}
+    return {
+        "wear_depth": float(depth.max()),
+        "wear_volume": float(depth.sum() * rod_area(scene)),
+        "wear_lobes": lobes_of(depth),
+        "wear_turning": float(layer[CUT].sum()),
+    }
+
+
+def lobes_of(depth: Floats) -> int:
+    """Return the strongest harmonic, from 1 on, of depths (M,) over the angle, or 0."""
+    sizes = np.abs(np.fft.rfft(depth))[1:]
+    return 1 + int(sizes.argmax()) if depth.any() else 0

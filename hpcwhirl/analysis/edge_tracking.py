@@ -139,11 +139,10 @@ def track(
     while made < strides:
         path, apart, pair = _shadow(motions, pair, far, strides - made)
         if len(path) < 2:
-            msg = (
+            raise LostEdgeError(
                 "a motion that was to be followed has ended within a stride, from a "
                 f"distance of {pair.distance:.3g}: bisect further (lower near)"
             )
-            raise LostEdgeError(msg)
         pieces.append(path)
         made += len(path) - 1
         half = len(apart) // 2

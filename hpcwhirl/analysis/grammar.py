@@ -98,8 +98,7 @@ def parse(text: str) -> tuple[Step, ...]:
         parser.end()
     except _NoneError as failed:
         shown = one_line(text.strip(), SHOWN)
-        msg = f"cannot read the condition '{shown}': {failed}"
-        raise InputError(msg) from None
+        raise InputError(f"cannot read the condition '{shown}': {failed}") from None
     return tuple(parser.steps)
 
 

@@ -70,11 +70,9 @@ def contributions(
 
 def _check(tips: Floats, model: Model) -> None:
     if not model.rotor.cyclic or model.blades < 3:
-        msg = "modal contributions need a rotor of 3 or more equal sectors"
-        raise InputError(msg)
+        raise InputError("modal contributions need a rotor of 3 or more equal sectors")
     if tips.ndim != 3 or tips.shape[1:] != (model.blades, 2):
-        msg = f"tips must be (n, {model.blades}, 2), got {tips.shape}"
-        raise InputError(msg)
+        raise InputError(f"tips must be (n, {model.blades}, 2), got {tips.shape}")
 
 
 def _least_forces(

@@ -8,11 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.critical import (
-    campbell,
-    critical_of_families,
-    critical_of_waves,
-)
+from hpcwhirl.analysis.critical import campbell, critical_of_families, critical_of_waves
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance

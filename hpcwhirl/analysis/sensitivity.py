@@ -23,6 +23,7 @@ from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.campaign_tables import SALTELLI
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.select import numbers_in
 from hpcwhirl.store.reading.shares import CONFIDENCE
 from hpcwhirl.store.results.sampled import Drawn, drawn_of, points_of
 
@@ -86,14 +87,10 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
     good = np.isin(word, list(REGIMES))
     if name in REGIMES:
         return np.where(good, (word == name).astype(float), np.nan)
-    numeric = [
-        str(n) for n, v in data.variables.items()
-        if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
-    ]  # fmt: skip
+    numeric = numbers_in(data)
     if name not in numeric:
         hint = nearest(name, [*numeric, *REGIMES]) or "; hpcwhirl cases --columns '?'"
-        msg = f"unknown number '{name}'{hint}"
-        raise InputError(msg)
+        raise InputError(f"unknown number '{name}'{hint}")
     return np.where(good, data[name].to_numpy().astype(float), np.nan)
 
 
@@ -124,7 +121,10 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     import xarray
 
     drawn, wanted = drawn_of(data), list(dict.fromkeys(names))
-    _check_method(drawn)
+    if drawn.method != SALTELLI:
+        msg = 'Sobol indices need [sample] method = "saltelli", got '
+        msg += f'"{drawn.method}", whose draws give only probabilities of regimes '
+        raise InputError(msg + "(hpcwhirl map)")
     points, swept = points_of(data, drawn)
     numbers = {name: values_of(data, name) for name in wanted}
     rows = [[_indices_at(numbers[n], drawn, point) for n in wanted] for point in points]
@@ -164,13 +164,6 @@ def pairs_needed(one: xarray.Dataset) -> int:
         return 0
     pairs = int(one["draws"].max()) * (width / WIDE) ** 2
     return int(2 ** np.ceil(np.log2(pairs)))
-
-
-def _check_method(drawn: Drawn) -> None:
-    if drawn.method != SALTELLI:
-        msg = 'Sobol indices need [sample] method = "saltelli", got '
-        msg += f'"{drawn.method}", whose draws give only probabilities of regimes '
-        raise InputError(msg + "(hpcwhirl map)")
 
 
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:

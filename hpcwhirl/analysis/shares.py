@@ -93,6 +93,12 @@ def shares_of(
     return dataset
 
 
+def swept_in(found: xarray.Dataset) -> list[str]:
+    """Return the swept inputs in a table of shares: its coordinates over `point`."""
+    names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
+    return [name for name in names if name != "point"]
+
+
 def counts(
     word: Words,
     kinds: Sequence[str],

@@ -120,8 +120,7 @@ def _ring_part(
     """Return the ring's part of `Coupled` at harmonic h, -H .. H; see `_rotor_part`."""
     body = model.casing
     if body is None:
-        msg = "closed contacts need an elastic casing"
-        raise InputError(msg)
+        raise InputError("closed contacts need an elastic casing")
     modes = (body.diameter == abs(h)) & (body.phase == 0)
     outward, along = _amplitudes(body, modes, ring, h)
     share = 0.5 if h else 1.0

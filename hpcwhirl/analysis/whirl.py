@@ -1,4 +1,4 @@
-"""Motion of the centre in the static frame (Eq. 12) and the direction of its whirl.
+"""Motion of the centre in the static frame (Eq. 12): direction of whirl, section.
 
 Forward means turning with Omega. At Omega = 0 there is no rotation to turn with, and
 forward means anticlockwise.
@@ -99,3 +99,27 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
         line=float(sign * omega[np.argmax(power)]),
         radius=radius,
     )
+
+
+def section(time: Floats, centre: Floats, speed: float) -> Floats:
+    """Return the centre's position at whole revolutions, t = 2 pi m / |Omega|.
+
+    Interpolates linearly between samples, which must be much closer than a revolution.
+
+    Parameters
+    ----------
+    time : (n,), s, ascending
+    centre : (n, 2), m, static frame
+    speed : Omega, rad/s, not 0
+
+    Returns
+    -------
+    (revolutions, 2), m, static frame; (0, 2) at speed 0 or if no revolution is complete
+    """
+    if speed == 0.0 or len(time) < 2:
+        return np.zeros((0, 2))
+    period = 2 * np.pi / abs(speed)
+    first = np.ceil(time[0] / period - 1e-9)
+    turns = period * np.arange(first, np.floor(time[-1] / period + 1e-9) + 1)
+    turns = np.clip(turns, time[0], time[-1])
+    return np.column_stack([np.interp(turns, time, axis) for axis in centre.T])

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import NamedTuple
 
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.owning import asking_of, claim_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.stop import Stopping
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.launch import Communicator, Shard, from_root
+from hpcwhirl.store.atomic import sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.columns import told_by
 from hpcwhirl.store.directory.journal import Journals
-from hpcwhirl.store.directory.owner import CAMPAIGN, Claim
+from hpcwhirl.store.directory.owner import (
+    CAMPAIGN,
+    Asking,
+    BrokenOffError,
+    Claim,
+    shard_claim,
+)
 
 LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
+LONG_AGO = 3600.0  # s, longer than writing a small file can take
+PICTURES = ("map.", "report.")  # beginnings of the names of maps and pages
 
 
 class Prepared(NamedTuple):
@@ -77,3 +90,72 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
     if cases:
         noun = "case" if len(cases) == 1 else "cases"
         say(f"{len(cases)} {noun} ended at the amplitude limit: more time cannot help")
+
+
+def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
+    """Return options for a claim that waits for others until `stopping` is set.
+
+    take_over : whether claims of other machines count as dead
+    """
+
+    def check() -> None:
+        if stopping():
+            msg = f"{stopping.reason} while another process was waited for"
+            raise BrokenOffError(msg)
+
+    return Asking(take_over, say, check)
+
+
+def claim_of(shard: Shard | None) -> str:
+    """Return the kind of claim that a run needs: on the whole directory or a shard."""
+    return shard_claim(shard.number, shard.of) if shard else CAMPAIGN
+
+
+@contextmanager
+def owned(
+    directory: Directory,
+    shard: Shard | None,
+    comm: Communicator,
+    stopping: Stopping,
+    own: Claim | None,
+) -> Iterator[None]:
+    """Hold rank 0's claim on a directory; ask this run to stop if the claim is lost.
+
+    Parameters
+    ----------
+    directory : that of the campaign
+    shard : shard that this run computes; None: all cases
+    comm : communicator of all ranks, each of which must call
+    stopping : handler of stop requests of this process
+    own : claim that rank 0 already has, which is not released here; None: make one
+
+    Raises
+    ------
+    InputError
+        on every rank, if another run computes there
+    """
+    new, error = None, None
+    if own is None and comm.rank == 0:
+        try:
+            own = new = directory.claims.make(claim_of(shard), asking_of(stopping))
+        except WhirlError as failed:
+            error = failed
+    error = from_root(comm, error)
+    if error is not None:
+        raise error
+    with new or nullcontext():
+        if own is not None:
+            own.when_lost = stopping.ask
+            _tidy(directory, own, shared=shard is not None)
+        yield
+
+
+def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
+    """Remove incomplete files that earlier runs left when they died."""
+    # Other shards may be writing now, but a small file never takes that long.
+    own.check()
+    begun = own.path.stat().st_mtime
+    older = begun - LONG_AGO if shared else math.inf
+    directory.sweep(older)
+    for stem in PICTURES:  # commands `map` and `report` may be writing these now
+        sweep(directory.path, stem, min(older, begun))

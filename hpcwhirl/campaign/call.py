@@ -20,13 +20,7 @@ from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.resume import as_begun
 from hpcwhirl.campaign.session import Session
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.errors import (
-    InputError,
-    StoppedError,
-    WhirlError,
-    shown,
-    unknown,
-)
+from hpcwhirl.errors import InputError, StoppedError, WhirlError, shown, unknown
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -111,8 +105,7 @@ class Call:
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)
             if name in FLAGS and not isinstance(value, bool):
-                msg = f"{name} must be True or False, got {shown(value)}"
-                raise InputError(msg)
+                raise InputError(f"{name} must be True or False, got {shown(value)}")
         given = {n: value for n, value in self.options.items() if n not in FLAGS}
         return Campaign.read(given, "options", str)
 

@@ -34,17 +34,6 @@ class Ends(Protocol):
         """Store the last motion of a case, None for none."""
 
 
-class NoEnds:
-    """Storage that is always empty, so that preceding cases are integrated again."""
-
-    def read(self, _: str) -> tuple[bool, Motion | None]:
-        """Return (False, None): nothing is known."""
-        return False, None
-
-    def keep(self, digest: str, motion: Motion | None) -> None:
-        """Do nothing."""
-
-
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
     """Return the last motion of a case, None if no case can continue from it.
 
@@ -55,9 +44,7 @@ def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
 
 
 def begun(
-    case: Case,
-    march: Callable[[Case, Motion | None], Ended],
-    ends: Ends,
+    case: Case, march: Callable[[Case, Motion | None], Ended], ends: Ends | None = None
 ) -> Begin:
     """Return a case as it will be integrated, and the motion with which it begins.
 
@@ -66,18 +53,19 @@ def begun(
     case : the case
     march : function that integrates a case from a motion to its end and returns its row
         and last march
-    ends : storage of the last motions of cases
+    ends : storage of the last motions of cases; None: preceding cases are integrated
     """
     left, motion, scene = list[Scene](), None, case.given
     while (before := case_before(scene)) is not None:
-        known, motion = ends.read(digest(before))
+        known, motion = ends.read(digest(before)) if ends else (False, None)
         if known:
             break
         left.append(before)
         scene = before
     for before in reversed(left):
         motion = _ended(before, motion, march)
-        ends.keep(digest(before), motion)
+        if ends is not None:
+            ends.keep(digest(before), motion)
     return _going_on(case, motion), motion
 
 
@@ -86,9 +74,7 @@ def _going_on(case: Case, motion: Motion | None) -> Case:
 
 
 def _ended(
-    scene: Scene,
-    motion: Motion | None,
-    march: Callable[[Case, Motion | None], Ended],
+    scene: Scene, motion: Motion | None, march: Callable[[Case, Motion | None], Ended]
 ) -> Motion | None:
     try:
         return end_of(*march(_going_on(resolve(scene), motion), motion))

@@ -67,14 +67,12 @@ class Tracking:
         for name in ("span", "look", "near", "far"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
-                msg = f"{name} must be > 0, got {value:g}"
-                raise InputError(msg)
+                raise InputError(f"{name} must be > 0, got {value:g}")
         if not self.near < self.far < 1.0:
             msg = f"near < far < 1 is needed, got {self.near:g} and {self.far:g}"
             raise InputError(msg)
         if not (math.isfinite(self.begin) and self.begin >= 0.0):
-            msg = f"begin must be >= 0 s, got {self.begin:g}"
-            raise InputError(msg)
+            raise InputError(f"begin must be >= 0 s, got {self.begin:g}")
 
 
 TRACKING = Tracking()
@@ -320,15 +318,13 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
 def _check_words(words: tuple[str, ...], told: str) -> None:
     """Raise InputError unless two words name two different sides."""
     if words[0] == words[1]:
-        msg = f"no edge: {told} lead to the same word, {words[0]}"
-        raise InputError(msg)
+        raise InputError(f"no edge: {told} lead to the same word, {words[0]}")
     for word in words:
         if word not in CAN_TELL:
-            msg = (
+            raise InputError(
                 f"no edge: one of {told} is {word} after {LOOKS} times look, allowed "
                 f"{', '.join(CAN_TELL)}: raise look"
             )
-            raise InputError(msg)
 
 
 def _told(motions: Continued, found: Tracked[Moment]) -> Edge:

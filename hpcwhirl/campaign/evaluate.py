@@ -18,13 +18,15 @@ from numpy.typing import NDArray
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
+    Computation,
     DiedError,
     LateError,
+    computation,
     compute,
     message_of,
+    resolved,
 )
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.plan.computation import Computation, computation, resolved
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result, notes_on
@@ -156,26 +158,27 @@ class Evaluator:
     ) -> tuple[Completion, float]:
         """Compute a job and journal it; return completion and kernel time, s."""
         start, checkpoints = time.perf_counter(), self.context.checkpoints
+        case, digest = computed.job.case, computed.digest
         try:
-            self.design.check_engine(computed.job.case)
-            checkpoints.hand_over(computed.before, computed.digest)
+            self.design.check_engine(case)
+            checkpoints.hand_over(computed.before, digest)
             keep = computed.lasts or self.context.policy.keep_states
-            if (
-                self.context.policy.isolate
-                or computed.job.case in self.context.suspects
-            ):
-                result = self._isolated(computed, between, keep=keep)
+            if self.context.policy.isolate or case in self.context.suspects:
+                checkpoints.kept.add(digest)  # the child may save it
+                result = self.context.child.compute(
+                    computed.scene, digest, self.limit, between, keep=keep
+                )
             else:
-                case = resolved(self.design, computed)
+                own = resolved(self.design, computed)
                 result = compute(
-                    case, computed.digest, checkpoints, self.limit, between, keep=keep
+                    own, digest, checkpoints, self.limit, between, keep=keep
                 )
         except Stop:
             raise
         except Exception as failed:  # noqa: BLE001 - a failed case is a row
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
-            cause = self._changed(computed.job.case) or failed
+            cause = self._changed(case) or failed
             return self._fail(computed, cause, time.perf_counter() - start), 0.0
         seconds = float(result.performance["seconds"])
         return self._keep(computed, result, keep=keep), seconds
@@ -187,14 +190,6 @@ class Evaluator:
         except WhirlError as changed:
             return changed
         return None
-
-    def _isolated(
-        self, computed: Computation, between: Callable[[], None], *, keep: bool
-    ) -> Result:
-        self.context.checkpoints.kept.add(computed.digest)  # the child may save it
-        return self.context.child.compute(
-            computed.scene, computed.digest, self.limit, between, keep=keep
-        )
 
     def _fail(
         self, computed: Computation, failed: Exception, seconds: float

@@ -1,4 +1,4 @@
-"""The end of a campaign: count cases without a result and gather the results."""
+"""The end of a campaign: count cases without a result, gather; results of one case."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import shlex
 import socket
 import subprocess
 import sys
+import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
@@ -19,13 +21,16 @@ import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
 from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.plan.design import Design
+from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.work import Work
 from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import ALONE, Communicator, from_root, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
+from hpcwhirl.store.atomic import make_folders, publish, telling
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import ended_in
+from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Asking, BrokenOffError
 from hpcwhirl.store.directory.refined import dropped_of, full_plan
 from hpcwhirl.store.reading.results_file import count_statuses
@@ -194,3 +199,34 @@ def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | floa
         "created": now,
         **threshold_facts(),
     }
+
+
+def write_case(path: Path, design: Design, result: Result) -> None:
+    """Write the results of a campaign of one case, atomically.
+
+    The file is gathered beside `path`, as for a campaign, and renamed.
+
+    Parameters
+    ----------
+    path : file to replace
+    design : design of one case
+    result : result of the case
+
+    Raises
+    ------
+    MissingFileError, StoreError
+        if it cannot be written; an older file stays
+    """
+    name = design.digest(0)
+    performance = {"rank": 0, "host": socket.gethostname(), **result.performance}
+    record = {"case": 0, "digest": name, "ended": time.time(), "status": "ok",
+              "message": "; ".join(notes_on(design.scene(0), result.row)),
+              "row": result.row, "performance": performance}  # fmt: skip
+    with telling(path):
+        make_folders(path.parent)
+        with tempfile.TemporaryDirectory(prefix=".hpcwhirl-", dir=path.parent) as place:
+            directory = Directory(Path(place))
+            directory.plan.write(design.manifest())
+            with Journal(directory.journals, 1, 0) as journal:
+                journal.append(record, result.traces)
+            publish(gather(directory, facts_of(design)), path)

@@ -130,11 +130,9 @@ def _source_of(function: Any) -> None:
     while not isinstance(called, FunctionType):
         called = _within(called)
         if called is None:
-            msg = f"{_name(function)} is not written in Python"
-            raise _UnknownError(msg)
+            raise _UnknownError(f"{_name(function)} is not written in Python")
     if not _text_of(called.__code__):
-        msg = f"the source of {_name(called)} cannot be read"
-        raise _UnknownError(msg)
+        raise _UnknownError(f"the source of {_name(called)} cannot be read")
 
 
 def _within(called: Any) -> Any:
@@ -381,8 +379,7 @@ def _read(file: str) -> bytes:
     try:
         return Path(file).read_bytes()
     except OSError:
-        msg = f"{file} cannot be read"
-        raise _UnknownError(msg) from None
+        raise _UnknownError(f"{file} cannot be read") from None
 
 
 def _bytes(text: str) -> bytes:

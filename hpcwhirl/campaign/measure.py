@@ -107,8 +107,7 @@ def _guarded() -> Iterator[None]:
     def refuse(status: int) -> None:
         if (os.getpid(), threading.get_ident()) != (process, thread):
             leave(status)
-        msg = f"os._exit({status}) would have ended the campaign"
-        raise _EndError(msg)
+        raise _EndError(f"os._exit({status}) would have ended the campaign")
 
     os._exit = refuse  # type: ignore[assignment]
     try:
@@ -164,30 +163,14 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         msg = f"variables: a name is letters, digits and _, got {shown(name)}"
         raise InputError(msg)
     taken = {
-        *ROW,
-        *BLADES,
-        *CHAOS,
-        *OVER_SPEED,
-        *WORN,
-        *TUNED,
-        *STATUS,
-        *TRACES,
-        *AXES,
-        *PERFORMANCE,
-        *SHARE,
-        GROUP,
-        CELLS,
-        BOUNDARIES,
-        WHY_NOT,
-        "performance",
-    }
+        *ROW, *BLADES, *CHAOS, *OVER_SPEED, *WORN, *TUNED, *STATUS, *TRACES, *AXES,
+        *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT, "performance",
+    }  # fmt: skip
     if name in taken | set(map(variable_name, INPUTS)):
-        msg = f"variables: {name} is a name of the results: choose another"
-        raise InputError(msg)
+        raise InputError(f"variables: {name} is a name of the results: choose another")
     pair = (given, name.replace("_", " ")) if isinstance(given, str) else given
     if not isinstance(pair, tuple | list) or [type(t) for t in pair] != [str, str]:
-        msg = f"variables must be {ALLOWED}, got {shown({name: given})}"
-        raise InputError(msg)
+        raise InputError(f"variables must be {ALLOWED}, got {shown({name: given})}")
     if not "".join(pair).isprintable():
         msg = f"variables: unit and meaning of {name} must have no control characters, "
         raise InputError(f"{msg}got {shown(pair)}")

@@ -18,12 +18,10 @@ from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import NO_REGIME, REGIMES
 from hpcwhirl.store.directory.campaign_directory import STOP, Directory
-from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.columns import Told, told_by
+from hpcwhirl.store.directory.columns import CaseIndex, Told, told_by
 from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
 from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.manifest import Manifest
-from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
 Floats = NDArray[np.float64]
@@ -142,11 +140,6 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
         float(work[timed].sum()),
         len(timed),
     )
-
-
-def seconds_of(record: Record) -> float:
-    """Return the computing time of a case, s."""
-    return float(record.get("performance", {}).get("seconds", 0.0))
 
 
 def status_of(end: Completion) -> str:
@@ -293,7 +286,8 @@ class Seen:
         for lines in journals.values():
             case = np.array([numbers.get(r["digest"], -1) for r in lines], dtype=int)
             ended = [float(r.get("ended", math.nan)) for r in lines]
-            self._take(case, np.array(ended), np.array(list(map(seconds_of, lines))))
+            taken = [float(r.get("performance", {}).get("seconds", 0.0)) for r in lines]
+            self._take(case, np.array(ended), np.array(taken))
         rows = rows_of(self.manifest, planner)
         self.open = planner.open[rows]
         self.without = int((planner.failed_alone & ~planner.open).sum())
@@ -321,7 +315,7 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
     manifest, work = seen.manifest, seen.work
     workers = active(seen.workers, seen.longest)
     left_work = float(work[seen.open].sum())
-    pace = sum(w.work / w.span for w in workers)
+    pace, span = sum(w.work / w.span for w in workers), sum(w.span for w in workers)
     done_work = sum(w.work for w in seen.workers)
     last = max((w.ended for w in seen.workers), default=None)
     left, spent = int(seen.open.sum()), seen.spent
@@ -334,7 +328,7 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
         ranks=len(workers),
         rate=3600 * sum(w.cases / w.span for w in workers) if workers else None,
         eta=left_work / pace if pace else (0.0 if not left else None),
-        kernel_share=_kernel_share(workers),
+        kernel_share=sum(w.seconds for w in workers) / span if workers else None,
         stopped=stopped(directory, left, at_it),
         core_hours=spent / 3600,
         core_hours_left=left_work * spent / done_work / 3600 if done_work else None,
@@ -345,12 +339,6 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
         grows=bool(manifest.refine) and left > 0,
         dropped=dropped_of(manifest),
     )
-
-
-def _kernel_share(workers: Sequence[Worker]) -> float | None:
-    """Return the share of ranks' time spent in the kernel; None without ranks."""
-    span = sum(w.span for w in workers)
-    return sum(w.seconds for w in workers) / span if workers else None
 
 
 def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> str:

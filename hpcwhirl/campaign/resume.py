@@ -82,12 +82,11 @@ def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
     changed = difference(was, now)
     if changed:
-        msg = (
+        raise InputError(
             f"{file.folder} has numbers of another measure: {changed} differs: use "
             'another out, or fresh=True to compute all anew; retry="failed" keeps the '
             "numbers that are there and computes only what has none"
         )
-        raise InputError(msg)
 
 
 def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[float]:

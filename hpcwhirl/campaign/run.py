@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from contextlib import ExitStack, closing, suppress
 
+from hpcwhirl.campaign.begin import asking_of, owned
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.evaluate import Evaluator, RankContext
 from hpcwhirl.campaign.finalize import Ending, conclude
 from hpcwhirl.campaign.log import say
-from hpcwhirl.campaign.owning import asking_of, owned
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text

@@ -18,8 +18,7 @@ from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.campaign.watchdog import Watchdog
+from hpcwhirl.campaign.stop import Stopping, Watchdog
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.launch import Communicator, end_all, from_root
 from hpcwhirl.store.directory.campaign_directory import Directory

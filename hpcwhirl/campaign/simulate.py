@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.blades import blade_numbers
-from hpcwhirl.analysis.motion_kind import motion_numbers, twins_of
+from hpcwhirl.analysis.chaos import motion_numbers, twins_of
+from hpcwhirl.analysis.contact_map import wear_numbers
 from hpcwhirl.analysis.over_speed import told_over_speed, words_over_speed
 from hpcwhirl.analysis.regimes import (
     STEADY_SHARE,
@@ -21,9 +22,8 @@ from hpcwhirl.analysis.regimes import (
     name_regime,
 )
 from hpcwhirl.analysis.rules import motion_of
-from hpcwhirl.analysis.wear import wear_numbers
 from hpcwhirl.analysis.whirl import static_frame
-from hpcwhirl.campaign.continuation import Ended, NoEnds, begun
+from hpcwhirl.campaign.continuation import Ended, begun
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
@@ -134,7 +134,7 @@ def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) ->
         course = Course(case, start)
         return course.run(between_slices, measure=False).row, course.march
 
-    return Course(*begun(resolve(scene), march, NoEnds()))
+    return Course(*begun(resolve(scene), march))
 
 
 class Course:
@@ -200,10 +200,7 @@ class Course:
         self.march = marches[self.number]
 
     def run(
-        self,
-        between_slices: Callable[[], None] | None = None,
-        *,
-        measure: bool = True,
+        self, between_slices: Callable[[], None] | None = None, *, measure: bool = True
     ) -> Result:
         """Integrate until the regime is decided or the longest end time is reached.
 

@@ -1,4 +1,10 @@
-"""Early stop of a campaign: by signals, time limits, the file STOP, or another rank."""
+"""Early stop of a campaign, by signals, limits, STOP or another rank; the watchdog.
+
+The watchdog ends a job after a stop request even if a rank hangs. A rank that is stuck
+in a case, or suspended, does not answer, and all others would wait for it. So a thread
+watches the clock; it runs even while this process waits in MPI, where signal handlers
+do not run.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +21,8 @@ from types import FrameType
 from typing import Any, Self
 
 from hpcwhirl import early_signals
+from hpcwhirl.campaign.log import say
+from hpcwhirl.launch import ALONE, Communicator, end_all
 
 SIGNALS = early_signals.SIGNALS
 MARGIN = 60.0  # s reserved before a wall-time ends, but at most a tenth of it
@@ -22,6 +30,9 @@ LOOK_EVERY = 1.0  # s between checks for the file
 BREAK_EVERY = 0.2  # s between checks during work without slices
 PILOT_OVER = "the pilot is over"
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
+STOPPED = 75
+WATCH_EVERY = 0.25  # s between checks
+AFTER_ROOT = 2.0  # s that other ranks wait longer, so that rank 0 can report
 
 
 class Stop(Exception):  # noqa: N818
@@ -203,3 +214,71 @@ def time_left(
         return None
     left = min(ends)
     return left - min(MARGIN, 0.1 * left)
+
+
+class Watchdog:
+    """Ends this process, and with it all ranks, some time after a stop request.
+
+    Parameters
+    ----------
+    stopping : handler of stop requests; once it is settled, nothing is ended
+    seconds : time from the request until the end, s
+    comm : communicator of all ranks
+    """
+
+    def __init__(
+        self, stopping: Stopping, seconds: float, comm: Communicator = ALONE
+    ) -> None:
+        self.stopping, self.seconds, self.comm = stopping, seconds, comm
+        self.last: Callable[[], None] = lambda: None  # called before the end
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._read, self._write = os.pipe()
+        self._before: int | None = None
+
+    def _watch(self) -> None:
+        asked: float | None = None
+        while not self._over.wait(WATCH_EVERY):
+            heard = self._heard()  # also signals that no handler has seen yet
+            if asked is None and (heard or self.stopping.reason):
+                asked = time.monotonic()
+            limit = self.seconds + (AFTER_ROOT if self.comm.rank else 0.0)
+            late = asked is not None and time.monotonic() - asked > limit
+            if late and not self.stopping.settled:
+                self._end()
+
+    def _heard(self) -> bool:
+        """Return whether a stop signal has arrived since the last call."""
+        with suppress(OSError):
+            return any(number in SIGNALS for number in os.read(self._read, 65536))
+        return False
+
+    def _end(self) -> None:
+        """End all ranks; finished cases and saved states are kept."""
+        whom = "ranks" if self.comm.size > 1 else "case"
+        say(
+            f"not all {whom} have stopped {self.seconds:g} s after the request: ended "
+            "without them; finished cases are kept, the same command continues"
+        )
+        self.last()
+        end_all(self.comm, STOPPED)
+        os._exit(STOPPED)
+
+    def __enter__(self) -> Self:
+        """Start the thread; the main thread, which alone gets signals, passes them."""
+        for end in (self._read, self._write):
+            os.set_blocking(end, False)
+        if threading.current_thread() is threading.main_thread():
+            write = self._write
+            self._before = signal.set_wakeup_fd(write, warn_on_full_buffer=False)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Stop the thread."""
+        if self._before is not None:
+            signal.set_wakeup_fd(self._before)
+        self._over.set()
+        self._thread.join()
+        os.close(self._read)
+        os.close(self._write)

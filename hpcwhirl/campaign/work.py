@@ -11,12 +11,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.campaign.job_queue import JobQueue
-from hpcwhirl.campaign.plan.computation import computation
+from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.work_queue import Order, WorkQueue
+from hpcwhirl.campaign.work_queue import JobQueue, Order, WorkQueue
 from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard, from_root
 from hpcwhirl.planner.jobs import Completion, Job
@@ -107,7 +106,7 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
     for row in range(planner.kind.first, len(planner)):
         seconds = ended.taken.get(design.digest(planner.number(row)))
         if seconds is not None:
-            costs.learn([row], seconds)
+            costs.learn(row, seconds)
     return costs
 
 

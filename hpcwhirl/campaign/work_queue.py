@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.cost import Costs
+from hpcwhirl.planner.jobs import Completion, Job, JobCode
+from hpcwhirl.planner.planner import Jobs, Planner
 
 SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
 EVERY = 8  # sorted again when the times newly known number 1/EVERY of the units left
@@ -24,6 +26,8 @@ GOLDEN = 0.6180339887498949
 LAST = 0  # priority of units that go out after all others
 Answers = list[tuple[int, list[int]]]  # (rank, its next units) each
 Cases = NDArray[np.int64]
+USUAL = 1  # priority of a job
+FOLLOWING = 2  # priority of refined cases, from which others may follow
 
 
 def scattered(count: int) -> NDArray[np.int64]:
@@ -187,7 +191,7 @@ class WorkQueue:
         self.unfinished[unit] = False
         self.told += self.predicted[unit]
         self.took += seconds
-        self.costs.learn(self.rows[unit : unit + 1], seconds)
+        self.costs.learn(self.rows[unit], seconds)
         self.learned += 1
         self.left -= 1
         if self.queue and self.learned * EVERY >= self.left <= SORTED_ANEW:
@@ -264,3 +268,67 @@ class Questions:
         del self.open[rank]
         self.idle.pop(rank, None)
         return [(rank, self.queue.bundle())]
+
+
+class JobQueue(WorkQueue):
+    """A work queue of jobs; jobs that follow from a completion go out next.
+
+    Parameters
+    ----------
+    planner : takes completions and returns the jobs that follow
+    jobs : jobs that are left
+    code : numbering of the jobs, by which they are sent to ranks
+    costs : predicted costs of the planner's rows
+    ranks : number of ranks that share the work
+    order : order in which jobs are handed out; its `last` holds case numbers
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        jobs: Jobs,
+        code: JobCode,
+        costs: Costs,
+        ranks: int = 1,
+        order: Order = LONGEST_FIRST,
+    ) -> None:
+        self.planner, self.code, self.apart = planner, code, order.last
+        self.twin, self.stage = array("h"), array("b")
+        costs.cover(planner)
+        super().__init__((), costs, ranks, Order(even=order.even))
+        self._keep(jobs, costs.predict(jobs.row))
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether running jobs may lead to further jobs."""
+        return self.left > 0 and not self.dropped and not self.planner.is_plain
+
+    def job(self, unit: int) -> Job:
+        """Return the job (case, twin, stage) of a unit."""
+        case = self.planner.number(self.rows[unit])
+        return Job(case, self.twin[unit], self.stage[unit])
+
+    def task(self, unit: int) -> int:
+        """Return the number of the job of a unit, as sent to a rank."""
+        return self.code.encode(self.job(unit))
+
+    def hear(self, unit: int, end: Completion) -> None:
+        """Record the completion of a job, and add the jobs that follow from it."""
+        following = self.planner.complete(self.job(unit), end)
+        if not following:
+            return
+        self.costs.cover(self.planner)
+        row = [self.planner.row(job.case) for job in following]
+        _, twin, stage = zip(*following, strict=True)
+        jobs = Jobs(*(np.array(one, dtype=np.int64) for one in (row, twin, stage)))
+        self._keep(jobs, self.expected(jobs.row))
+
+    def _keep(self, jobs: Jobs, predicted: np.ndarray) -> None:
+        self.twin.frombytes(jobs.twin.astype(np.int16).tobytes())
+        self.stage.frombytes(jobs.stage.astype(np.int8).tobytes())
+        beyond = (jobs.row >= self.planner.kind.first) & (jobs.twin == 0)
+        turn = np.where(beyond, FOLLOWING, USUAL).astype(np.int8)
+        if self.apart:
+            apart = [self.planner.row(case) for case in self.apart]
+            turn[np.isin(jobs.row, apart)] = LAST
+        self.add(jobs.row, turn, predicted)

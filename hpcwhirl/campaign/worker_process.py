@@ -1,35 +1,49 @@
 """Isolated cases: computed in another interpreter, so that a crash ends only the case.
 
 The child is a new process, never a fork of a process that has initialized MPI. It
-computes one case after the other: a request is a line with CRC; an answer is such a
-line and the bytes of the traces. It ends when its input ends, and so with its parent.
+computes one case after the other: requests and answers are pickled objects, sent over a
+pair of sockets that nothing else uses. The child ends when its end of the pair is
+closed, and so with its parent.
 """
 
 from __future__ import annotations
 
-import contextlib
+import faulthandler
 import math
 import os
-import select
+import signal
 import subprocess
+import sys
 import time
+import traceback
 from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from typing import Any
 
-from hpcwhirl.campaign.compute import DiedError, FailedError, LateError
+from hpcwhirl.campaign.checkpoints import Checkpoints
+from hpcwhirl.campaign.compute import (
+    DiedError,
+    FailedError,
+    LateError,
+    compute,
+    message_of,
+)
+from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.simulate import Result
-from hpcwhirl.campaign.stop import Stop
-from hpcwhirl.launch import fate, interpreter
-from hpcwhirl.scene import Scene, flatten
-from hpcwhirl.store.directory.lines import opened, sealed
-from hpcwhirl.store.directory.packing import unpacked
-from hpcwhirl.store.directory.record import Record
+from hpcwhirl.campaign.stop import SIGNALS, Stop
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.errors import WhirlError
+from hpcwhirl.launch import fate, interpreter, without_mpi
+from hpcwhirl.scene import Scene
 from hpcwhirl.store.directory.states import States
 
 LOOK_EVERY = 0.01  # s between checks, as between slices
 PATIENCE = 3.0  # s that a child has to save its state at a stop
 GRACE = 10.0  # s beyond a case's limit, for work outside the kernel
-STOP = b"stop\n"
-MODULE = "hpcwhirl.campaign.worker_main"
+STOP = "stop"  # instead of a request
 
 
 class Child:
@@ -42,16 +56,15 @@ class Child:
     """
 
     def __init__(self, states: States, save_every: float) -> None:
-        self._first = {"path": str(states.folder.resolve()), "every": save_every}
+        self._first = States(states.folder.resolve()), save_every
         self._process: subprocess.Popen[bytes] | None = None
-        self._come = bytearray()
-        self._head: Record | None = None
+        self._pipe: Any = None
 
     def warm(self, scenes: list[Scene], between: Callable[[], None]) -> None:
         """Let the child compile the kernels of some scenes; errors appear later."""
         for scene in scenes:
-            with contextlib.suppress(DiedError):
-                self._ask({"warm": flatten(scene)}, math.inf, between)
+            with suppress(DiedError):
+                self._ask((scene,), math.inf, between)
 
     def compute(
         self,
@@ -70,26 +83,16 @@ class Child:
             if the case crashes, fails or exceeds its limit; `Stop` if `between` raises
             it and no result has arrived
         """
-        asked: Record = {"scene": flatten(scene), "digest": digest, "keep": keep}
-        asked["limit"] = limit if limit < math.inf else None
-        answer, data = self._ask(asked, limit, between)
-        kinds = {"failed": FailedError, "timeout": LateError}
-        if answer["status"] in kinds:
-            raise kinds[answer["status"]](answer["message"])
-        if answer["status"] == "stopped":
-            raise Stop
-        traces = unpacked(answer, data)
-        if traces is None:
-            msg = "the answer of the case's process is damaged"
-            raise FailedError(msg)
-        return Result(answer["row"], traces, answer["performance"])
+        answer = self._ask((scene, digest, limit, keep), limit, between)
+        if isinstance(answer, Result):
+            return answer
+        raise answer
 
     def close(self) -> None:
         """End the child."""
-        if self._process is None or self._process.stdin is None:
+        if self._process is None:
             return
-        with contextlib.suppress(OSError):
-            self._process.stdin.close()
+        self._pipe.close()
         try:
             self._process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
@@ -97,48 +100,44 @@ class Child:
         self._reap()
 
     def _begin(self) -> subprocess.Popen[bytes]:
+        self._pipe, theirs = Pipe()
         # a session of its own: only the parent gets Ctrl-C, and stops the child
-        self._process = subprocess.Popen(
-            interpreter(MODULE), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            bufsize=0, start_new_session=True,
-        )  # fmt: skip
-        self._come, self._head = bytearray(), None
-        self._send(sealed(self._first))
+        with theirs:
+            self._process = subprocess.Popen(
+                interpreter(__name__, str(theirs.fileno())), stdin=subprocess.DEVNULL,
+                stdout=2, pass_fds=[theirs.fileno()], start_new_session=True,
+            )  # fmt: skip
+        self._send(self._first)
         return self._process
 
     def _reap(self) -> int:
-        """Close the pipes, wait for the child's end, and return its exit code."""
+        """Close the pipe, wait for the child's end, and return its exit code."""
         process, self._process = self._process, None
-        if process is None:
-            return 0
-        for pipe in (process.stdin, process.stdout):
-            if pipe:
-                with contextlib.suppress(OSError):
-                    pipe.close()
-        return process.wait()
+        self._pipe.close()
+        return process.wait() if process else 0
 
-    def _send(self, line: bytes) -> None:
-        """Write a line to the child; if it has died, reading the answer will fail."""
-        process = self._process
-        if process is not None and process.stdin is not None:
-            with contextlib.suppress(OSError):
-                process.stdin.write(line)
+    def _send(self, told: Any) -> None:
+        """Send to the child; if it has died, reading the answer will fail."""
+        with suppress(OSError):
+            self._pipe.send(told)
 
-    def _ask(
-        self, asked: Record, limit: float, between: Callable[[], None]
-    ) -> tuple[Record, bytes]:
-        """Return the child's answer and the bytes of its traces.
+    def _ask(self, asked: Any, limit: float, between: Callable[[], None]) -> Any:
+        """Return the child's answer: a result, or the exception to raise.
 
         between : called while waiting; may raise Stop
         """
         process = self._process or self._begin()
-        self._send(sealed(asked))
+        self._send(asked)
         end = time.monotonic() + limit + GRACE
         stop: Stop | None = None
         while True:
-            answer = self._look(process, between)
-            if answer is not None:
-                return answer
+            try:
+                if self._pipe.poll(LOOK_EVERY):
+                    return self._pipe.recv()
+            except (EOFError, OSError):
+                code = self._reap()
+                between()
+                raise DiedError(f"the case's process {fate(code)}") from None
             try:
                 if stop is None:
                     between()
@@ -148,34 +147,75 @@ class Child:
             if time.monotonic() > end:
                 process.kill()
                 self._reap()
-                msg = f"more than {limit:g} s, and the case did not answer"
-                raise stop or LateError(msg)
+                late = LateError(f"more than {limit:g} s, and the case did not answer")
+                raise stop or late
 
-    def _look(
-        self, process: subprocess.Popen[bytes], between: Callable[[], None]
-    ) -> tuple[Record, bytes] | None:
-        """Return a complete answer and the bytes of its traces; None: not there yet."""
-        if process.stdout is None:
-            return None
-        pipe = process.stdout.fileno()
-        if not select.select([pipe], [], [], LOOK_EVERY)[0]:
-            return None
-        part = os.read(pipe, 1 << 20)
-        if not part:
-            raise self._death(between)
-        self._come += part
-        end = self._come.find(b"\n") + 1 if self._head is None else 0
-        if end:
-            self._head = opened(bytes(self._come[:end]))
-            del self._come[:end]
-        if self._head is None or len(self._come) < self._head["bytes"]:
-            return None
-        answer = self._head, bytes(self._come)
-        self._come, self._head = bytearray(), None
-        return answer
 
-    def _death(self, between: Callable[[], None]) -> DiedError:
-        """Return the error for a dead child, unless `between` raises Stop first."""
-        code = self._reap()
-        between()
-        return DiedError(f"the case's process {fate(code)}")
+class Server:
+    """The child's side: integrates requested cases until the parent ends."""
+
+    def __init__(self, pipe: Any) -> None:
+        self._pipe = pipe
+        states, every = self._next()
+        self.checkpoints = Checkpoints(states, every, say)
+
+    def serve(self) -> None:
+        """Answer one request after the other."""
+        while True:
+            scene, *how = self._next()
+            self._send(self._computed(scene, *how) if how else _warmed(scene))
+
+    def _next(self) -> Any:
+        """Return the next request; late stop requests are skipped."""
+        while (asked := self._pipe.recv()) == STOP:
+            pass
+        return asked
+
+    def _send(self, told: Any) -> None:
+        self._pipe.send(told)
+
+    def _between(self) -> None:
+        """Raise Stop if the parent requests it; exit if the parent has ended."""
+        if self._pipe.poll():
+            try:
+                self._pipe.recv()
+            except (EOFError, OSError):
+                os._exit(1)
+            raise Stop
+
+    def _computed(
+        self,
+        scene: Scene,
+        digest: str,
+        limit: float,
+        keep: bool,  # noqa: FBT001
+    ) -> Result | Exception:
+        """Return the result of a case, or the exception that the parent raises."""
+        try:
+            return compute(
+                resolve(scene), digest, self.checkpoints, limit, self._between,
+                keep=keep,
+            )  # fmt: skip
+        except (Stop, LateError) as told:
+            return told
+        except Exception as failed:  # noqa: BLE001 - a failed case is a row
+            if not isinstance(failed, WhirlError):
+                traceback.print_exc()
+            return FailedError(message_of(failed))
+
+
+def _warmed(scene: Scene) -> str:
+    """Compile the kernels of a scene; return the answer to that request."""
+    with suppress(Exception):  # this case will fail
+        March(resolve(scene)).warm()
+    return "warm"
+
+
+def main() -> None:
+    """Serve the requests that come through the descriptor named in the arguments."""
+    for name in SIGNALS:  # only the parent requests a stop
+        signal.signal(name, signal.SIG_IGN)
+    faulthandler.enable()
+    without_mpi()
+    with suppress(EOFError, OSError):  # the parent has ended
+        Server(Connection(int(sys.argv[1]))).serve()

@@ -49,7 +49,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print a row for each point and motion, and draw the shares."""
     from hpcwhirl.analysis.basins import basins
-    from hpcwhirl.report.figures.basin_shares import draw_fractions
+    from hpcwhirl.report.figures.coexisting import draw_fractions
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import results_of

@@ -166,7 +166,7 @@ def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     from hpcwhirl.benchmark.sizes import pattern
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
-    from hpcwhirl.store.results.single import write_arrays
+    from hpcwhirl.store.hdf5 import write_arrays
 
     if scene.engine.file or scene.engine.rotor.is_uneven:
         return {}
@@ -192,7 +192,7 @@ def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
     """
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of
-    from hpcwhirl.store.results.single import write_arrays
+    from hpcwhirl.store.hdf5 import write_arrays
 
     body = (model := resolve(scene).model).rotor
     arrays = arrays_of(model)

@@ -155,7 +155,7 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
     """
     import numpy as np
 
-    from hpcwhirl.analysis.first_changes import first_changes
+    from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.reading.reader import open_results
     from hpcwhirl.store.reading.results_file import Results
     from hpcwhirl.store.reading.select import swept_of, where
@@ -256,7 +256,7 @@ def _show(facts: dict[str, Any]) -> None:
 
 
 def _plot(path: Path, scene: Scene, found: Edge) -> None:
-    from hpcwhirl.report.figures.edges import edge_figure
+    from hpcwhirl.report.figures.coexisting import edge_figure
     from hpcwhirl.report.saving import save
 
     print(f"figure: {save(edge_figure(scene, found), path)}", file=sys.stderr)

@@ -136,7 +136,7 @@ def arrays_of(model: Model) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Write the model of a scene to the HDF5 file."""
-    from hpcwhirl.store.results.single import write_arrays
+    from hpcwhirl.store.hdf5 import write_arrays
 
     scene = scene_of(args.scene, args.settings)
     model = resolve(scene).model

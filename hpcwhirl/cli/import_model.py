@@ -99,8 +99,8 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(msg)
     check_writable(args.out, folder=False)
     from hpcwhirl.reduction.finite_elements import imported
+    from hpcwhirl.store.hdf5 import write_arrays
     from hpcwhirl.store.models.wheel_file import read_wheel
-    from hpcwhirl.store.results.single import write_arrays
 
     wheel = read_wheel(args.file)
     for source in (args.file, *wheel.sources):

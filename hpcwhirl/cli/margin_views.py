@@ -16,7 +16,7 @@ from hpcwhirl.store.reading.select import UNITS
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.first_changes import Along, FirstChange
+    from hpcwhirl.analysis.margins import Along, FirstChange
 
 TOLD = 12  # largest number of lines of cases with a sentence for each
 ENDS = ("low", "high", "below", "above")
@@ -34,7 +34,7 @@ def first_change(
     over : name of the input
     point : value of that input to compare limits with; None: no comparison
     """
-    from hpcwhirl.analysis.first_changes import first_changes
+    from hpcwhirl.analysis.margins import first_changes
 
     found = first_changes(data, over, args.sure)
     columns = _first_columns(found, point)
@@ -97,7 +97,7 @@ def _then(found: FirstChange) -> str:
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
     """Print the safe range along each input of ``--at``, around their point."""
-    from hpcwhirl.analysis.first_changes import working_point
+    from hpcwhirl.analysis.margins import working_point
 
     found = working_point(data, _point(args.at), args.sure)
     numbers, texts = _each_columns(found), {}

@@ -109,7 +109,7 @@ def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
     """Write the file and the figures that were asked for."""
-    from hpcwhirl.campaign.single_case import write_case
+    from hpcwhirl.campaign.finalize import write_case
 
     if args.out:
         write_case(args.out, design, result)

@@ -73,10 +73,12 @@ def _twins(results: Path) -> str:
     if not results.exists():
         return ""
     from hpcwhirl.errors import WhirlError
-    from hpcwhirl.store.reading.credibility import credibility_in
+    from hpcwhirl.store.reading.results_file import Results
+    from hpcwhirl.store.reading.shares import find_credibility
 
     try:
-        found = credibility_in(results)
+        with Results(results) as cases:
+            found = find_credibility(cases)
     except WhirlError as failed:
         return f"not known: {failed}"
     return str(found) if found else ""

@@ -13,6 +13,7 @@ from xarray.plot.accessor import DataArrayPlotAccessor
 from hpcwhirl.analysis.spectrum import full_spectrum
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import axis_of, title_of
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
 from hpcwhirl.store.reading.results_file import Results
 
@@ -45,8 +46,7 @@ def _asked(wish: dict[str, Any]) -> Any:
         return Wish(**wish)
     except TypeError as failed:
         known = ", ".join(Wish.__dataclass_fields__)
-        msg = f"map takes {known}: {failed}"
-        raise InputError(msg) from None
+        raise InputError(f"map takes {known}: {failed}") from None
 
 
 class WordsPlot(DataArrayPlotAccessor):
@@ -73,12 +73,11 @@ class WordsPlot(DataArrayPlotAccessor):
         if words.dtype.kind not in set("OUT") or not looks:
             return super().__call__(**wish)
         if words.ndim not in (1, 2) or words.dims == ("case",):
-            msg = (
+            raise InputError(
                 f"{words.name} is drawn over one or two swept inputs, got "
                 f"{', '.join(map(str, words.dims)) or 'none'}: choose values, as "
                 "hpcwhirl.grid(data).regime.sel(gap=1e-4), or draw data.hpcwhirl.map()"
             )
-            raise InputError(msg)
         shown = [word for word in looks if (words == word).any()]
         codes = xarray.full_like(words, np.nan, dtype=float)
         for code, word in enumerate(shown):
@@ -183,8 +182,6 @@ class Whirl:
         ----------
         case : number of a case in the campaign
         """
-        from matplotlib.figure import Figure
-
         from hpcwhirl.report.figures.motions import in_window
 
         cases, number = self._case(case)
@@ -192,7 +189,7 @@ class Whirl:
         late = in_window(traces["time"], row)
         orbit = (traces["centre"] @ np.array([1.0, 1j]))[late]
         omega, amplitude = full_spectrum(orbit, row["sample_interval"])
-        axes = Figure(figsize=(8, 4), layout="constrained").subplots()
+        _, axes = new_figure((8, 4))
         turned = -1.0 if row["speed"] < 0 else 1.0
         axes.semilogy(turned * omega, 1e3 * amplitude)
         axes.axvline(abs(row["speed"]), color="black", ls="--", lw=0.8, label="ω = Ω")

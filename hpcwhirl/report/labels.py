@@ -1,17 +1,14 @@
-"""Names and labels of quantities in pictures; colour maps of numbers."""
+"""Names, labels and ticks of quantities in pictures; colour maps of numbers."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from typing import Any
 
-from hpcwhirl.scene.quantities import (
-    AXES,
-    DERIVED,
-    INPUTS,
-    ROW,
-    TRACES,
-    variable_name,
-)
+import numpy as np
+
+from hpcwhirl.scene.quantities import AXES, DERIVED, INPUTS, ROW, TRACES, variable_name
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.reading.select import value_text
@@ -22,6 +19,8 @@ SEQUENTIAL = "cividis"  # perceptually uniform, readable by the colour-blind
 DIVERGING = "PuOr"  # of numbers about zero
 KNOWN = DERIVED | AXES | TRACES | ROW
 NAMED = {variable_name(name): quantity for name, quantity in INPUTS.items()} | KNOWN
+UNITS = re.compile(r", (rad/s|m|N|s|Hz|1/s)(?=$|[\n,]| \()")
+STEPS = (1, 2, 2.5, 5, 10)
 
 
 def name_of(name: str) -> str:
@@ -67,3 +66,50 @@ def title_of(row: Any) -> str:
     shown = {name: float(f"{row[name]:.{DIGITS}g}") for name in FIXED}
     at = ", ".join(value_of(name, value) for name, value in shown.items())
     return f"{at}: {words}"
+
+
+def tell_in_units(figure: Any) -> None:
+    """Label the axes of a figure in the units of `scene.units.shown_in`.
+
+    The data stay in SI; labels name the unit, and ticks are at round numbers of it.
+    Only linear axes whose label contains a unit are changed.
+    """
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            found = UNITS.search(axis.label.get_text())
+            if found and axis.get_scale() == "linear":
+                _tell(axis, found)
+
+
+def _tell(axis: Any, found: re.Match[str]) -> None:
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    unit, factor = shown_in(found[1])
+    if factor == 1.0:
+        return
+
+    class Round(MaxNLocator):
+        """Ticks at round numbers of the unit shown."""
+
+        def tick_values(self, vmin: float, vmax: float) -> Any:
+            ticks = super().tick_values(factor * vmin, factor * vmax)
+            return np.asarray(ticks) / factor
+
+    text = axis.label.get_text()
+    axis.set_label_text(f"{text[: found.start()]}, {unit}{text[found.end() :]}")
+    axis.set_major_locator(Round(9, steps=STEPS))
+    axis.set_major_formatter(
+        FuncFormatter(lambda x, _: value_text(round(factor * x, 9)))
+    )
+
+
+def legend_below(
+    figure: Any, *panels: Any, more: Sequence[Any] = (), ncols: int = 4
+) -> None:
+    """Add one legend for all panels below a figure, where it hides no curve.
+
+    more : further handles of the legend
+    """
+    keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
+    figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=ncols,
+                  fontsize=8, frameon=False)  # fmt: skip

@@ -75,8 +75,7 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
         return [Path(path) for path in paths]
     text = f"the map is not drawn: its process {fate(process.returncode)}"
     if process.returncode < 0:
-        msg = f"{text}; the results are complete: hpcwhirl map {out}"
-        raise StoreError(msg)
+        raise StoreError(f"{text}; the results are complete: hpcwhirl map {out}")
     raise RuntimeError(text)
 
 

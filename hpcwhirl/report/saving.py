@@ -1,4 +1,4 @@
-"""Writing figures as files, atomically."""
+"""New figures, and writing figures as files, atomically."""
 
 from __future__ import annotations
 
@@ -12,6 +12,19 @@ from hpcwhirl.errors import legible
 from hpcwhirl.store.atomic import make_folders, replacing, sweep_idle, telling
 
 LONGEST = 80  # largest number of characters of a text that is part of a file name
+
+
+def new_figure(
+    size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any
+) -> tuple[Any, Any]:
+    """Return a figure of width and height `size`, in, and its axes.
+
+    rows, columns, options : as of `subplots` of matplotlib's figures
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, **options)
 
 
 def part_of_name(text: str) -> str:

@@ -170,13 +170,19 @@ def write_whole(
             part.write_bytes(data)
 
 
-def sweep_idle(folder: Path, stem: str) -> None:
-    """Remove temporary files of `replacing` on which no process has a lock any more."""
+def _parts_in(folder: Path, stem: str) -> Iterator[os.DirEntry[str]]:
+    """Yield the temporary files of a directory whose names begin with `stem`."""
     with suppress(OSError), os.scandir(folder) as found:
         for item in found:
             if item.name.startswith(stem) and PART.fullmatch(item.name):
-                with suppress(OSError):
-                    _remove_idle(item)
+                yield item
+
+
+def sweep_idle(folder: Path, stem: str) -> None:
+    """Remove temporary files of `replacing` on which no process has a lock any more."""
+    for item in _parts_in(folder, stem):
+        with suppress(OSError):
+            _remove_idle(item)
 
 
 def _remove_idle(item: os.DirEntry[str]) -> None:
@@ -204,10 +210,7 @@ def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
     older : remove only files last written before this time, s since 1970 by the clock
         of the file system
     """
-    with suppress(OSError), os.scandir(folder) as found:
-        for item in found:
-            if item.name.startswith(stem) and PART.fullmatch(item.name):
-                with suppress(OSError):
-                    state = item.stat(follow_symlinks=False)
-                    if state.st_mtime < older:
-                        os.unlink(item.path)  # noqa: PTH108 - its name may be odd
+    for item in _parts_in(folder, stem):
+        with suppress(OSError):
+            if item.stat(follow_symlinks=False).st_mtime < older:
+                os.unlink(item.path)  # noqa: PTH108 - its name may be odd

@@ -1,4 +1,4 @@
-"""Writing HDF5 files such that a full disk is an error and not a crash.
+"""HDF5 files: how quantities are stored, writing safe from a full disk, reading.
 
 HDF5 writes much of a file when its objects are closed, possibly by the garbage
 collector. A failure there is not reported: the library keeps the object, tries again at
@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,21 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError, StoreError, WhirlError, unwritable
+from hpcwhirl.errors import (
+    MissingFileError,
+    StoreError,
+    WhirlError,
+    unknown,
+    unwritable,
+)
+from hpcwhirl.scene.quantities import ARRAYS, AXES
+from hpcwhirl.scene.quantity import Quantity
+from hpcwhirl.scene.words import ENUMS
+from hpcwhirl.store.atomic import make_folders, replacing
 
 DAMAGE = (OSError, RuntimeError, LookupError, TypeError, ValueError, AttributeError)
+FORMAT = 5
+Arrays = Mapping[str, NDArray[Any]]
 
 
 def utf8(text: str) -> NDArray[np.bytes_]:
@@ -102,8 +114,7 @@ def reading(path: Path) -> Iterator[None]:
     except DAMAGE as failed:
         said = str(failed).splitlines()
         why = said[0] if said else type(failed).__name__
-        msg = f"{path} is damaged: {why}"
-        raise StoreError(msg) from None
+        raise StoreError(f"{path} is damaged: {why}") from None
 
 
 def refusal(path: Path, failed: Exception) -> MissingFileError:
@@ -120,3 +131,93 @@ def _number(failed: BaseException) -> int:
     """Return the errno of an error, which HDF5 hides in its text; 0 for none."""
     found = re.search(r"errno = (\d+)", str(failed))
     return getattr(failed, "errno", None) or (int(found[1]) if found else 0)
+
+
+def dtype(quantity: Quantity) -> np.dtype[Any]:
+    """Return the NumPy dtype in which a variable is stored."""
+    return np.dtype("i1" if quantity.kind == "enum" else quantity.kind)
+
+
+def missing(quantity: Quantity) -> float | int | bytes:
+    """Return the value that is stored if a case has none, such as NaN."""
+    empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
+    return empty.get(quantity.kind, b"")
+
+
+def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
+    """Return a value as it is stored; raise for an unknown word."""
+    if quantity.kind == "enum":
+        if value not in ENUMS[name]:
+            raise unknown(name, str(value), ENUMS[name])
+        return ENUMS[name].index(str(value))
+    if quantity.kind.startswith("S"):
+        cut = str(value).encode()[: dtype(quantity).itemsize]
+        return cut.decode(errors="ignore").encode()  # drops a truncated character
+    return float(value) if quantity.kind == "f8" else int(value)
+
+
+def hdf5_facts() -> dict[str, Any]:
+    """Return the versions of h5py and HDF5, and how HDF5 is built and locks files."""
+    return {
+        "h5py": h5py.version.version,
+        "hdf5": h5py.version.hdf5_version,
+        "mpi_io": bool(h5py.get_config().mpi),
+        "locking": os.environ.get("HDF5_USE_FILE_LOCKING", ""),
+    }
+
+
+def mpi_libraries() -> list[str]:
+    """Return the real paths of the MPI libraries mapped into this process."""
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return []
+    paths = {line.split(maxsplit=5)[5] for line in lines if len(line.split()) > 5}
+    named = (
+        path for path in paths if Path(path).name.startswith(("libmpi.", "libmpich."))
+    )
+    return sorted({os.path.realpath(path) for path in named})
+
+
+def tell(data: h5py.Dataset, quantity: Quantity) -> None:
+    """Write unit and meaning of a variable as attributes."""
+    data.attrs["units"] = utf8(quantity.unit)
+    data.attrs["long_name"] = utf8(quantity.meaning)
+
+
+def mark_words(data: h5py.Dataset, words: Sequence[str]) -> None:
+    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`."""
+    data.attrs["flag_values"] = np.arange(len(words), dtype="i1")
+    data.attrs["flag_meanings"] = utf8(" ".join(words))
+
+
+def define_axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
+    """Define an axis with given values, or with numbers from 0 if given its size."""
+    if isinstance(values, int):
+        values = np.arange(values, dtype="i8")
+    axis = group.create_dataset(name, data=values)
+    tell(axis, AXES[name])
+    axis.make_scale(name)
+
+
+def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
+    """Write arrays with unit and meaning, and facts as root attributes.
+
+    Parameters
+    ----------
+    path : file to write; on failure an older file stays
+    arrays : {path in the file such as `rotor/mass`: array}; its unit and meaning are
+        those of the last part of the path in `scene.quantities.ARRAYS`
+    facts : {attribute: text or number}
+    """
+    try:
+        make_folders(path.parent)
+        with replacing(path) as part, writing(part) as file:
+            for name, array in arrays.items():
+                told = ARRAYS[name.rpartition("/")[2]]
+                data = file.create_dataset(name, data=array)
+                data.attrs["units"], data.attrs["long_name"] = told.unit, told.meaning
+            for name, value in facts.items():
+                file.attrs[name] = value
+    except (OSError, RuntimeError) as failed:  # HDF5 raises either, with many lines
+        raise refusal(path, failed) from None

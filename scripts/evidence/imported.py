@@ -31,7 +31,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene
-from hpcwhirl.store.results.single import write_arrays
+from hpcwhirl.store.hdf5 import write_arrays
 
 BASE = named_scene("mostly_damped")
 ENGINES = ((9, 4, 27), (22, 10, 110))  # blades, elements, modes: a kernel for each

@@ -17,7 +17,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.analysis.wear import wear_numbers
+from hpcwhirl.analysis.contact_map import wear_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene

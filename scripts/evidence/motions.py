@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from hpcwhirl.analysis import motion_kind as motion
+from hpcwhirl.analysis import chaos as motion
 from hpcwhirl.analysis.chaos import exponent, growths
 from hpcwhirl.analysis.regimes import MotionThresholds
 from hpcwhirl.analysis.rules import motion_of

@@ -8,7 +8,6 @@ from hpcwhirl import simulate
 from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.critical import campbell, coincidences, critical_speeds
 from hpcwhirl.analysis.participation import contributions, family_amplitudes
-from hpcwhirl.analysis.poincare import section
 from hpcwhirl.analysis.spectrum import (
     after_revolutions,
     amplitude_spectrum,
@@ -24,7 +23,7 @@ from hpcwhirl.analysis.stability import (
     sprung_roots,
     static_line,
 )
-from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import section, static_frame, whirl_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError

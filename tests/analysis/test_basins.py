@@ -10,9 +10,8 @@ import xarray
 from synthetic import synthetic
 
 import hpcwhirl
-from hpcwhirl.analysis.attractors import attractors
+from hpcwhirl.analysis.attractors import FEWEST, attractors, clusters, silhouette
 from hpcwhirl.analysis.basins import basin_entropy, basins, entropy, starts_of
-from hpcwhirl.analysis.clusters import FEWEST, clusters, silhouette
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError

@@ -15,7 +15,7 @@ from hpcwhirl.campaign.plan.cost import Places, costs_of
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.errors import InputError, StoreError, one_line, shown
-from hpcwhirl.planner.neighbours import at_boundary
+from hpcwhirl.planner.kinds import at_boundary
 from hpcwhirl.scene import Scene, apply_settings, batch_validation, digest, flatten
 from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.batch_validation import RULES, Many

@@ -13,8 +13,8 @@ from launch import launch, records, root_variables
 
 import hpcwhirl
 from hpcwhirl.analysis.branches import Branch, branches_of, folds_of, words_apart
+from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.continuation import begun
-from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve

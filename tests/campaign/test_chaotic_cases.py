@@ -9,8 +9,16 @@ import pytest
 from deaths import even_slices
 
 import hpcwhirl
-from hpcwhirl.analysis.chaos import exponent, growths, returns, zero_one
-from hpcwhirl.analysis.motion_kind import DELTA, numbers_of, section_of, twins_of
+from hpcwhirl.analysis.chaos import (
+    DELTA,
+    exponent,
+    growths,
+    numbers_of,
+    returns,
+    section_of,
+    twins_of,
+    zero_one,
+)
 from hpcwhirl.analysis.regimes import all_thresholds
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.campaign.checkpoints import Checkpoints

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hpcwhirl.campaign.owning import owned
+from hpcwhirl.campaign.begin import owned
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
 from hpcwhirl.launch import ALONE

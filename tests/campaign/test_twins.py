@@ -25,14 +25,12 @@ from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.planner.jobs import completion_of
-from hpcwhirl.planner.kinds import Grid
-from hpcwhirl.planner.neighbours import at_boundary
+from hpcwhirl.planner.kinds import Grid, at_boundary
 from hpcwhirl.scene import apply_settings, digest
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.journal import Journals
-from hpcwhirl.store.reading.credibility import find_credibility
-from hpcwhirl.store.reading.shares import interval, shares
+from hpcwhirl.store.reading.shares import find_credibility, interval, shares
 
 # at 250 rad/s hardly anything changes, at 330 a word is that of a coin
 TABLES = {

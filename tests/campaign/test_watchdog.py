@@ -19,8 +19,7 @@ from launch import (
     wait_for,
 )
 
-from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.campaign.watchdog import Watchdog
+from hpcwhirl.campaign.stop import Stopping, Watchdog
 
 # A case that hangs for ever, and a file that says that it has begun to.
 HANG = """

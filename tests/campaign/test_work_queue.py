@@ -166,9 +166,9 @@ def test_another_scheme_is_asked_only_where_nothing_else_is_known():
     costs = costs_of(design)
     where = {(s.solver.scheme, s.speed): i for i, s in enumerate(design.scenes)}
     nominal = costs.nominal.copy()
-    costs.learn([where["modal", 300.0]], 3 * nominal[where["modal", 300.0]])
+    costs.learn(where["modal", 300.0], 3 * nominal[where["modal", 300.0]])
     assert np.allclose(costs.predict(range(6)), 3 * nominal)
-    costs.learn([where["exact", 500.0]], 7 * nominal[where["exact", 500.0]])
+    costs.learn(where["exact", 500.0], 7 * nominal[where["exact", 500.0]])
     found = costs.predict(range(6)) / nominal
     for (scheme, _), case in where.items():
         assert found[case] == pytest.approx(3 if scheme == "modal" else 7, rel=0.05)

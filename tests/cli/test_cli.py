@@ -16,7 +16,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import COMMANDS, main
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.store.schema import FORMAT
+from hpcwhirl.store.hdf5 import FORMAT
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.tips import delassus
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
-from hpcwhirl.store.results.single import write_arrays
+from hpcwhirl.store.hdf5 import write_arrays
 
 KINDS = {"modal": UncoupledRotor, "general": GeneralRotor}
 MODES = {1: 6, 2: 8, 7: 30, 12: 54, 22: 110, 30: 60}

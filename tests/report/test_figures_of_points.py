@@ -9,7 +9,7 @@ from hpcwhirl.analysis.rotation import bands_over
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures import stress_lines, sweeps, tip_maps
+from hpcwhirl.report.figures import sweeps, tip_lines
 from hpcwhirl.store.reading.results_file import Results
 
 TOML = """
@@ -95,7 +95,7 @@ def test_the_maps_of_tips_show_their_traces(stage):
     """Blades by their middle point; the blade that moves most by all its points."""
     cases = Results(stage)
     points = 1e3 * cases.traces(0)["point_tips"]
-    figure = tip_maps.draw_tips(cases, 0, transient=True)
+    figure = tip_lines.draw_tips(cases, 0, transient=True)
     radial, tangential, *chord = meshes(figure)
     assert np.array_equal(radial, points[:, :, 1, 0].T)
     assert np.array_equal(tangential, points[:, :, 1, 1].T)
@@ -108,9 +108,9 @@ def test_the_maps_of_tips_show_their_traces(stage):
 
 def test_a_cell_of_many_samples_keeps_the_largest(monkeypatch):
     values = np.array([[1.0], [-3.0], [2.0], [0.5], [-0.25]])
-    monkeypatch.setattr(tip_maps, "MOST_COLUMNS", 3)
-    assert tip_maps.extremes(values).ravel().tolist() == [-3.0, 2.0, -0.25]
-    edges = tip_maps.edges_of(0.1 * np.arange(1, 6), 0.1)
+    monkeypatch.setattr(tip_lines, "MOST_COLUMNS", 3)
+    assert tip_lines.extremes(values).ravel().tolist() == [-3.0, 2.0, -0.25]
+    edges = tip_lines.edges_of(0.1 * np.arange(1, 6), 0.1)
     assert edges == pytest.approx([0.0, 0.2, 0.4, 0.5])
 
 
@@ -119,7 +119,7 @@ def test_tips_at_rest_are_told(stage, monkeypatch):
     still = {n: 0 * a if n != "time" else a for n, a in cases.traces(0).items()}
     monkeypatch.setattr(cases, "traces", lambda _: still)
     with pytest.raises(InputError, match="no displacement of a tip in the window; --"):
-        tip_maps.draw_tips(cases, 0)
+        tip_lines.draw_tips(cases, 0)
 
 
 def test_own_frequencies_are_drawn_with_rotation(turned):
@@ -144,7 +144,7 @@ def test_waves_over_the_speed_are_drawn_with_rotation(turned, tmp_path, capsys):
 def test_the_stress_is_drawn_of_the_blade_that_has_most(turned):
     cases = Results(turned)
     stress = 1e-6 * cases.traces(1)["stress"]
-    over, around = stress_lines.draw_stress(cases, 1, transient=True).axes
+    over, around = tip_lines.draw_stress(cases, 1, transient=True).axes
     most = stress.max(axis=0)
     for line, other in zip(over.get_lines(), around.get_lines(), strict=True):
         name, told = line.get_label().split(": ")

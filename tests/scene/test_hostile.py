@@ -264,7 +264,7 @@ def test_a_file_that_cannot_be_written_loses_no_words(tmp_path, monkeypatch, cap
         msg = f"cannot write {path}: No space left on device"
         raise MissingFileError(msg)
 
-    monkeypatch.setattr("hpcwhirl.campaign.single_case.write_case", full)
+    monkeypatch.setattr("hpcwhirl.campaign.finalize.write_case", full)
     short = ["--set", "duration=2e-3", "--set", "time_step=2e-6"]
     out = str(tmp_path / "o.h5")
     assert main(["run", *short, "--quiet", "--json", "--out", out]) == 2

@@ -14,8 +14,7 @@ from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.columns import marched, told_by
+from hpcwhirl.store.directory.columns import CaseIndex, marched, told_by
 from hpcwhirl.store.directory.completions import ended_in
 from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
 from hpcwhirl.store.directory.manifest import PlanFile

@@ -28,12 +28,12 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.runs import Runs
+from hpcwhirl.store.hdf5 import dtype
 from hpcwhirl.store.reading.reader import words
 from hpcwhirl.store.results import blocks
 from hpcwhirl.store.results.blocks import ranges
 from hpcwhirl.store.results.contents import contents_of
 from hpcwhirl.store.results.gather import _blocks, gather, has_mpi_io
-from hpcwhirl.store.schema import dtype
 
 WRITERS = ["serial", pytest.param("mpi-io", marks=[pytest.mark.mpi, pytest.mark.mpiio])]
 INCOMPLETE = "2 of 5 cases have no result: 1 failed, 1 missing"

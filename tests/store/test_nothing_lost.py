@@ -26,9 +26,9 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Notes, Running
 from hpcwhirl.store.directory.journal import Journal, Journals
-from hpcwhirl.store.directory.lines import sealed
 from hpcwhirl.store.directory.listing import listed
 from hpcwhirl.store.directory.manifest import SEALED, PlanFile
+from hpcwhirl.store.directory.packing import sealed
 from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.results.gather import gather
 

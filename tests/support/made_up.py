@@ -6,8 +6,8 @@ import numpy as np
 
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.analysis.rules import first_words
+from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.finalize import facts_of
-from hpcwhirl.campaign.plan.computation import computation
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.planner.jobs import Job, completion_of
 from hpcwhirl.scene.quantities import ROW

@@ -18,9 +18,9 @@ from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.manifest import Manifest, PlanFile
+from hpcwhirl.store.hdf5 import dtype, missing
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define, stored, swept_extra
-from hpcwhirl.store.schema import dtype, missing
 
 INTERVAL = 5e-3  # s between samples of made-up orbits
 KEPT = ("centre", "energy", "impulse", "fed", "rubbed", "lost")

@@ -57,13 +57,6 @@ def axes_with_branches(
     return [*axes_of(rest, {}), Axis(names, columns)]
 
 
-def branched_over(document: Mapping[str, Any]) -> str:
-    """Return the input that varies along branches, "" without [branch]."""
-    if BRANCH not in document:
-        return ""
-    return BranchTable.read(document[BRANCH], "[branch]").over
-
-
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
     """Return the values of the input that varies along branches, ascending."""
     values = grid.get(over)
@@ -73,8 +66,7 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
         raise InputError(f"{msg}; there are {', '.join(names) or 'none'}")
     for name in (BRANCH, HISTORY):
         if name in grid:
-            msg = f"[branch] sets {name}, which [sweep] must not do"
-            raise InputError(msg)
+            raise InputError(f"[branch] sets {name}, which [sweep] must not do")
     if not 2 <= len(set(values)) <= MOST_POINTS or len(set(values)) < len(values):
         msg = f"[branch] over {over}: its values must be 2 to {MOST_POINTS}, each once"
         raise InputError(f"{msg}, got {len(values)}")
@@ -93,9 +85,7 @@ def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any
         up = [v for v in values if start is None or v >= start]
         down = [v for v in reversed(values) if start is None or v <= start]
         found += [(f"up{end}", up), (f"down{end}", down)]
-    wanted = [each for each in found if table.directions in ("both", _side(each[0]))]
+    wanted = [
+        each for each in found if table.directions in ("both", each[0].split()[0])
+    ]
     return [each for each in wanted if len(each[1]) > 1] or wanted
-
-
-def _side(name: str) -> str:
-    return name.split(maxsplit=1)[0]

@@ -69,17 +69,11 @@ class Costs:
         """Return empty costs, for ranks that do not hand out cases."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
-    def learn(self, cases: Sequence[int], seconds: float) -> None:
-        """Record the time that some cases took together, s."""
-        if len(cases) == 1:  # nearly always; a fast path for rank 0
-            alone = float(self.nominal[cases[0]])
-            if alone > 0.0 and math.isfinite(seconds):
-                self.factor[cases[0]] = seconds / alone
-            return
-        chosen = np.asarray(cases, dtype=np.intp)
-        expected = float(self.nominal[chosen].sum())
-        if expected > 0.0 and np.isfinite(seconds):
-            self.factor[chosen] = seconds / expected
+    def learn(self, case: int, seconds: float) -> None:
+        """Record the time that a case took, s."""
+        nominal = float(self.nominal[case])
+        if nominal > 0.0 and math.isfinite(seconds):
+            self.factor[case] = seconds / nominal
 
     def learn_all(self, seconds: Floats) -> None:
         """Record the times of all cases, (n,), s; NaN for unfinished ones."""

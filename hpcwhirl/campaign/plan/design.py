@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl import __version__
-from hpcwhirl.campaign.plan.branching import HISTORY, axes_with_branches, branched_over
+from hpcwhirl.campaign.plan.branching import BRANCH, HISTORY, axes_with_branches
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
@@ -24,7 +24,7 @@ from hpcwhirl.campaign.plan.sampling import (
 from hpcwhirl.campaign.plan.twins import Twins, check_spread, twins_of
 from hpcwhirl.errors import CaseError, InputError, WhirlError, one_line, shown
 from hpcwhirl.planner.jobs import JobCode
-from hpcwhirl.planner.neighbours import at_boundary
+from hpcwhirl.planner.kinds import at_boundary
 from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene import (
     DESIGN_TABLES,
@@ -122,8 +122,8 @@ class Design:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only what other ranks need."""
-        kept = {"contents": self.contents, "twins": self.twins, "rule": self.rule}
-        return _sent, (self.base, self.settings, self.swept, kept)
+        make = partial(Design, contents=self.contents, twins=self.twins, rule=self.rule)
+        return make, (self.base, self.settings, self.swept)
 
     @property
     def scenes(self) -> Scenes:
@@ -334,12 +334,6 @@ class Design:
         )
 
 
-def _sent(
-    base: Scene, settings: Table, swept: tuple[str, ...], kept: dict[str, Any]
-) -> Design:
-    return Design(base, settings, swept, **kept)
-
-
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
     """Return the design of any source that `Design.of` accepts."""
     if isinstance(source, Design):
@@ -353,8 +347,7 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
         return load_design(Path(source) if source is not None else None, settings)
     if isinstance(source, Mapping):
         return design_of(plain(source), settings)
-    msg = f"design must be {ALLOWED}, got {shown(source)}"
-    raise InputError(msg)
+    raise InputError(f"design must be {ALLOWED}, got {shown(source)}")
 
 
 def plain(value: Any) -> Any:
@@ -414,7 +407,7 @@ def design_of(
     design = Design(base, rows, swept, rules, sample=sample, twins=twins)
     _check_distinct(design.columns)
     if refine:
-        branch = branched_over(document)
+        branch = axes[-1].names[0] if BRANCH in document else ""
         return replace(design, rule=refined(design, refine, grid, explicit, branch))
     return design
 
@@ -442,8 +435,7 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
     """Raise InputError if an input is both swept and set for all cases."""
     clash = set(swept) & set(names)
     if clash:
-        msg = f"{what} {min(clash)}: the campaign sweeps this input"
-        raise InputError(msg)
+        raise InputError(f"{what} {min(clash)}: the campaign sweeps this input")
 
 
 def _check_distinct(columns: Many) -> None:

@@ -79,11 +79,7 @@ class Coarse(Protocol):
 
 
 def refined(
-    design: Coarse,
-    table: Refine,
-    grid: Listed,
-    listed: Sequence[Any],
-    branch: str = "",
+    design: Coarse, table: Refine, grid: Listed, listed: Sequence[Any], branch: str = ""
 ) -> Rule:
     """Return the rule that refines a coarse design.
 
@@ -198,8 +194,7 @@ def _depths(
         _check_values(name, values, depths)
         out.append(tuple(depths))
     if not any(map(any, out)):
-        msg = "[refine] refines nothing: its resolution is that of [sweep]"
-        raise InputError(msg)
+        raise InputError("[refine] refines nothing: its resolution is that of [sweep]")
     return tuple(out)
 
 

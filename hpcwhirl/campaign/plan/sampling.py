@@ -118,8 +118,7 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
     swept = set(rows.names)
     twice = swept & sample.laws.keys()
     if twice:
-        msg = f"{min(twice)} is in [sweep] or [zip] and in [sample]"
-        raise InputError(msg)
+        raise InputError(f"{min(twice)} is in [sweep] or [zip] and in [sample]")
     if BLADES in swept and any(map(takes_list, sample.laws)):
         msg = f"[sample] draws a number for each blade: {BLADES} cannot be swept"
         raise InputError(msg)

@@ -23,7 +23,7 @@ from hpcwhirl.launch import (
     library,
     world,
 )
-from hpcwhirl.store.libraries import hdf5_facts, mpi_libraries
+from hpcwhirl.store.hdf5 import hdf5_facts, mpi_libraries
 
 Facts = dict[str, Any]
 THREADS = (

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -29,8 +28,9 @@ from hpcwhirl.reduction.families import (
     rotor_by_diameter,
 )
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
-from hpcwhirl.report.labels import axis_of, eq13_of, value_of
+from hpcwhirl.report.labels import axis_of, eq13_of, legend_below, value_of
 from hpcwhirl.report.map.axes import cell_edges
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, word_of
@@ -62,12 +62,10 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     case = resolve(scene)
     table, k = modal_table(case.model), scene.nodal_diameter
     if not any(m.body == "rotor" for m in table):
-        msg = "a Campbell diagram needs modes of the rotor"
-        raise InputError(msg)
+        raise InputError("a Campbell diagram needs modes of the rotor")
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
     span = np.linspace(0.0, most, POINTS)
-    figure = Figure(figsize=(9.5, 6.2), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((9.5, 6.2))
     top = _families(axes, bands_over(case, span), span)
     _casing(axes, table, k, span)
     _marks(axes, case, first_family(table, "casing").get(k, 0.0), most)
@@ -200,8 +198,7 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
     case = resolve(scene)
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
     span = np.linspace(0.0, most, POINTS)
-    figure = Figure(figsize=(9.5, 5.0), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((9.5, 5.0))
     fastest, waves = growth_over(case, span)
     for name in [name for name in FAMILIES if name in waves]:
         ways = ("-", "forward"), ("--", "backward")
@@ -238,8 +235,7 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     if k == 0 or not any(m.body == "casing" for m in table):
         msg = "the interaction diagram needs k > 0 lobes and an elastic casing"
         raise InputError(msg)
-    figure = Figure(figsize=(10, 6), layout="constrained")
-    axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(8, 1))
+    figure, (axes, strip) = new_figure((10, 6), 2, sharex=True, height_ratios=(8, 1))
     cells = cell_edges(np.array([cases.rows[i]["speed"] for i in line]))
     span = cells[[0, -1]]
     first = first_family(table, "casing").get(k, 0.0)
@@ -366,16 +362,6 @@ def heading(cases: Results, line: list[int]) -> str:
 def shown_word(row: dict[str, Any]) -> str:
     """Return the word by which figures show a finished case."""
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
-
-
-def legend_below(figure: Any, *panels: Any, more: Sequence[Any] = ()) -> None:
-    """Add one legend for all panels below a figure, where it hides no curve.
-
-    more : further handles of the legend
-    """
-    keys = [k for axes in panels for k in axes.get_legend_handles_labels()[0]]
-    figure.legend(handles=[*keys, *more], loc="outside lower center", ncols=4,
-                  fontsize=8, frameon=False)  # fmt: skip
 
 
 def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.figure import Figure
 
 from hpcwhirl.analysis.sensitivity import pairs_needed
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import name_of, value_of
+from hpcwhirl.report.labels import legend_below, name_of, value_of
 from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.words import REGIMES
 
 if TYPE_CHECKING:
@@ -87,8 +86,9 @@ def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
     names, count = found["quantity"].values.tolist(), found.sizes["input"]
     points = found.sizes["point"]
     size = 2.0 + 2.8 * len(names), 1.2 + points * (0.5 + 0.55 * count)
-    figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(points, len(names), sharex=True, sharey=True, squeeze=False)
+    figure, grid = new_figure(
+        size, points, len(names), sharex=True, sharey=True, squeeze=False
+    )
     labels = [name_of(name) for name in found["input"].values.tolist()]
     for point, row in enumerate(grid):
         for axes, name in zip(row, names, strict=True):
@@ -100,9 +100,7 @@ def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
             at = value_of(over[0], found[over[0]].to_numpy()[point].item(), unit)
             row[0].set_ylabel(at, parse_math=False)
     grid[0, 0].invert_yaxis()
-    handles, texts = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=2, fontsize=8,
-                  frameon=False)  # fmt: skip
+    legend_below(figure, grid[0, 0], ncols=2)
     return figure
 
 
@@ -136,8 +134,9 @@ def _note(axes: Any, one: xarray.Dataset) -> None:
 
 def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
     names = found["quantity"].values.tolist()
-    figure = Figure(figsize=(11.0, 1.4 + 2.3 * len(names)), layout="constrained")
-    grid = figure.subplots(len(names), 2, sharex=True, squeeze=False)
+    figure, grid = new_figure(
+        (11.0, 1.4 + 2.3 * len(names)), len(names), 2, sharex=True, squeeze=False
+    )
     order = np.argsort(found[over].to_numpy())
     label, factor = label_of(data, over)
     x, sorted_ = factor * found[over].to_numpy()[order], found.isel(point=order)
@@ -156,7 +155,5 @@ def _lines(data: xarray.Dataset, found: xarray.Dataset, over: str) -> Any:
             axes.set_title(f"{title_of(name)}: {told}", fontsize=9, parse_math=False)
     for axes in grid[-1]:
         axes.set_xlabel(label, parse_math=False)
-    handles, texts = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, texts, loc="outside lower center", ncols=4, fontsize=8,
-                  frameon=False)  # fmt: skip
+    legend_below(figure, grid[0, 0])
     return figure

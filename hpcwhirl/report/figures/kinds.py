@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,20 +13,16 @@ import numpy as np
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.report.figures import (
-    basin_shares,
-    branch_diagram,
-    chord,
+    coexisting,
+    contacts,
     frequencies,
     motions,
     shapes,
-    stress_lines,
     sweeps,
-    tip_maps,
-    waterfall,
-    wear,
+    tip_lines,
 )
+from hpcwhirl.report.labels import tell_in_units
 from hpcwhirl.report.saving import part_of_name, save
-from hpcwhirl.report.ticks import tell_in_units
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
@@ -52,7 +49,6 @@ class Kind:
     needs : traces that it requires
     of : what a figure shows: a case; a line of cases that differ only in speed; the
         branches that share all other inputs; or the engine (one figure)
-    transient : whether `draw` takes `transient`, to show the time before the window
     asked : whether figures of this kind are drawn only if the kind is named
     speed : which speed and gap a case must have: any, constant, or changing in time
     """
@@ -60,69 +56,56 @@ class Kind:
     draw: Callable[..., Any]
     needs: tuple[str, ...]
     of: Literal["case", "speeds", "branches", "engine"]
-    transient: bool = False
     asked: bool = False
     speed: Literal["any", "constant", "changing"] = "any"
+
+    @property
+    def transient(self) -> bool:
+        """Whether `draw` takes `transient`, to show the time before the window."""
+        return "transient" in inspect.signature(self.draw).parameters
 
 
 def _shapes(results: Results, line: list[int]) -> Any:
     return shapes.draw_shapes_of(results.scene(line[0]))
 
 
-def _campbell(results: Results, line: list[int]) -> Any:
-    speeds = results["speed"][results.finished()]
-    return frequencies.draw_campbell(results.scene(line[0]), speeds)
+def _over_speed(draw: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of `Kind.draw` from one of a scene and the speeds."""
 
+    def drawn(results: Results, line: list[int]) -> Any:
+        return draw(results.scene(line[0]), results["speed"][results.finished()])
 
-def _stability(results: Results, line: list[int]) -> Any:
-    speeds = results["speed"][results.finished()]
-    return frequencies.draw_stability(results.scene(line[0]), speeds)
+    return drawn
 
 
 KINDS = {
     "frequency": Kind(
         sweeps.draw_frequency, ("centre", "tips"), "speeds", speed="constant"
     ),
-    "cascade": Kind(
-        sweeps.draw_cascade, ("centre",), "speeds", transient=True, speed="constant"
-    ),
+    "cascade": Kind(sweeps.draw_cascade, ("centre",), "speeds", speed="constant"),
     "bifurcation": Kind(
-        sweeps.draw_bifurcation,
-        ("centre",),
-        "speeds",
-        transient=True,
-        speed="constant",
+        sweeps.draw_bifurcation, ("centre",), "speeds", speed="constant"
     ),
     "interaction": Kind(frequencies.draw_interaction, (), "speeds", speed="constant"),
     "growth": Kind(sweeps.draw_growth, (), "speeds", speed="constant"),
-    "branches": Kind(branch_diagram.draw_branches, (), "branches"),
-    "orbit": Kind(motions.draw_orbits, ("centre",), "case", transient=True),
-    "section": Kind(
-        motions.draw_section, ("centre",), "case", transient=True, speed="constant"
-    ),
+    "branches": Kind(coexisting.draw_branches, (), "branches"),
+    "orbit": Kind(motions.draw_orbits, ("centre",), "case"),
+    "section": Kind(motions.draw_section, ("centre",), "case", speed="constant"),
     "contributions": Kind(
         motions.draw_contributions, ("centre", "tips"), "case", speed="constant"
     ),
     "contacts": Kind(
-        motions.draw_contacts,
-        ("blade_impulse",),
-        "case",
-        transient=True,
-        speed="constant",
+        contacts.draw_contacts, ("blade_impulse",), "case", speed="constant"
     ),
-    "chord": Kind(
-        chord.draw_chord, ("point_impulse",), "case", transient=True, asked=True
-    ),
-    "tips": Kind(tip_maps.draw_tips, ("tips",), "case", transient=True),
-    "stress": Kind(
-        stress_lines.draw_stress, ("stress",), "case", transient=True, asked=True
-    ),
-    "waterfall": Kind(waterfall.draw_waterfall, ("centre",), "case", speed="changing"),
-    "wear": Kind(wear.draw_wear, ("worn",), "case", asked=True),
-    "basins": Kind(basin_shares.draw_basins, (), "engine", asked=True),
+    "chord": Kind(contacts.draw_chord, ("point_impulse",), "case", asked=True),
+    "tips": Kind(tip_lines.draw_tips, ("tips",), "case"),
+    "stress": Kind(tip_lines.draw_stress, ("stress",), "case", asked=True),
+    "waterfall": Kind(sweeps.draw_waterfall, ("centre",), "case", speed="changing"),
+    "wear": Kind(contacts.draw_wear, ("worn",), "case", asked=True),
+    "basins": Kind(coexisting.draw_basins, (), "engine", asked=True),
     "shapes": Kind(_shapes, (), "engine"),
-    "campbell": Kind(_campbell, (), "engine"),
-    "stability": Kind(_stability, (), "engine"),
+    "campbell": Kind(_over_speed(frequencies.draw_campbell), (), "engine"),
+    "stability": Kind(_over_speed(frequencies.draw_stability), (), "engine"),
     "ledger": Kind(motions.draw_ledger, ("energy", "fed", "rubbed", "lost"), "case"),
 }
 
@@ -172,8 +155,7 @@ def cases_at(results: Results, settings: list[str]) -> list[int]:
     if chosen and not finished:
         row = results.rows[min(chosen)]
         why = f"{row['status']}: {row['message'] or 'no message'}"
-        msg = f"--at {' '.join(settings)}: case {min(chosen)} is {why}"
-        raise InputError(msg)
+        raise InputError(f"--at {' '.join(settings)}: case {min(chosen)} is {why}")
     return finished
 
 
@@ -196,8 +178,7 @@ def _check(results: Results, only: list[int] | None) -> None:
     """Raise InputError if nothing can be drawn, or a requested case is missing."""
     whole = results.finished()
     if not whole:
-        msg = f"{results.path} has no finished case: nothing to draw"
-        raise InputError(msg)
+        raise InputError(f"{results.path} has no finished case: nothing to draw")
     bad = [i for i in only or [] if i not in whole]
     if bad:
         msg = f"--case must be a finished case, 0 to {len(results) - 1}, got {bad[0]}"

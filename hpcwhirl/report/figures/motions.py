@@ -1,4 +1,4 @@
-"""Figures of one motion: orbits, traces, contributions, contacts, section, ledger."""
+"""Figures of one motion: orbits, traces, contributions, section, ledger."""
 
 from __future__ import annotations
 
@@ -8,19 +8,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.contact_map import touches
 from hpcwhirl.analysis.participation import family_amplitudes
-from hpcwhirl.analysis.poincare import section
+from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.errors import InputError
-from hpcwhirl.report.figures.frequencies import legend_below
-from hpcwhirl.report.labels import axis_of, title_of
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.labels import axis_of, legend_below, title_of
+from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
@@ -66,13 +60,12 @@ def orbits_of(
     traces: Mapping[str, Floats], row: Mapping[str, Any], *, transient: bool = False
 ) -> Any:
     """Return the figure of `draw_orbits` from the traces and the row of a case."""
-    figure = Figure(figsize=(11, 5.4), layout="constrained")
     frames = {"static": (traces["centre"], "$X_o$", "$Y_o$")}
     if "words_over_speed" not in row:  # at a changing speed the angle is not Omega t
         path = rotating(traces, row["speed"])
         frames["rotating"] = (path, "$x_o$", "$y_o$")
     late = in_window(traces["time"], row)
-    panels = figure.subplots(1, len(frames), squeeze=False)[0]
+    figure, (panels,) = new_figure((11, 5.4), 1, len(frames), squeeze=False)
     for axes, (name, (path, x, y)) in zip(panels, frames.items(), strict=True):
         draw_orbit(axes, path, late, row["gap"], transient=transient)
         unit = axes.get_label()
@@ -95,12 +88,7 @@ def is_coarse(path: Floats) -> bool:
 
 
 def draw_orbit(
-    axes: Any,
-    path: Floats,
-    late: NDArray[np.bool_],
-    gap: float,
-    *,
-    transient: bool,
+    axes: Any, path: Floats, late: NDArray[np.bool_], gap: float, *, transient: bool
 ) -> None:
     """Draw an orbit; set the label of the axes to the unit of length chosen for it.
 
@@ -138,8 +126,7 @@ def draw_contributions(cases: Results, case: int) -> Any:
         row["sample_interval"],
         resolve(cases.scene(case)).model,
     )
-    figure = Figure(figsize=(11, 7.5), layout="constrained")
-    (whole, log), (second, hub) = figure.subplots(2, 2, sharex=True)
+    figure, ((whole, log), (second, hub)) = new_figure((11, 7.5), 2, 2, sharex=True)
     for axes, scale in ((whole, "linear"), (log, "log")):
         _curves(axes, traces["time"], amplitude["1F"])
         axes.set(yscale=scale, title=f"1F, {scale} scale")
@@ -168,47 +155,13 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
                   lw=0.9 if k < 2 else 0.5, label=f"{k}")  # fmt: skip
 
 
-def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of contacts: which blade, where on the casing, when."""
-    traces, row = cases.traces(case), cases.rows[case]
-    found = touches(traces["time"], traces["blade_impulse"], row["speed"])
-    start = 0.0 if transient else row["end_time"] - row["window"]
-    shown = found.time >= start
-    if not shown.any():
-        where = "" if transient else " in the window; --transient shows earlier ones"
-        msg = f"no contact{where}"
-        raise InputError(msg)
-    figure = Figure(figsize=(11, 6.5), layout="constrained")
-    places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
-    for axes, (label, value) in zip(
-        figure.subplots(2, 1, sharex=True), places.items(), strict=True
-    ):
-        _dots(axes, found.time[shown], value[shown], found.impulse[shown])
-        axes.set(ylabel=label)
-    figure.axes[0].yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(xlabel=axis_of("time"), yticks=np.arange(0, 361, 60), ylim=(-5, 365))
-    axes.set_xlim(start, row["end_time"])
-    figure.axes[0].set_title(f"Contacts. {title_of(row)}")
-    interval = 1e3 * row["sample_interval"]
-    label = f"normal impulse in {interval:.3g} ms, {TRACES['impulse'].unit}"
-    figure.colorbar(figure.axes[0].collections[0], ax=figure.axes[:2], label=label)
-    return figure
-
-
-def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
-    top = float(impulse.max(initial=1e-12))
-    axes.scatter(time, value, s=3, c=impulse, lw=0, cmap="viridis_r",
-                 norm=LogNorm(1e-3 * top, top), rasterized=True)  # fmt: skip
-
-
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
     """Return the figure of a Poincaré section: the static-frame centre once a turn."""
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])
     factor, unit = unit_of(float(np.abs(points).max(initial=0.0)))
-    figure = Figure(figsize=(6.8, 6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((6.8, 6))
     dots = axes.scatter(
         factor * points[:, 0], factor * points[:, 1], c=np.arange(len(points)), s=8
     )
@@ -239,8 +192,7 @@ def draw_ledger(cases: Results, case: int) -> Any:
         "fed by transport over the ring": fed - rubbed,
         "lost in damping and impacts": traces["lost"][::step],
     }
-    figure = Figure(figsize=(10, 5), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((10, 5))
     for name, values in terms.items():
         (line,) = axes.plot(time, np.where(values > 0.0, values, np.nan), lw=1.0,
                             label=name)  # fmt: skip
@@ -272,8 +224,7 @@ def draw_case(
         `lost` (n,), J; perhaps `tips` (n, N, 2), m
     row : numbers and words of the case, by the names of `ROW`
     """
-    orbit = Figure(figsize=(6, 6), layout="constrained")
-    axes, late = orbit.subplots(), in_window(traces["time"], row)
+    (orbit, axes), late = new_figure((6, 6)), in_window(traces["time"], row)
     draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
     unit = axes.get_label()
     axes.set(xlabel=f"$X_o$, {unit} (static frame)", ylabel=f"$Y_o$, {unit}")
@@ -287,8 +238,7 @@ def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
     """Return a figure over time: centre, energies and, if kept, largest tip motions."""
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
-    figure = Figure(figsize=(9, 2.6 * panels), layout="constrained")
-    axes = figure.subplots(panels, 1, sharex=True)
+    figure, axes = new_figure((9, 2.6 * panels), panels, sharex=True)
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
     for place, name in enumerate(("$X_o$", "$Y_o$")):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import new_figure, save
 
 Facts = Mapping[str, Any]
 COLUMNS = {
@@ -85,11 +85,6 @@ def _row(
     times = np.array([row["seconds"] for row in done])  # (scenes, repeats)
     usual = sum(base[row["scene"]] for row in done)
     per_run = times.sum(axis=0)
-    errors = {}
-    for name in COLUMNS:
-        values = [row["errors"][name] for row in done if name in row["errors"]]
-        if values:
-            errors[name] = float(np.median(values)), max(values)
     return Row(
         axis,
         label,
@@ -97,7 +92,7 @@ def _row(
         float(np.ptp(per_run) / np.median(per_run)),
         sum(row["agree"] for row in done),
         sum(len(row["words"]) for row in done),
-        errors,
+        _spread_of([row["errors"] for row in done]),
         float(np.median([row["score"] for row in done])),
         max(row["ledger"] for row in done),
         refused,
@@ -112,16 +107,13 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
         for row in rows
         if not (row.refused or row.unstable) and row.axis != "duration"
     ]
-
-    def beaten(row: Row) -> bool:
-        mine = (row.cost, row.runs - row.agree, row.score)
-        for other in whole:
-            its = (other.cost, other.runs - other.agree, other.score)
-            if its != mine and all(a <= b for a, b in zip(its, mine, strict=True)):
-                return True
-        return False
-
-    return sorted((r for r in whole if not beaten(r)), key=lambda row: row.cost)
+    keys = np.array([(row.cost, row.runs - row.agree, row.score) for row in whole])
+    front = [
+        row
+        for row, own in zip(whole, keys, strict=True)
+        if not ((keys <= own).all(axis=1) & (keys < own).any(axis=1)).any()
+    ]
+    return sorted(front, key=lambda row: row.cost)
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
@@ -129,12 +121,13 @@ def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
 
     These relative differences show how much results differ by chance alone.
     """
-    floors, out = facts["floors"].values(), {}
-    for name in COLUMNS:
-        values = [floor[name] for floor in floors if name in floor]
-        if values:
-            out[name] = float(np.median(values)), max(values)
-    return out
+    return _spread_of(list(facts["floors"].values()))
+
+
+def _spread_of(found: Sequence[Mapping[str, float]]) -> dict[str, tuple[float, float]]:
+    """Return {variable: (median, largest)} of the numbers of several scenes."""
+    values = {n: [own[n] for own in found if n in own] for n in COLUMNS}
+    return {n: (float(np.median(v)), max(v)) for n, v in values.items() if v}
 
 
 def percent(value: float) -> str:
@@ -186,11 +179,8 @@ def markdown(facts: Facts) -> str:
 
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
     """Draw error over cost, with Pareto front and twins; return the path."""
-    from matplotlib.figure import Figure
-
     rows = [row for row in table_of(facts) if row.runs and row.axis != "duration"]
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((9, 6))
     for name in dict.fromkeys(row.axis for row in rows):
         own = [row for row in rows if row.axis == name]
         costs, scores = [r.cost for r in own], [max(r.score, SMALLEST) for r in own]

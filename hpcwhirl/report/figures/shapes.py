@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import modal_model
+from hpcwhirl.report.labels import legend_below
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 
@@ -26,9 +27,7 @@ BLUE, ORANGE, PALE = "#08306b", "#D55E00", "#CCCCCC"
 
 
 def draw_shapes(
-    rotor: Rotor,
-    diameters: tuple[int, ...] = (0, 1, 3, 4),
-    model: Model | None = None,
+    rotor: Rotor, diameters: tuple[int, ...] = (0, 1, 3, 4), model: Model | None = None
 ) -> Any:
     """Return a figure of the mode shapes of family 1F, amplified, by nodal diameter.
 
@@ -42,10 +41,10 @@ def draw_shapes(
     own = modal_model(whole, 0.0)
     columns = min(ACROSS, len(diameters)) if len(diameters) > 4 else 2
     rows = -(-len(diameters) // columns)
-    size = (9.0 if columns == 2 else 13.0) / columns
-    figure = Figure(figsize=(size * columns, 0.7 + 1.06 * size * rows),
-                    layout="constrained")  # fmt: skip
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    width = 9.0 if columns == 2 else 13.0
+    size = width, 0.7 + 1.06 * width / columns * rows
+    figure, grid = new_figure(size, rows, columns, squeeze=False)
+    panels = grid.ravel()
     for axes in panels[len(diameters) :]:
         axes.remove()
     for axes in panels[: len(diameters)]:
@@ -57,9 +56,7 @@ def draw_shapes(
         title = f"k = {k}, f = {own.omega[mode[0]] / (2 * np.pi):.2f} Hz"
         around = _casing(axes, rotor.radius, model, k) if model else None
         axes.set_title(title + (f"\ncasing {around:.2f} Hz" if around else ""))
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8,
-                  frameon=False)  # fmt: skip
+    legend_below(figure, panels[0], ncols=3)
     figure.suptitle(
         "First family, displacements amplified, the centre's "
         f"{HUB:g} times more; full model"

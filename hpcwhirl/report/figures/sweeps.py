@@ -1,4 +1,4 @@
-"""Figures over many speeds: maps of frequency, cascades, bifurcations, growth."""
+"""Figures over the speed: frequency, cascade, bifurcation, growth, waterfall."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.poincare import section
+from hpcwhirl.analysis.over_speed import Spell, crossings, spells_of
 from hpcwhirl.analysis.rotation import bands_over
 from hpcwhirl.analysis.spectrum import (
     after_revolutions,
@@ -18,7 +18,10 @@ from hpcwhirl.analysis.spectrum import (
     full_spectrum,
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
+from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import Case, resolve
+from hpcwhirl.case.speed import law_of, speed_at
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
@@ -31,8 +34,9 @@ from hpcwhirl.report.figures.frequencies import (
     shown_word,
 )
 from hpcwhirl.report.figures.motions import in_window, rotating
-from hpcwhirl.report.labels import SEQUENTIAL, axis_of
+from hpcwhirl.report.labels import SEQUENTIAL, axis_of, title_of
 from hpcwhirl.report.map.axes import cell_edges
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
@@ -43,6 +47,10 @@ FEW_TURNS = 50  # revolutions, up to which dots are larger
 PLAIN = 10.0  # largest |work over losses| up to which its axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
+COLUMNS = 120  # largest number of spectra
+TURNS = 8.0  # revolutions at the mean speed that each spectrum covers
+FEWEST = 32  # least number of samples of a spectrum
+STRIP = 0.05  # height of the strip of words, over that of the axes
 
 
 def _mesh(
@@ -96,11 +104,11 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
     """Return speed-frequency maps of a tip and of the centre (Figs. 6 and 7)."""
     speeds = np.array([cases.rows[i]["speed"] for i in line])
     spectra = frequency_spectra(cases, line)
-    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    figure, panels = new_figure((11, 4.6), 1, 2)
     names = {"tip": "(a) tip of blade 0, tangential", "centre": "(b) centre, $x_o$"}
     top = rotating_top(cases, line)
     edges = np.linspace(0.0, top, 301)
-    for axes, (place, label) in zip(figure.subplots(1, 2), names.items(), strict=True):
+    for axes, (place, label) in zip(panels, names.items(), strict=True):
         amplitude = 1e3 * cascade(spectra[place], edges)
         mesh = _mesh(axes, speeds, edges, amplitude, AT_REST)
         axes.set(
@@ -153,8 +161,7 @@ def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) ->
         omega, amplitude = full_spectrum(z[part], row["sample_interval"])
         turned = -1 if row["speed"] < 0 else 1
         spectra.append((turned * omega[::turned], amplitude[::turned]))
-    figure = Figure(figsize=(8.5, 6), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((8.5, 6))
     mesh = _mesh(axes, speeds, edges, 1e3 * cascade(spectra, edges))
     axes.plot(speeds, np.abs(speeds), "w--", lw=0.8)
     axes.axhline(0.0, c="w", lw=0.6)
@@ -172,8 +179,7 @@ def draw_bifurcation(
     cases: Results, line: list[int], *, transient: bool = False
 ) -> Any:
     """Return a figure over the speed: X_o and |Z| once a revolution in the window."""
-    figure = Figure(figsize=(10, 6), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    figure, (upper, lower) = new_figure((10, 6), 2, sharex=True)
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
         part = in_window(traces["time"], row) | transient
@@ -205,11 +211,12 @@ def draw_growth(cases: Results, line: list[int]) -> Any:
     rows = [cases.rows[i] for i in line]
     linear = [_linear(cases, i) for i in line]
     speeds = np.array([row["speed"] for row in rows])
-    figure = Figure(figsize=(10, 7), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    for name, look in (("slow", "k-"), ("sprung", "k:")):
-        label = {"slow": "linear, contacts closed",
-                 "sprung": "linear, contacts as worst springs"}[name]  # fmt: skip
+    figure, (upper, lower) = new_figure((10, 7), 2, sharex=True)
+    for name, look, told in (
+        ("slow", "k-", "closed"),
+        ("sprung", "k:", "as worst springs"),
+    ):
+        label = f"linear, contacts {told}"
         upper.plot(speeds, [r[name] for r in linear], look, lw=1, label=label)
     for row in rows:
         shown = SHOWN[shown_word(row)]
@@ -247,3 +254,120 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
         axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
     axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
+
+
+def spectra_over(
+    time: Floats, orbit: NDArray[np.complex128], turn: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return spectra of an orbit over time.
+
+    Parameters
+    ----------
+    time : (n,), s, equally spaced
+    orbit : (n,), m, static frame
+    turn : s, duration of a revolution
+
+    Returns
+    -------
+    middles : (c,), s, middle of the part of `TURNS` revolutions of each spectrum
+    omega : (f,), rad/s, ascending
+    amplitude : (c, f), m
+    """
+    interval = float(time[1] - time[0])
+    size = min(max(round(TURNS * turn / interval), FEWEST), len(time))
+    first = np.unique(np.linspace(0, len(time) - size, COLUMNS).astype(int))
+    parts = [full_spectrum(orbit[i : i + size], interval) for i in first]
+    middles = time[first] + 0.5 * (size - 1) * interval
+    return middles, parts[0][0], np.stack([amplitude for _, amplitude in parts])
+
+
+def draw_waterfall(cases: Results, case: int) -> Any:
+    """Return spectra of the static-frame centre over time and, if it changes, speed.
+
+    The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
+    lines the times and speeds at which a critical speed is crossed.
+    """
+    resolved, row, traces = (
+        resolve(cases.scene(case)),
+        cases.rows[case],
+        cases.traces(case),
+    )
+    told = str(row.get("words_over_speed", ""))
+    if not told:
+        raise InputError("a waterfall needs a case whose speed or gap changes in time")
+    scene, time = resolved.scene, traces["time"]
+    if len(time) < 2 * FEWEST:
+        msg = f"a waterfall needs {2 * FEWEST} samples, got {len(time)}: lower interval"
+        raise InputError(msg)
+    mean = float(np.abs(speed_at(scene, time)).mean())
+    turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
+    spectra = spectra_over(time, traces["centre"] @ np.array([1.0, 1j]), turn)
+    moves = law_of(scene) is not None
+    figure, (panels,) = new_figure(
+        (11 if moves else 7, 5.6), 1, 2 if moves else 1, sharey=True, squeeze=False
+    )
+    mesh = _over_time(panels[0], resolved, spectra)
+    _strip(panels[0], [(s.begin, s.end, s) for s in spells_of(told)])
+    if moves:
+        _over_speed(panels[1], resolved, spectra)
+        _strip(panels[1], [(s.first, s.last, s) for s in spells_of(told)])
+    panels[0].set_ylabel("ω, rad/s, static frame: backward < 0 < forward")
+    figure.colorbar(mesh, ax=list(panels), label="radius of the line's circle, mm")
+    figure.suptitle(title_of(row))
+    regimes = dict.fromkeys(spell.regime for spell in spells_of(told))
+    patches = [Patch(fc=SHOWN[r].colour, ec="k", lw=0.4, label=r) for r in regimes]
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
+    return figure
+
+
+def _mesh_over(
+    axes: Any, at: Floats, omega: Floats, amplitude: Floats, most: float
+) -> Any:
+    shown = np.abs(omega) <= most
+    values = 1e3 * amplitude[:, shown].T
+    top = float(values.max(initial=0.0)) or 1.0
+    norm = LogNorm(top * 10.0**-DECADES, top, clip=True)
+    return axes.pcolormesh(at, omega[shown], values, norm=norm, shading="nearest",
+                           rasterized=True)  # fmt: skip
+
+
+def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
+    """Return the highest |omega| to draw, rad/s, between 1.2 and 3 times `speed`.
+
+    Within these limits it is the highest line over 1/1000 of the largest amplitude.
+    """
+    seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
+    highest = float(np.abs(omega[seen]).max(initial=0.0))
+    return min(max(highest, 1.2 * speed), 3.0 * speed)
+
+
+def _over_time(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> Any:
+    middles, omega, amplitude = spectra
+    speeds = speed_at(case.scene, middles)
+    most = _top(omega, amplitude, float(np.abs(speeds).max()))
+    mesh = _mesh_over(axes, middles, omega, amplitude, most)
+    for sign in (1.0, -1.0):
+        axes.plot(middles, sign * speeds, "w--", lw=0.8)
+    for one in crossings(case):
+        axes.axvline(one["time"], c="w", ls=":", lw=0.9)
+    axes.set(xlabel="t, s", ylim=(-most, most))
+    return mesh
+
+
+def _over_speed(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> None:
+    """Draw the spectra over speed; at speeds passed repeatedly, those passed last."""
+    middles, omega, amplitude = spectra
+    speeds, last = np.unique(speed_at(case.scene, middles)[::-1], return_index=True)
+    most = _top(omega, amplitude, float(np.abs(speeds).max()))
+    _mesh_over(axes, speeds, omega, amplitude[::-1][last], most)
+    for sign in (1.0, -1.0):
+        axes.plot(speeds, sign * speeds, "w--", lw=0.8)
+    for one in crossings(case):
+        axes.axvline(one["speed"], c="w", ls=":", lw=0.9)
+    axes.set(xlabel=axis_of("speed"))
+
+
+def _strip(axes: Any, spans: list[tuple[float, float, Spell]]) -> None:
+    for begin, end, spell in spans:
+        axes.axvspan(begin, end, 0.0, STRIP, fc=SHOWN[spell.regime].colour, ec="k",
+                     lw=0.4)  # fmt: skip

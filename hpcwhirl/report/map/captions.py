@@ -14,14 +14,13 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
-from hpcwhirl.report.labels import FIXED, value_of
+from hpcwhirl.report.labels import FIXED, legend_below, value_of
 from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import title_of as named
 from hpcwhirl.scene.words import SHOWN, WHIRLS
-from hpcwhirl.store.reading.credibility import SHARED, find_credibility
 from hpcwhirl.store.reading.select import value_text
-from hpcwhirl.store.reading.shares import COUNT, SURE
+from hpcwhirl.store.reading.shares import COUNT, SHARED, SURE, find_credibility
 from hpcwhirl.store.results.cells import Refined
 
 if TYPE_CHECKING:
@@ -132,9 +131,7 @@ def add_legend(
         keys += _whirl_keys(set(picture.whirl[good].tolist()))
     keys += more
     if keys:
-        figure.legend(handles=keys, loc="outside lower center", fontsize=8,
-                      ncols=_columns(keys, figure.get_figwidth()),
-                      frameon=False)  # fmt: skip
+        legend_below(figure, more=keys, ncols=_columns(keys, figure.get_figwidth()))
 
 
 def _columns(keys: Sequence[Any], width: float) -> int:

@@ -18,7 +18,7 @@ from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import BAD, MOTIONS, REGIMES, SHOWN, WHIRLS, Look
 from hpcwhirl.store.reading.reader import words
-from hpcwhirl.store.reading.select import variable_of
+from hpcwhirl.store.reading.select import numbers_in, variable_of
 from hpcwhirl.store.reading.shares import MAJORITY
 
 if TYPE_CHECKING:
@@ -178,18 +178,13 @@ def by_majority(
 
 def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
     """Return the values of an expression, one for each case, and its label."""
-    source = source_of(data)
-    known = [
-        str(n) for n, v in data.variables.items()
-        if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
-    ]  # fmt: skip
+    source, known = source_of(data), numbers_in(data)
 
     def variable(name: str) -> str:
         if name in data:
             if data[name].dims == ("case",):
                 return name
-            msg = f"'{name}' does not have one number for each case"
-            raise InputError(msg)
+            raise InputError(f"'{name}' does not have one number for each case")
         try:
             return variable_of(name, known, "number")
         except InputError:

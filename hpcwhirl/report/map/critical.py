@@ -47,8 +47,7 @@ def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
     path : `results.h5`; the plan beside it has the scenes
     """
     if "speed" not in {picture.x.name, picture.y.name}:
-        msg = "--critical marks speeds: speed must be on an axis"
-        raise InputError(msg)
+        raise InputError("--critical marks speeds: speed must be on an axis")
     results = Results(path)
     upright = picture.x.name == "speed"
     speed, across = picture.x, picture.y

@@ -208,8 +208,7 @@ def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
     taken = {variable_of(n, inputs) for n in wish.panels}
     both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
     if len(both) > 1 or (asked[0] and asked[0] == asked[1]):
-        msg = f"{both[0]} can only be one of --x, --y and --panel"
-        raise InputError(msg)
+        raise InputError(f"{both[0]} can only be one of --x, --y and --panel")
     open_to = [n for n in varied(inputs) if n not in {*asked, *taken}]
     order = _by_levels(inputs, open_to)
     x = asked[0] or ("speed" if "speed" in open_to else (order or [""])[0])

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
@@ -25,6 +24,7 @@ from hpcwhirl.report.map.drawing import (
     rooms,
 )
 from hpcwhirl.report.map.refined import draw_refined, refined_cells
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.shares import SURE
 
 if TYPE_CHECKING:
@@ -118,9 +118,9 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path)
     """
     sheet = sheet_of(picture)
     size = sheet.width * sheet.columns, sheet.height * sheet.rows + 1.1
-    figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(sheet.rows, sheet.columns, squeeze=False,
-                           sharex=True, sharey=True)  # fmt: skip
+    figure, grid = new_figure(
+        size, sheet.rows, sheet.columns, squeeze=False, sharex=True, sharey=True
+    )
     panels = grid.ravel()
     _fill(figure, panels, sheet)
     more = _mark_unsure(data, panels, sheet)

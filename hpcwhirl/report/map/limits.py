@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED, SEQUENTIAL, name_of
+from hpcwhirl.report.labels import FIXED, SEQUENTIAL, legend_below, name_of
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.data import label_of
-from hpcwhirl.report.saving import save
+from hpcwhirl.report.saving import new_figure, save
 
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.first_changes import FirstChange
+    from hpcwhirl.analysis.margins import FirstChange
 
 Floats = NDArray[np.float64]
 INK, UNMET = "#1F4E79", "#8A8A8A"
@@ -52,8 +52,6 @@ def draw_limits(
     InputError
         unless one or two other inputs vary, and their values are numbers
     """
-    from matplotlib.figure import Figure
-
     varied = [n for n in found[0].fixed if len({f.fixed[n] for f in found}) > 1]
     texts = [n for n in varied if data[n].dtype.kind not in "iuf"]
     if texts or not 1 <= len(varied) <= MOST_AXES:
@@ -64,8 +62,7 @@ def draw_limits(
     if point is not None:
         label, factor = f"{name_of(over)} over the present value", 1.0 / point
     ends = factor * np.array([[f.safe, f.unsafe] for f in found])
-    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure((8.0, 4.4))
     if len(varied) == 1:
         _bars(axes, data, varied[0], found, ends)
         axes.set_ylabel(f"limit of {label}", parse_math=False)
@@ -104,7 +101,7 @@ def _bars(
               gid="again")  # fmt: skip
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel(label, parse_math=False)
-    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    legend_below(axes.figure, axes)
 
 
 def _map(
@@ -132,7 +129,8 @@ def _map(
             legend = {"^": "no change met: at least", "v": "first case not damped"}
             axes.plot(*zip(*places, strict=True), mark, c="white", mec="black", ls="",
                       label=legend[mark], gid=legend[mark])  # fmt: skip
-            axes.figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    if any(marks.values()):
+        legend_below(axes.figure, axes)
     for axis, grid, (text, factor) in zip("xy", grids, told, strict=True):
         step = max(1, len(grid) // 10)
         texts = [f"{factor * v:.4g}" for v in grid[::step].tolist()]

@@ -110,8 +110,7 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
 
     with open_results(results) as data, showing(wish.shown):
         if not data.sizes.get("case"):
-            msg = f"{results} has no cases: nothing to draw"
-            raise InputError(msg)
+            raise InputError(f"{results} has no cases: nothing to draw")
         with reading(results):
             if wants_shares(data, wish):
                 return _drawing_of_shares(data, wish, results)

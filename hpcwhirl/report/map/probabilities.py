@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from hpcwhirl.analysis.shares import shares
+from hpcwhirl.analysis.shares import shares, swept_in
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED
+from hpcwhirl.report.labels import FIXED, legend_below
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.colours import looks_of_attractors
 from hpcwhirl.report.map.data import Wish, label_of
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.words import REGIMES, Look
 from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.reading.shares import interval
@@ -53,8 +53,7 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 
 def varied(found: xarray.Dataset) -> list[str]:
     """Return the swept inputs that vary between the points of the sweep."""
-    names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
-    return [n for n in names if n != "point" and len(set(found[n].values.tolist())) > 1]
+    return [n for n in swept_in(found) if len(set(found[n].values.tolist())) > 1]
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
@@ -99,8 +98,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
     InputError
         if the points of the sweep differ in more than one input
     """
-    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
-    axes, over = figure.subplots(), varied(found)
+    (figure, axes), over = new_figure((8.0, 4.2)), varied(found)
     if len(over) > 1:
         msg = f"shares are drawn over one swept input, not {' and '.join(over)}: say "
         raise InputError(msg + f"--at {over[-1]}=VALUE")
@@ -135,7 +133,7 @@ def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
     """Stack the shares over one input; error bars: intervals of the stacked sums."""
-    along, looks = _along(found), looks_of(found)
+    along, looks = "regime" if "regime" in found.dims else "attractor", looks_of(found)
     found = found.isel(point=np.argsort(found[over].to_numpy()))
     x = factor * found[over].to_numpy()
     cases, below = found["cases"].to_numpy(), np.zeros(found.sizes["point"], int)
@@ -155,7 +153,7 @@ def _areas(
                       elinewidth=0.8, capsize=1.5, gid=f"interval {word}")  # fmt: skip
     axes.set_xlabel(label, parse_math=False)
     axes.set(ylabel=SHARE_LABEL, ylim=(0.0, 1.0), xlim=(x[0], x[-1]))
-    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    legend_below(axes.figure, axes)
 
 
 def _bars(axes: Any, found: xarray.Dataset) -> None:
@@ -167,10 +165,6 @@ def _bars(axes: Any, found: xarray.Dataset) -> None:
               color=[look.colour for look in looks], ecolor="black")  # fmt: skip
     axes.invert_yaxis()
     axes.set(xlabel=SHARE_LABEL, xlim=(0.0, 1.02))
-
-
-def _along(found: xarray.Dataset) -> str:
-    return "regime" if "regime" in found.dims else "attractor"
 
 
 def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:

@@ -37,8 +37,7 @@ def write_page(directory: Directory, out: Path | None = None) -> Path:
     """
     results = Results(directory.results)
     if not len(results):
-        msg = f"{results.path} has no cases: nothing to show"
-        raise InputError(msg)
+        raise InputError(f"{results.path} has no cases: nothing to show")
     path = out or directory.page
     sweep_idle(path.parent, path.name)  # files left by a killed process
     write_whole(path, page_of(page_data(results)).encode(), held=True)

@@ -1,28 +1,31 @@
-"""The data in the page of a campaign: facts as JSON, columns and traces as bytes."""
+"""The data in the page of a campaign: facts, commands, columns and traces."""
 
 from __future__ import annotations
 
 import json
+import shlex
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from functools import cache
 from typing import Any
 
 import numpy as np
+import tomli_w
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis import rules
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.labels import FIXED, axis_of, value_of
-from hpcwhirl.report.page.command import PROGRAM, command_of, given_inputs, setting
 from hpcwhirl.report.page.tables import tables_of
 from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
-from hpcwhirl.scene import input_names
+from hpcwhirl.scene import input_names, named_scene
+from hpcwhirl.scene.plain_data import SETS, flatten
 from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, WHIRLS
-from hpcwhirl.store.reading.credibility import find_credibility
 from hpcwhirl.store.reading.results_file import Results
-from hpcwhirl.store.reading.shares import SHARE, SURE
+from hpcwhirl.store.reading.shares import SHARE, SURE, find_credibility
 from hpcwhirl.store.results.cells import read_refined
 
 FACTS = (
@@ -35,6 +38,9 @@ DERIVED = {  # {name: (expression, unit, meaning)}
     "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius over gap"),
     "fed_over_lost": ("late_fed / late_lost", "1", "fed over lost in the window"),
 }
+PROGRAM = "hpcwhirl run"  # with the default scene
+START = "table2"
+TRACES = "output.traces"
 
 
 @dataclass(frozen=True)
@@ -252,3 +258,42 @@ def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
         slots[case] = len(records)
         records.append(record_of(traces, speed, window, line, sizes))
     return sizes, records, slots
+
+
+@cache
+def _start() -> dict[str, Any]:
+    return dict(flatten(named_scene(START)))
+
+
+def setting(name: str, value: Any) -> str:
+    """Return ``--set name=value``, quoted for a shell."""
+    parts = value if isinstance(value, list) else [value]
+    texts = [tomli_w.dumps({"v": v}).partition(" = ")[2].strip() for v in parts]
+    text = f"[{', '.join(texts)}]" if isinstance(value, list) else texts[0]
+    return f"--set {shlex.quote(f'{name}={text}')}"
+
+
+def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
+    """Return the inputs of a case that must be set, the swept ones first.
+
+    Parameters
+    ----------
+    given : {dotted name: value}; other names than inputs are skipped
+    swept : names of inputs that are set even to their default
+    """
+    start = _start()
+    names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
+    told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
+    if TRACES not in swept and told.get(TRACES) == "summary":
+        del told[TRACES]  # keep traces, to look at the case
+    for cause, effects in SETS.items():
+        if told.get(cause):
+            for name in effects:
+                told.pop(name, None)
+    return told
+
+
+def command_of(given: Mapping[str, Any], swept: frozenset[str]) -> str:
+    """Return the command that integrates a case; arguments as of `given_inputs`."""
+    told = given_inputs(given, swept)
+    return " ".join([PROGRAM, *(setting(n, v) for n, v in told.items())])

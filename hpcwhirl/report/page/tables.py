@@ -6,7 +6,6 @@ They show which motions coexist, which the word of a single case cannot show.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,33 +27,19 @@ MOST = 100  # largest number of rows of a table
 DIGITS = 6
 
 
-@dataclass(frozen=True)
-class Told:
-    """A table of a page.
+Told = dict[str, Any]  # a table, see `tables_of`
 
-    Attributes
-    ----------
-    title : what the table shows
-    head, rows : texts of its column heads, and of each row
-    command : command that prints the whole table
+
+def tables_of(results: Results) -> list[Told]:
+    """Return the tables of a campaign; [] if it has none.
+
+    Each is {"title": what it shows, "head" and "rows": texts of its column heads and of
+    each row, "command": the command that prints the whole table}.
     """
-
-    title: str
-    head: list[str]
-    rows: list[list[str]]
-    command: str
-
-
-def tables_of(results: Results) -> list[dict[str, Any]]:
-    """Return the tables of a campaign as plain data; [] if it has none."""
     swept = [variable_name(name) for name in results.plan.swept]
     if "branch" in swept:
-        found = [_of_branches(results)]
-    elif set(swept) & {*STRENGTHS, "start_draw"}:
-        found = [*_of_starts(results)]
-    else:
-        found = []
-    return [asdict(one) for one in found]
+        return [_of_branches(results)]
+    return [*_of_starts(results)] if set(swept) & {*STRENGTHS, "start_draw"} else []
 
 
 def _of_branches(results: Results) -> Told:
@@ -98,7 +83,7 @@ def _of_starts(results: Results) -> Iterator[Told]:
 
 
 def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
-    from hpcwhirl.analysis.first_changes import first_changes
+    from hpcwhirl.analysis.margins import first_changes
     from hpcwhirl.store.results.sampled import is_sampled
 
     if is_sampled(data) or len(set(data[name].to_numpy().tolist())) <= 2:
@@ -125,13 +110,13 @@ def _of_strength(data: xarray.Dataset, name: str) -> Iterator[Told]:
 
 def _of_shares(data: xarray.Dataset) -> Told:
     from hpcwhirl.analysis.basins import basins
+    from hpcwhirl.analysis.shares import swept_in
 
     found = basins(data)
     kinds = [
         str(k) for k in found["regime"].to_numpy() if found["count"].sel(regime=k).any()
     ]
-    swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
-    swept = [name for name in swept if name != "point"]
+    swept = swept_in(found)
     columns = [found[name].to_numpy().tolist() for name in swept]
     shares = [found["share"].sel(regime=kind).to_numpy().tolist() for kind in kinds]
     rows = [
@@ -151,7 +136,8 @@ def _of_shares(data: xarray.Dataset) -> Told:
 def _told(title: str, head: Sequence[str], rows: list[list[str]], command: str) -> Told:
     if len(rows) > MOST:
         title = f"{title}; {MOST} of {len(rows)} rows"
-    return Told(title, [*head], rows[:MOST], f"hpcwhirl {command}")
+    told = {"title": title, "head": [*head], "rows": rows[:MOST]}
+    return told | {"command": f"hpcwhirl {command}"}
 
 
 def _head(name: str) -> str:

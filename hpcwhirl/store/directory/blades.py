@@ -12,7 +12,6 @@ from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import CHANGING
-from hpcwhirl.scene.table import listed
 from hpcwhirl.store.directory.manifest import Manifest
 
 if TYPE_CHECKING:
@@ -26,45 +25,24 @@ MODEL = ("modes", "time_step", "scheme")
 LOOKED_AT = {"blades", "full"}
 
 
-def blade_quantities(plan: Manifest) -> dict[str, Quantity]:
-    """Return {variable: `Quantity`} of single blades in a plan's results, or {}."""
-    if not details_of(plan) & LOOKED_AT:
-        return {}
-    return BLADES | (TUNED if tuned_cases(plan) else {})
-
-
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the optional variables in a plan's results."""
-    found = blade_quantities(plan) | (CHAOS if asks_for_chaos(plan) else {})
-    found = found | (OVER_SPEED if changes_in_time(plan) else {})
-    return found | (WORN if wears(plan) else {})
+    found: dict[str, Quantity] = {}
+    if details_of(plan) & LOOKED_AT:
+        found |= BLADES | (TUNED if tuned_cases(plan) else {})
+    found |= CHAOS if any(plan.values(MEASURED, 0.0)) else {}
+    found |= OVER_SPEED if changes_in_time(plan) else {}
+    return found | (WORN if {*plan.values(LAW, RIGID)} - {RIGID} else {})
 
 
 def changes_in_time(plan: Manifest) -> bool:
     """Return whether speed or gap of any case of a plan change in time."""
-    return any(
-        any([base, *listed(plan.table.column(name, base).values)])
-        for name, usual in CHANGING.items()
-        for base in [plan.base.get(name, usual)]
-    )
-
-
-def wears(plan: Manifest) -> bool:
-    """Return whether a layer wears in any case of a plan."""
-    base = plan.base.get(LAW, RIGID)
-    return bool({base, *listed(plan.table.column(LAW, base).values)} - {RIGID})
-
-
-def asks_for_chaos(plan: Manifest) -> bool:
-    """Return whether `output.chaos` of any case of a plan is above 0."""
-    base = plan.base.get(MEASURED, 0.0)
-    return any([base, *listed(plan.table.column(MEASURED, base).values)])
+    return any(any(plan.values(name, usual)) for name, usual in CHANGING.items())
 
 
 def details_of(plan: Manifest) -> set[str]:
     """Return the values that `output.traces` has in the cases of a plan."""
-    base = plan.base.get(DETAIL)
-    return {str(base), *map(str, listed(plan.table.column(DETAIL, base).values))}
+    return {*map(str, plan.values(DETAIL))}
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:

@@ -61,13 +61,11 @@ class Directory:
         """Raise InputError if the directory cannot be made or written."""
         place = Path(os.path.realpath(self.path))  # resolve raises for circular links
         if place.exists() and not place.is_dir():
-            msg = f"--out must be a directory, got the file {self}"
-            raise InputError(msg)
+            raise InputError(f"--out must be a directory, got the file {self}")
         while not os.path.lexists(place):
             place = place.parent
         if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-            msg = f"--out {self}: {place} cannot be written"
-            raise InputError(msg)
+            raise InputError(f"--out {self}: {place} cannot be written")
 
     def put_aside(self) -> Directory | None:
         """Rename the directory, with a number added; return the new one or None.

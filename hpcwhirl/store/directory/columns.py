@@ -1,4 +1,4 @@
-"""Journals as columns of their records, the oldest first."""
+"""Journals as columns of their records, and the case to which each record belongs."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.scene.digests import CaseDigests
 from hpcwhirl.scene.words import OPEN
-from hpcwhirl.store.directory.case_index import CaseIndex
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.reader import Rows
 
 Words = NDArray[np.object_]
 MARCHED = ("row.steps", "row.certificate", "row.duration")
+Cases = NDArray[np.int64]
 
 
 class Told(NamedTuple):
@@ -54,15 +55,6 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
         return np.asarray(steps * share)
 
 
-def planned_cases(rows: Rows, known: CaseIndex) -> NDArray[np.int64]:
-    """Return the number of each record's case, (records,).
-
-    -1 for twins, later stages, and cases that are not in the plan.
-    """
-    planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-    return np.where(planned, known.cases_of(rows), -1)
-
-
 def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
     """Yield (name of the journal, columns of some of its records), the oldest first.
 
@@ -77,10 +69,11 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, T
             rows.words, ("status", "row.outcome", "row.regime", "row.stop")
         )
         still = np.logical_or.reduce([regime == word for word in OPEN])
+        planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
         yield (
             rows.journal.stem,
             Told(
-                planned_cases(rows, known),
+                np.where(planned, known.cases_of(rows), -1),
                 status,
                 outcome,
                 regime,
@@ -90,3 +83,61 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, T
                 marched(*(rows.numbers(name, np.nan) for name in MARCHED)),
             ),
         )
+
+
+class CaseIndex:
+    """Index of cases by digest.
+
+    Parameters
+    ----------
+    digests : digest of each case of a plan, in the order of its cases
+    """
+
+    def __init__(self, digests: Sequence[str]) -> None:
+        self.digests, self._case_of = digests, dict[str, int]()
+        if not isinstance(digests, CaseDigests):
+            self._case_of = {name: case for case, name in enumerate(digests)}
+
+    def find(self, name: str, hint: Any = -1) -> int:
+        """Return the case with a digest, -1 for none.
+
+        hint : number of the case to try first
+        """
+        place = hint if isinstance(hint, int) else -1
+        if isinstance(self.digests, CaseDigests):
+            return self.digests.find(name, place)
+        if 0 <= place < len(self.digests) and self.digests[place] == name:
+            return place
+        return self._case_of.get(name, -1)
+
+    def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
+        """Return the cases of m digests of 32 bytes, (m,), -1 for none.
+
+        hints : (m,), number of the case to try first for each digest
+        """
+        if isinstance(self.digests, CaseDigests):
+            return self.digests.find_all(words, hints)
+        names = [bytes(word).hex() for word in words]
+        both = zip(names, hints.tolist(), strict=True)
+        return np.array([self.find(*pair) for pair in both], np.int64)
+
+    def cases_of(self, rows: Rows) -> Cases:
+        """Return the case to which each record belongs, (m,), -1 for none.
+
+        The record of a twin belongs to the case that is perturbed.
+
+        If the journal's case numbers refer to this plan, these are returned, and no
+        digests are compared.
+        """
+        case, plan = rows.numbers("case", -1), rows.header.plan
+        if isinstance(self.digests, CaseDigests) and plan == self.digests.identity:
+            inside = (case >= 0) & (case < len(self.digests))
+            return np.where(inside, case, -1)
+        of, found = rows.has("of"), np.full(len(rows), -1)
+        for name, has in (("digest", rows.has("digest") & ~of), ("of", of)):
+            if has.any():
+                found[has] = self.find_all(rows.slots[name][has], case[has])
+        for name in ("digest", "of"):
+            for record, value in rows.others.get(name, {}).items():
+                found[record] = self.find(str(value), int(case[record]))
+        return found

@@ -16,8 +16,7 @@ from hpcwhirl.planner.planner import Planner, Stages
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.quantities import WHOLE
-from hpcwhirl.store.directory.case_index import CaseIndex
-from hpcwhirl.store.directory.columns import MARCHED, marched, told_by
+from hpcwhirl.store.directory.columns import MARCHED, CaseIndex, marched, told_by
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows

@@ -24,8 +24,8 @@ from hpcwhirl.errors import MissingFileError
 from hpcwhirl.safe_open import open_regular, read_regular
 from hpcwhirl.store.atomic import telling
 from hpcwhirl.store.directory.journal import journal_name
-from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.packing import opened, sealed
 from hpcwhirl.store.directory.process import begun, is_alive
 from hpcwhirl.store.directory.record import Record
 

@@ -95,11 +95,10 @@ class Journals:
             raise MissingFileError(msg) from None
         traces = unpacked(block, data)
         if traces is None:
-            msg = (
+            raise StoreError(
                 f"traces in {path} at byte {block['offset']} are damaged; the "
                 "campaign's command with --retry failed computes them again"
             )
-            raise StoreError(msg)
         return traces
 
     def is_whole(self, record: Record) -> bool:

@@ -11,12 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import (
-    InputError,
-    MissingFileError,
-    StoreError,
-    shown,
-)
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, shown
 from hpcwhirl.refinement.rule import check_change
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene import Scene, apply_settings, input_names
@@ -74,6 +69,11 @@ class Manifest:
     def table(self) -> Table:
         """The settings of the cases as columns."""
         return Table.of(self.settings)
+
+    def values(self, name: str, default: Any = None) -> list[Any]:
+        """Return the values of an input in `base` and in the cases."""
+        base = self.base.get(name, default)
+        return [base, *listed(self.table.column(name, base).values)]
 
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
@@ -161,8 +161,7 @@ class PlanFile:
         _check_twins(old.twins, new.twins, f"{begun} with", own)
         file = _changed_file(old, new)
         if file:
-            msg = f"{begun} with other content of {file}: {own}"
-            raise InputError(msg)
+            raise InputError(f"{begun} with other content of {file}: {own}")
 
 
 def _sha256(body: bytes) -> bytes:
@@ -173,8 +172,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
     try:
         data = json.loads(text)
     except (ValueError, RecursionError):
-        msg = f"{path} is damaged: not valid JSON"
-        raise StoreError(msg) from None
+        raise StoreError(f"{path} is damaged: not valid JSON") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         found = data.get("format") if isinstance(data, dict) else None
         msg = f"{path} has format {found!r:.40}, this program reads {FORMAT}"
@@ -184,8 +182,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
     for name, none in (("extended", []), ("twins", {}), ("refine", {})):
         data.setdefault(name, none)  # older plans lack these keys
     if not _unpacked(data) or not _has_types(data):
-        msg = f"{path} is damaged: its keys are not those of a campaign"
-        raise StoreError(msg)
+        raise StoreError(f"{path} is damaged: its keys are not those of a campaign")
     return Manifest(**data)
 
 

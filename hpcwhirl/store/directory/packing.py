@@ -1,7 +1,8 @@
-"""Named arrays packed into bytes, with a checksum."""
+"""Checksums: named arrays packed into bytes, and lines of JSON with a CRC-32."""
 
 from __future__ import annotations
 
+import json
 import math
 import zlib
 from collections.abc import Mapping
@@ -10,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.store.directory.record import Record
+
 TYPE = "<f8"
 
 
-def packed(
-    arrays: Mapping[str, NDArray[np.float64]],
-) -> tuple[dict[str, Any], bytes]:
+def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
     """Return ({bytes, crc, shapes}, data): header for `unpacked`, and the bytes.
 
     Parameters
@@ -40,3 +41,21 @@ def unpacked(
         out[name] = values.reshape(shape)
         start += values.nbytes
     return out
+
+
+def sealed(record: Record) -> bytes:
+    """Return a JSON object as a line with its checksum."""
+    body = json.dumps(record).encode()
+    return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
+
+
+def opened(line: bytes) -> Record | None:
+    """Return the JSON object of a line, None if its checksum is wrong."""
+    seal, _, body = line.rstrip(b"\n").partition(b" ")
+    if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
+        return None
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):  # not written by this program
+        return None
+    return record if isinstance(record, dict) else None

@@ -191,8 +191,7 @@ def _layout(fields: str) -> Layout:
     """Return the layout of fields in JSON; equal layouts are one object."""
     layout, own = Layout(json.loads(fields)), Layout(fields_of())
     if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
-        msg = "fields of other kinds"
-        raise ValueError(msg)
+        raise ValueError("fields of other kinds")
     return layout
 
 

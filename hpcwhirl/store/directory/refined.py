@@ -23,7 +23,7 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import digest_of, ended_in, family_of
 from hpcwhirl.store.directory.manifest import Manifest, PlanFile, digests_of
-from hpcwhirl.store.schema import dtype
+from hpcwhirl.store.hdf5 import dtype
 
 PLACE = "place_"  # prefix of the variable with a case's position along an input
 

@@ -83,8 +83,7 @@ def _shares(data: Any) -> list[Share]:
         where the file is damaged
     """
     if not isinstance(data, dict) or not isinstance(data.get("ranks"), list):
-        msg = "no run and ranks"
-        raise TypeError(msg)
+        raise TypeError("no run and ranks")
     shares = [{"run": data.get("run"), **dict(share)} for share in data["ranks"]]
     for share in shares:
         more = {name: kind for name, kind in COSTS.items() if name in share}
@@ -97,8 +96,6 @@ def _check(value: Any, kind: type) -> None:
     """Raise if a value is not of a type, or a number not finite or >= `LARGEST`."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
-        msg = f"{value!r:.40} is no {kind.__name__}"
-        raise TypeError(msg)
+        raise TypeError(f"{value!r:.40} is no {kind.__name__}")
     if kind is not str and not abs(value) < LARGEST:
-        msg = "no finite number"
-        raise ValueError(msg)
+        raise ValueError("no finite number")

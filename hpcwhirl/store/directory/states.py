@@ -1,6 +1,6 @@
 """Saved states of unfinished cases: one file with checksum each, replaced atomically.
 
-The first line, with a checksum (module `lines`), names what the state belongs to, and
+The first line, with a checksum (module `packing`), names what the state belongs to, and
 name, type and shape of every array. The arrays' bytes follow, little-endian, in that
 order.
 """
@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.directory.lines import opened, sealed
 from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.packing import opened, sealed
 from hpcwhirl.store.directory.record import Record
 
 Arrays = dict[str, NDArray[Any]]
@@ -75,13 +75,11 @@ class States:
         except FileNotFoundError:
             return None
         except OSError as failed:
-            msg = f"cannot read {path}: {failed.strerror}"
-            raise StoreError(msg) from None
+            raise StoreError(f"cannot read {path}: {failed.strerror}") from None
         try:
             return _arrays(head, data, {"format": FORMAT, "digest": digest, **belongs})
         except (KeyError, TypeError, ValueError) as failed:
-            msg = f"{path} is not usable: {failed}"
-            raise StoreError(msg) from None
+            raise StoreError(f"{path} is not usable: {failed}") from None
 
     def hand_over(self, digest: str, after: str) -> bool:
         """Copy the saved state of a case for another case, which continues it.
@@ -119,17 +117,14 @@ class States:
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
     """Return the arrays of a state; raise if it is damaged or `belongs` differs."""
     if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
-        msg = "it is damaged"
-        raise ValueError(msg)
+        raise ValueError("it is damaged")
     for name, value in belongs.items():
         if (head | head["belongs"]).get(name) != value:
-            msg = f"it belongs to another {name}"
-            raise ValueError(msg)
+            raise ValueError(f"it belongs to another {name}")
     out, start = {}, 0
     for name, (kind, shape) in head["arrays"].items():
         if kind not in TYPES:
-            msg = f"an array of type {kind}, allowed {', '.join(TYPES)}"
-            raise ValueError(msg)
+            raise ValueError(f"an array of type {kind}, allowed {', '.join(TYPES)}")
         count = math.prod(shape)
         out[name] = np.frombuffer(data, kind, count, start).reshape(shape)
         start += 8 * count

@@ -84,13 +84,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import (
-    InputError,
-    MissingFileError,
-    WhirlError,
-    nearest,
-    one_line,
-)
+from hpcwhirl.errors import InputError, MissingFileError, WhirlError, nearest, one_line
 from hpcwhirl.safe_open import check_regular
 from hpcwhirl.scene.case_digest import check_bytes, content_digest
 
@@ -294,8 +288,7 @@ def readable(
     except failures as failed:
         said = getattr(failed, "strerror", None) or str(failed)
         reason = said.splitlines()[0] if said else type(failed).__name__
-        msg = f"cannot read {what}: {reason}"
-        raise MissingFileError(msg) from None
+        raise MissingFileError(f"cannot read {what}: {reason}") from None
 
 
 def _check_layout(given: Given, root: h5py.File) -> None:

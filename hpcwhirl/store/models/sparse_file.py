@@ -39,17 +39,9 @@ SYMMETRIC = 1e-9  # largest asymmetry, relative to the largest entry
 SKEW = {"coriolis"}
 PARTS = {"data": "iuf", "indices": "iu", "indptr": "iu"}
 UNREADABLE = (
-    OSError,
-    RuntimeError,
-    LookupError,
-    TypeError,
-    ValueError,
-    ArithmeticError,
-    EOFError,
-    MemoryError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
+    OSError, RuntimeError, LookupError, TypeError, ValueError, ArithmeticError,
+    EOFError, MemoryError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 
 
 class _Source(Given):
@@ -84,11 +76,16 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
     if reader is None:
         raise source.wrong(name, f"end in {', '.join(READERS)}", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        size = check_regular(path)
-        if size > MOST_BYTES:
-            raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
-        matrix = reader(source, name, size)
+        matrix = reader(source, name, _size(source, name))
     return _checked(source, name, matrix)
+
+
+def _size(source: _Source, name: str) -> int:
+    """Return the size of a matrix's file in bytes; refuse a too large one."""
+    size = check_regular(Path(source.file))
+    if size > MOST_BYTES:
+        raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
+    return size
 
 
 def read_vector(path: Path, name: str, size: int) -> Array:
@@ -120,24 +117,20 @@ def _rectangle(
 
     shape : rows and columns that it must have; rows None: any number
     """
-    from scipy.io import mminfo, mmread
+    from scipy.io import mminfo
 
     source = _Source(str(path), {})
     if path.suffix.lower() != ".mtx":
         raise source.wrong(name, "end in .mtx", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        size = check_regular(path)
-        if size > MOST_BYTES:
-            raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
+        size = _size(source, name)
         rows, columns, entries, _, field, _ = mminfo(source.file)
         fits = columns == shape[1] and rows == (rows if shape[0] is None else shape[0])
         if not fits or field not in {"real", "integer"}:
             told = f"{rows} x {columns}, {field}"
             wanted = "any" if shape[0] is None else shape[0]
             raise source.wrong(name, f"be real, {wanted} x {shape[1]}", told)
-        _check_entries(source, name, entries, size // SHORTEST)
-        _check_memory(source, name, MARKET_BYTES * entries)
-        found = sparse.csr_array(mmread(source.file), dtype=np.float64)
+        found = _read_entries(source, name, entries, size)
     if not np.isfinite(found.data).all():
         wrong = found.data[~np.isfinite(found.data)][0]
         raise source.wrong(name, "be finite", wrong)
@@ -145,7 +138,7 @@ def _rectangle(
 
 
 def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
-    from scipy.io import mminfo, mmread
+    from scipy.io import mminfo
 
     # By path (of a regular file), since SciPy 1.17 aborts on a Python stream.
     rows, columns, entries, _, field, symmetry = mminfo(source.file)
@@ -155,6 +148,15 @@ def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
     if symmetry not in {"general", own}:
         raise source.wrong(name, f"be {own}", symmetry)
     _check_square(source, name, (rows, columns))
+    return _read_entries(source, name, entries, size)
+
+
+def _read_entries(
+    source: _Source, name: str, entries: int, size: int
+) -> sparse.csr_array:
+    """Return the matrix of a MatrixMarket file with `entries` in `size` bytes."""
+    from scipy.io import mmread
+
     _check_entries(source, name, entries, size // SHORTEST)
     _check_memory(source, name, MARKET_BYTES * entries)
     return sparse.csr_array(mmread(source.file), dtype=np.float64)
@@ -201,8 +203,7 @@ def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
             read = np.lib.format.read_array_header_2_0
         shape, _, kind = read(file)
     if int(np.prod(shape, dtype=object)) * kind.itemsize > member.file_size:
-        msg = f"{part} is cut short"
-        raise ValueError(msg)
+        raise ValueError(f"{part} is cut short")
     return shape, kind
 
 

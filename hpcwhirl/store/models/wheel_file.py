@@ -160,8 +160,7 @@ class _Table:
     def asked(self, key: str, default: Any = None) -> Any:
         value = self.data.get(key, default)
         if value is None:
-            msg = f"{self.file}: [{self.name}] has no {key}"
-            raise InputError(msg)
+            raise InputError(f"{self.file}: [{self.name}] has no {key}")
         return value
 
     def text(self, key: str) -> str:

@@ -90,15 +90,10 @@ def _decoded(data: xarray.Dataset) -> xarray.Dataset:
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
     """Return decoded results with words instead of codes, which are read now."""
     for name in ENUMS.keys() & data.variables.keys():
-        data[name] = _named(data[name])
+        named = data[name].copy(data=words(data[name]))
+        named.attrs.pop("flag_values", None)
+        data[name] = named
     return data
-
-
-def _named(variable: xarray.DataArray) -> xarray.DataArray:
-    """Return a variable of codes as a variable of words."""
-    named = variable.copy(data=words(variable))
-    named.attrs = {n: v for n, v in variable.attrs.items() if n != "flag_values"}
-    return named
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
@@ -135,6 +130,5 @@ def _places(
     meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
     codes = np.asarray(values, dtype=np.float64)
     if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
-        msg = f"{variable.name} is damaged: it has a code without a word"
-        raise StoreError(msg)
+        raise StoreError(f"{variable.name} is damaged: it has a code without a word")
     return meanings, np.where(np.isnan(codes), -1, codes).astype(np.int64)

@@ -22,9 +22,8 @@ from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import RESULTS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import plan_of_results
-from hpcwhirl.store.hdf5 import DAMAGE, reading
+from hpcwhirl.store.hdf5 import DAMAGE, FORMAT, reading
 from hpcwhirl.store.reading.shares import SHARE
-from hpcwhirl.store.schema import FORMAT
 
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
@@ -102,8 +101,7 @@ def words_in(
     codes, meanings = file[name][cases], file[name].attrs["flag_meanings"]
     known = np.array(np.bytes_(meanings).decode().split())
     if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
-        msg = f"{name} is damaged: it has a code without a word"
-        raise StoreError(msg)
+        raise StoreError(f"{name} is damaged: it has a code without a word")
     return np.asarray(known[codes])
 
 
@@ -135,8 +133,7 @@ class Results:
             self._count = len(self.file["status"])
             lacking = [n for n in (*ROW, *STATUS, *PERFORMANCE) if n not in self]
         if lacking:
-            msg = f"{self.path} is damaged: it has no {lacking[0]}"
-            raise StoreError(msg)
+            raise StoreError(f"{self.path} is damaged: it has no {lacking[0]}")
 
     def __enter__(self) -> Self:
         return self

@@ -51,11 +51,18 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     dotted = [n for n in input_names() if n == name or n.endswith(f".{name}")]
     found = sorted({variable_name(n) for n in dotted} & set(among))
     if len(found) > 1:
-        msg = f"{what} '{name}' may mean {', '.join(found)}: say which"
-        raise InputError(msg)
+        raise InputError(f"{what} '{name}' may mean {', '.join(found)}: say which")
     if not found:
         raise unknown(what, name, among)
     return found[0]
+
+
+def numbers_in(data: xarray.Dataset) -> list[str]:
+    """Return the names of the variables that have a number for each case."""
+    return [
+        str(n) for n, v in data.variables.items()
+        if v.dims == ("case",) and v.dtype.kind in "iuf" and n != "case"
+    ]  # fmt: skip
 
 
 def value_text(value: Any) -> str:
@@ -82,8 +89,7 @@ def where(
     for text in settings:
         name, sign, raw = text.partition("=")
         if not sign or not raw.strip():
-            msg = f"{option} must be NAME=VALUE, got '{text}'"
-            raise InputError(msg)
+            raise InputError(f"{option} must be NAME=VALUE, got '{text}'")
         variable = variable_of(name.strip(), columns, f"input of {option}")
         what, unit = f"{option} {variable}", UNITS.get(variable, "1")
         found = _equal(columns[variable], raw.strip(), what, unit)
@@ -114,10 +120,9 @@ def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
     each = [np.isclose(values, part, rtol=SAME, atol=0.0) for part in parts]
     for part, one in zip(parts, each, strict=True):
         if not one.any():
-            msg = (
+            raise InputError(
                 f"{what} = {value_text(part)}: no case has it, {_nearest(values, part)}"
             )
-            raise InputError(msg)
     return np.asarray(np.logical_or.reduce(each))
 
 
@@ -139,8 +144,7 @@ def _number(text: str, what: str, unit: str) -> float:
     try:
         return float(text)
     except ValueError:
-        msg = f"{what} must be a number, got '{text.strip()}'"
-        raise InputError(msg) from None
+        raise InputError(f"{what} must be a number, got '{text.strip()}'") from None
 
 
 def _same_text(value: str, raw: str) -> bool:

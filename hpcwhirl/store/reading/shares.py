@@ -1,16 +1,23 @@
-"""The words of cases, and shares of their twins with each word."""
+"""The words of cases, shares of their twins with each word, and what these tell."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantities import ROW, STATUS
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import ENUMS, NO_REGIME, REGIMES
+
+if TYPE_CHECKING:
+    import xarray
+
+    from hpcwhirl.store.reading.results_file import Results
 
 CONFIDENCE = 0.95
 TWIN = "twin"  # a dimension; the group of the twins' rows is `twins`
@@ -24,6 +31,12 @@ TOLD = {"": "", "_low": ", lower end (Wilson, 95 %)", "_high": ", upper end (Wil
 # stored of each twin: what its words are determined from, and its status
 TWIN_ROW = {n: q for n, q in (ROW | STATUS).items() if not q.kind.startswith("S")}
 Words = NDArray[np.str_]
+TWINS_OF = "twins_of"  # root attribute
+SHARED = "word_share"
+WHICH = {
+    "all": "cases", "boundary": "cases at a boundary", "speckle": "cases in speckle",
+    "even": "even cases",
+}  # fmt: skip
 
 
 def _quantities(name: str, meaning: str) -> dict[str, Quantity]:
@@ -103,3 +116,67 @@ def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]
     rows = np.arange(len(own))
     found = np.where(votes[rows, mine] == votes[rows, first], mine, first)
     return np.where((total > 0) & (mine > 0), found, 0).astype(np.int8)
+
+
+@dataclass(frozen=True)
+class Credibility:
+    """How many of the cases with twins keep their word in all of their twins.
+
+    For a random sample of the even cases of a map, this tells how far the map may be
+    trusted away from its boundaries.
+
+    Attributes
+    ----------
+    of : which cases have twins, as in [twins]: "all", "boundary", "speckle", "even"
+    cases : number of cases that have twins with a result
+    kept : number of these cases whose twins all have the word of their case
+    twins : largest number of twins of a case
+    """
+
+    of: str
+    cases: int
+    kept: int
+    twins: int
+
+    @property
+    def share(self) -> tuple[float, float, float]:
+        """The share that keeps its word, and the ends of its 95 % interval (Wilson)."""
+        return interval(self.kept, self.cases)
+
+    def __str__(self) -> str:
+        """Return the numbers as one line of text."""
+        if not self.cases:
+            return f"no {WHICH[self.of]} with twins"
+        share, low, high = self.share
+        return (
+            f"of {self.cases} {WHICH[self.of]} {self.kept} keep their word in "
+            f"{self.twins} twins: {share:.1%} ({low:.1%} to {high:.1%})"
+        )
+
+
+def credibility(data: xarray.Dataset) -> Credibility:
+    """Return how many cases of a campaign with [twins] keep their word in all twins.
+
+    Parameters
+    ----------
+    data : results from `open_results`
+
+    Raises
+    ------
+    InputError
+        where no case of the campaign has twins
+    """
+    found = find_credibility(data)
+    if found is None:
+        raise InputError("no case has twins: the campaign has no table [twins]")
+    return found
+
+
+def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
+    """Return how many cases keep their word in all twins; None without any twins."""
+    if COUNT not in data or TWINS_OF not in data.attrs:
+        return None
+    count, share = (np.asarray(data[name]) for name in (COUNT, SHARED))
+    has = (count > 0) & np.isfinite(share)
+    of, most = str(data.attrs[TWINS_OF]), int(count.max(initial=0))
+    return Credibility(of, int(has.sum()), int((share[has] == 1.0).sum()), most)

@@ -24,13 +24,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.refinement.boundary import (
-    STATES,
-    Boundaries,
-    Cases,
-    Cells,
-    boundaries_of,
-)
+from hpcwhirl.refinement.boundary import STATES, Boundaries, Cases, Cells, boundaries_of
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Cell, Lattice
 from hpcwhirl.refinement.rule import rule_of
@@ -43,12 +37,12 @@ from hpcwhirl.refinement.words import (
     features_of,
     word_of,
 )
-from hpcwhirl.scene.quantities import AXES, INPUTS, variable_name
+from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.quantity import Quantity
-from hpcwhirl.scene.words import ENUMS, NO_REGIME
+from hpcwhirl.scene.words import NO_REGIME
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import RefinedPlan, dropped_of
-from hpcwhirl.store.hdf5 import reading, utf8
+from hpcwhirl.store.hdf5 import define_axis, mark_words, reading, tell, utf8
 from hpcwhirl.store.reading.results_file import words_in
 
 CELLS, BOUNDARIES = "cells", "boundaries"
@@ -154,9 +148,7 @@ def _cell(
 
 
 def define_cells(
-    file: h5py.File,
-    plan: Manifest,
-    rows: Mapping[str, NDArray[Any]],
+    file: h5py.File, plan: Manifest, rows: Mapping[str, NDArray[Any]]
 ) -> None:
     """Write the groups `cells` and `boundaries`, which follow from plan and `rows`.
 
@@ -171,12 +163,11 @@ def define_cells(
         return
     group = file.create_group(CELLS)
     for name in ("corner", "panel", "level", "state", "confirmed"):
-        _put(group, name, getattr(cells, name), CELLS)
-    group["state"].attrs["flag_values"] = np.arange(len(STATES), dtype="i1")
-    group["state"].attrs["flag_meanings"] = utf8(" ".join(STATES))
+        _put(group, name, getattr(cells, name), "cell")
+    mark_words(group["state"], STATES)
     rule = rule_of(plan.refine)
-    group.attrs["over"] = utf8(" ".join(map(variable_name, rule.over)))
-    group["corner"].attrs["over"] = utf8(" ".join(map(variable_name, rule.over)))
+    over = utf8(" ".join(map(variable_name, rule.over)))
+    group.attrs["over"] = group["corner"].attrs["over"] = over
     group.attrs["over_dotted"] = utf8(" ".join(rule.over))
     group.attrs["scale"] = utf8(" ".join(rule.scale))
     group.attrs["words"] = utf8(rule.words)
@@ -185,9 +176,7 @@ def define_cells(
 
 
 def _define_boundaries(
-    file: h5py.File,
-    cells: Cells,
-    rows: Mapping[str, NDArray[Any]],
+    file: h5py.File, cells: Cells, rows: Mapping[str, NDArray[Any]]
 ) -> None:
     by = _text(file[CELLS].attrs["words"])
     found = boundaries_of(cells, _cases(file, rows, by))
@@ -216,14 +205,14 @@ def _put_points(
 ) -> None:
     at = np.array(found.at, dtype=float).reshape(-1, len(over))
     for number, name in enumerate(over):
-        _put(group, name, at[:, number], BOUNDARIES, INPUTS[dotted[number]])
+        _put(group, name, at[:, number], "point", INPUTS[dotted[number]])
     for name in ("low", "high"):
-        _put(group, name, np.array(getattr(found, name), dtype=float), BOUNDARIES)
+        _put(group, name, np.array(getattr(found, name), dtype=float), "point")
     for name in ("along", "before", "behind", "panel"):
-        _put(group, name, np.array(getattr(found, name), dtype=np.int64), BOUNDARIES)
+        _put(group, name, np.array(getattr(found, name), dtype=np.int64), "point")
     lines = np.array(found.lines, dtype=np.int64).reshape(-1, 2)
     for number, name in enumerate(("line_begin", "line_end")):
-        _put(group, name, lines[:, number], "lines")
+        _put(group, name, lines[:, number], "line")
 
 
 def _put(
@@ -234,23 +223,14 @@ def _put(
     quantity: Quantity | None = None,
 ) -> None:
     """Write a variable over an axis of its group, and define the axis if needed."""
-    axes = {CELLS: "cell", BOUNDARIES: "point", "lines": "line"}[axis]
     quantity = quantity or TOLD[name]
     kind = "i1" if quantity.kind == "enum" else values.dtype
     data = group.create_dataset(name, data=values.astype(kind))
-    _tell(data, quantity)
-    for place, dimension in enumerate([axes, "vertex"][: values.ndim]):
+    tell(data, quantity)
+    for place, dimension in enumerate([axis, "vertex"][: values.ndim]):
         if dimension not in group:
-            scale = group.create_dataset(dimension, data=np.arange(values.shape[place]))
-            _tell(scale, AXES[dimension])
-            scale.make_scale(dimension)
+            define_axis(group, dimension, values.shape[place])
         data.dims[place].attach_scale(group[dimension])
-
-
-def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
-    """Write the unit and the meaning of a variable."""
-    data.attrs["units"] = utf8(quantity.unit)
-    data.attrs["long_name"] = utf8(quantity.meaning)
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
@@ -294,7 +274,7 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
     """
     group = file[CELLS]
     own = {n: group[n][:] for n in ("corner", "panel", "level", "state", "confirmed")}
-    names = [n for n in ("status", "outcome", "regime", "whirl") if n in ENUMS]
+    names = ("status", "outcome", "regime", "whirl")
     rows: dict[str, Any] = {name: words_in(file, name) for name in names}
     more = NUMBERS if by == ATTRACTOR else ()
     rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity", *more)}

@@ -19,7 +19,7 @@ from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.atomic import Say
 from hpcwhirl.store.directory.blades import asked_quantities, tuned_cases
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.case_index import CaseIndex
+from hpcwhirl.store.directory.columns import CaseIndex
 from hpcwhirl.store.directory.completions import stages_in
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
@@ -27,10 +27,10 @@ from hpcwhirl.store.directory.reader import Rows, rows_at, samples_of
 from hpcwhirl.store.directory.record import Header
 from hpcwhirl.store.directory.refined import columns_of, full_plan, with_twins
 from hpcwhirl.store.directory.runs import Share
+from hpcwhirl.store.hdf5 import dtype
 from hpcwhirl.store.reading.shares import words_of
 from hpcwhirl.store.results.freshness import source_of
-from hpcwhirl.store.results.measured import bytes_measured
-from hpcwhirl.store.schema import dtype
+from hpcwhirl.store.results.measured import measured_of
 
 NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word of a case
 
@@ -118,10 +118,11 @@ class Contents:
     @property
     def size(self) -> int:
         """Bytes of rows and traces, a lower limit of the size of the file."""
-        tables = (ROW | STATUS | PERFORMANCE).values()
-        row = sum(dtype(quantity).itemsize for quantity in tables)
-        each = row * (1 + self.twins)
-        each += bytes_measured(self.plan) + 8 * len(self.asked)
+        row, own = (
+            sum(dtype(quantity).itemsize for quantity in table.values())
+            for table in (ROW | STATUS | PERFORMANCE, measured_of(self.plan))
+        )
+        each = row * (1 + self.twins) + own + 8 * len(self.asked)
         return int(self.cases * (each + self.bytes_of_traces()))
 
     def bytes_of_traces(self) -> int:

@@ -75,7 +75,10 @@ def gather(
     final = directory.results
     with ExitStack() as stack:
         asking = asking or Asking()
-        told = {**facts, "gather": _how(parallel, comm.size)}
+        told = {
+            **facts,
+            "gather": f"MPI-IO by {comm.size} ranks" if parallel else "serial",
+        }
         fit = partial(_fitting, directory, told if parallel else None, asking.say)
         begin = partial(_begin, directory, stack, asking, fit) if rank == 0 else None
         begun = _agreed(begin, final, comm, of_root=True)
@@ -227,10 +230,6 @@ def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> Non
     data.id.write(memory, whole, plain, dxpl=how)
 
 
-def _how(parallel: bool, size: int) -> str:  # noqa: FBT001
-    return f"MPI-IO by {size} ranks" if parallel else "serial"
-
-
 def _or_all_end(
     write: Callable[[], None], part: Path, final: Path, comm: Communicator
 ) -> None:
@@ -280,6 +279,5 @@ def _fitting(
     if size > free:
         need, have = size / 1e6, free / 1e6
         why = f"{os.strerror(errno.ENOSPC)}, {need:.3g} MB needed, {have:.3g} MB free"
-        msg = f"cannot write {directory.results}: {why}"
-        raise NoRoomError(msg)
+        raise NoRoomError(f"cannot write {directory.results}: {why}")
     return contents

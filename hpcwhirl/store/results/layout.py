@@ -7,7 +7,7 @@ groups `cells` and `boundaries`, see `store.results.cells`.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import h5py
@@ -32,15 +32,22 @@ from hpcwhirl.store.directory.blades import asked_quantities
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import refined_quantities
 from hpcwhirl.store.directory.runs import Share
-from hpcwhirl.store.hdf5 import utf8
-from hpcwhirl.store.reading.credibility import TWINS_OF
-from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW
+from hpcwhirl.store.hdf5 import (
+    FORMAT,
+    define_axis,
+    dtype,
+    encode,
+    mark_words,
+    missing,
+    tell,
+    utf8,
+)
+from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW, TWINS_OF
 from hpcwhirl.store.results.cells import define_cells
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.freshness import SOURCE
 from hpcwhirl.store.results.measured import measured_of
 from hpcwhirl.store.results.sampled import sample_attribute
-from hpcwhirl.store.schema import FORMAT, dtype, encode, missing
 
 LIBVER = ("v108", "v110")  # from 1.8 on attributes may exceed 64 kB
 CHUNK = 1 << 20  # bytes, largest size of a compressed chunk; each is of one case
@@ -66,44 +73,24 @@ def stored(value: float | str | list[float]) -> float | bytes:
     return value.encode() if isinstance(value, str) else value
 
 
-def _tell(data: h5py.Dataset, quantity: Quantity) -> None:
-    """Write unit and meaning of a variable as attributes."""
-    data.attrs["units"] = utf8(quantity.unit)
-    data.attrs["long_name"] = utf8(quantity.meaning)
-
-
-def _axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
-    """Define an axis with given values, or with numbers from 0 if given its size."""
-    if isinstance(values, int):
-        values = np.arange(values, dtype="i8")
-    axis = group.create_dataset(name, data=values)
-    _tell(axis, AXES[name])
-    axis.make_scale(name)
-
-
-def _attach(data: h5py.Dataset, root: h5py.Group, axes: tuple[str, ...]) -> None:
+def _attach(data: h5py.Dataset, axes: Iterable[h5py.Dataset]) -> None:
     for place, axis in enumerate(axes):
-        data.dims[place].attach_scale(root[axis])
+        data.dims[place].attach_scale(axis)
 
 
 def _define_table(
-    group: h5py.Group, axis: h5py.Dataset, table: dict[str, Quantity]
+    group: h5py.Group, axes: Sequence[h5py.Dataset], table: dict[str, Quantity]
 ) -> None:
+    shape = tuple(map(len, axes))
     for name, variable in table.items():
         kind = dtype(variable)
         # No fill value for text: with one, netCDF-C overruns a buffer.
         fill = None if kind.kind == "S" else missing(variable)
-        data = group.create_dataset(name, axis.shape, kind, fillvalue=fill)
-        _tell(data, variable)
+        data = group.create_dataset(name, shape, kind, fillvalue=fill)
+        tell(data, variable)
         if variable.kind == "enum":
-            mark_words(data, name)
-        data.dims[0].attach_scale(axis)
-
-
-def mark_words(data: h5py.Dataset, name: str) -> None:
-    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`."""
-    data.attrs["flag_values"] = np.arange(len(ENUMS[name]), dtype="i1")
-    data.attrs["flag_meanings"] = utf8(" ".join(ENUMS[name]))
+            mark_words(data, ENUMS[name])
+        _attach(data, axes)
 
 
 def codes_of(name: str, words: NDArray[np.str_]) -> NDArray[np.int8]:
@@ -140,23 +127,24 @@ def define(
     """
     plan = contents.plan
     _define_head(file, plan, facts)
-    _axis(file, "case", contents.cases)
-    _define_table(file, file["case"], ROW | STATUS)
+    define_axis(file, "case", contents.cases)
+    case = [file["case"]]
+    _define_table(file, case, ROW | STATUS)
     for name, dotted in swept_extra(plan).items():
         column = plan.table.column(dotted, plan.base[dotted])
         values = [stored(value) for value in listed(column.values)]
         texts = [len(value) for value in values if isinstance(value, bytes)]
         kind = f"S{max(64, *texts)}" if texts else "f8"
         data = file.create_dataset(name, (contents.cases,), kind)
-        _tell(data, INPUTS[dotted])
-        _attach(data, file, ("case",))
-    _define_table(file, file["case"], refined_quantities(plan))
-    _define_table(file, file["case"], asked_quantities(plan) | measured_of(plan))
+        tell(data, INPUTS[dotted])
+        _attach(data, case)
+    _define_table(file, case, refined_quantities(plan))
+    _define_table(file, case, asked_quantities(plan) | measured_of(plan))
     if contents.plan.twins:
         _define_twins(file, contents)
     performance = file.create_group("performance")
     performance.attrs[SOURCE] = utf8(contents.source)
-    _define_table(performance, file["case"], PERFORMANCE)
+    _define_table(performance, case, PERFORMANCE)
     if contents.shares:
         _define_shares(performance, contents.shares)
     if contents.found:
@@ -173,17 +161,10 @@ def _define_twins(file: h5py.File, contents: Contents) -> None:
     for name in ("count", "seed"):
         file.attrs[f"twins_{name}"] = np.int64(twins.get(name, 0))
     file.attrs["twins_spread"] = utf8(json.dumps(twins["spread"]))
-    _define_table(file, file["case"], SHARE)
-    group, count = file.create_group(GROUP), contents.plan.twins["count"]
-    _axis(group, TWIN, np.arange(1, count + 1))
-    for name, variable in TWIN_ROW.items():
-        shape, fill = (contents.cases, count), missing(variable)
-        data = group.create_dataset(name, shape, dtype(variable), fillvalue=fill)
-        _tell(data, variable)
-        if variable.kind == "enum":
-            mark_words(data, name)
-        data.dims[0].attach_scale(file["case"])
-        data.dims[1].attach_scale(group[TWIN])
+    _define_table(file, [file["case"]], SHARE)
+    group = file.create_group(GROUP)
+    define_axis(group, TWIN, np.arange(1, twins["count"] + 1))
+    _define_table(group, (file["case"], group[TWIN]), TWIN_ROW)
 
 
 def _define_head(
@@ -205,8 +186,8 @@ def _define_head(
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
     """Define and fill the variables of the ranks' use of time."""
-    _axis(group, WORKER, len(shares))
-    _define_table(group, group[WORKER], SHARES)
+    define_axis(group, WORKER, len(shares))
+    _define_table(group, [group[WORKER]], SHARES)
     values = {name: [share[name.removeprefix("worker_")] for share in shares]
               for name in SHARES if name != "busy_fraction"}  # fmt: skip
     values["busy_fraction"] = [
@@ -222,20 +203,20 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
     samples = int(contents.samples.max())
     interval = contents.common_interval
     if interval is not None:
-        _axis(file, "time", (1 + np.arange(samples)) * interval)
+        define_axis(file, "time", (1 + np.arange(samples)) * interval)
     else:
-        _axis(file, "sample", samples)
+        define_axis(file, "sample", samples)
     for name in dict.fromkeys(n for kept in contents.kept for n in TRACES[kept].axes):
-        _axis(file, name, contents.sizes[name])
+        define_axis(file, name, contents.sizes[name])
     known = TRACES | {"time": AXES["time"]}
     for name, shape in shapes.items():
         whole = (contents.cases, *shape)
         # every value is written, so filling the file first would be wasted
         options = {"fillvalue": np.nan, "fill_time": "never"} | _chunks(shape, compress)
         data = file.create_dataset(name, whole, "f8", **options)
-        _tell(data, known[name])
+        tell(data, known[name])
         data.attrs["_FillValue"] = np.float64(np.nan)
-        _attach(data, file, ("case", axis, *known[name].axes))
+        _attach(data, map(file.get, ("case", axis, *known[name].axes)))
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import AXES, BLADES, CHAOS, ROW, TRACES, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
-from hpcwhirl.store.schema import dtype
 
 if TYPE_CHECKING:
     import xarray
@@ -32,11 +31,6 @@ def measured_of(plan: Manifest) -> dict[str, Quantity]:
         return {}
     found = {name: Quantity(*told) for name, told in declared.items()}
     return found | {WHY_NOT: REASON}
-
-
-def bytes_measured(plan: Manifest) -> int:
-    """Return the bytes that the variables of `measured_of` take for each case."""
-    return sum(dtype(quantity).itemsize for quantity in measured_of(plan).values())
 
 
 def one_case(

@@ -14,14 +14,15 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import StoreError, WhirlError
 from hpcwhirl.scene.quantities import CHAOS, ROW
+from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.atomic import replacing, sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import RESULTS, Asking
-from hpcwhirl.store.hdf5 import DAMAGE, reading, refusal, writing
+from hpcwhirl.store.hdf5 import DAMAGE, mark_words, reading, refusal, writing
 from hpcwhirl.store.reading.results_file import opened, words_in
 from hpcwhirl.store.reading.shares import GROUP, shares, words_of
 from hpcwhirl.store.results.cells import write_boundaries
-from hpcwhirl.store.results.layout import codes_of, mark_words
+from hpcwhirl.store.results.layout import codes_of
 
 AT_ONCE = 1 << 15  # cases
 WORDS = ("outcome", "regime", "whirl")
@@ -68,9 +69,7 @@ def relabel(
 
 
 def _renamed(
-    part: Path,
-    name: Callable[[dict[str, Any]], Words],
-    thresholds: Mapping[str, float],
+    part: Path, name: Callable[[dict[str, Any]], Words], thresholds: Mapping[str, float]
 ) -> Counter[tuple[Word, Word]]:
     """Write new words into a results file; return {(old, new): number of cases}."""
     with writing(part, "r+") as file:
@@ -103,7 +102,7 @@ def _rename(
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)
     for variable in _variables(file):  # the file's codes may have been others
-        mark_words(file[variable], variable)
+        mark_words(file[variable], ENUMS[variable])
     return changes
 
 

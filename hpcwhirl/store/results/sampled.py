@@ -98,8 +98,7 @@ def drawn_of(data: xarray.Dataset) -> Drawn:
         where nothing was drawn
     """
     if not is_sampled(data):
-        msg = "this campaign has no [sample]: its inputs were not drawn"
-        raise InputError(msg)
+        raise InputError("this campaign has no [sample]: its inputs were not drawn")
     try:
         told = json.loads(data.attrs[SAMPLE])
         method, each = str(told["method"]), int(told[EACH])

@@ -26,7 +26,6 @@ NAME = "0001-00000.bin"  # name of a trace file, as a journal's header has it
 MORE = (
     "tips", "blade_impulse", "point_tips", "point_impulse", "casing", "stress", "worn",
 )  # fmt: skip
-
 ONE_RANK: Share = {
     "run": 1,
     "rank": 0,

@@ -180,7 +180,7 @@ def struck_apart(found: Record, point: tuple[str, int, str]) -> str:
         from hpcwhirl.campaign import worker_process
 
         own = worker_process.interpreter
-        worker_process.interpreter = lambda _: own(isolated.__name__)
+        worker_process.interpreter = lambda _, fd: own(isolated.__name__, fd)
         os.environ[isolated.STRUCK] = ",".join(map(str, point))
         return plain(comm)
 

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import os
 import signal
+import struct
 import subprocess
 from collections.abc import Iterator
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 STRUCK = "CRASH_CHILD"  # word, how often it was said before, what happens
-AWAITS = ("_next", "_send")  # of `hpcwhirl.campaign.worker_main.Server`
+AWAITS = ("_next", "_send")  # of `hpcwhirl.campaign.worker_process.Server`
 HOW = ("dies", "is stopped", "dies in its midst")
 ENDS = (HOW[0], HOW[2])  # those that cost a case
 PAUSE = 0.3  # s of being stopped
@@ -40,35 +42,33 @@ def _strike(how: str) -> None:
 
 
 class _Half:
-    """A sink that takes half of what it is given, and is the end of its process."""
+    """A pipe that takes half of what it is given, and is the end of its process."""
 
-    def __init__(self, sink: Any) -> None:
-        self.sink = sink
+    def __init__(self, pipe: Any) -> None:
+        self.pipe = pipe
 
-    def write(self, data: bytes) -> None:
-        self.sink.write(data[: len(data) // 2])
-        self.sink.flush()
+    def send(self, told: Any) -> None:
+        data = ForkingPickler.dumps(told)
+        half = struct.pack("!i", len(data)) + data[: len(data) // 2]
+        os.write(self.pipe.fileno(), half)  # as `multiprocessing.connection` frames it
         _strike("dies")
-
-    def flush(self) -> None:
-        """Do nothing."""
 
 
 def main() -> None:
-    """Serve as `hpcwhirl.campaign.worker_main` does, until struck."""
-    from hpcwhirl.campaign import worker_main
+    """Serve as `hpcwhirl.campaign.worker_process` does, until struck."""
+    from hpcwhirl.campaign import worker_process
 
     word, at, how = os.environ[STRUCK].split(",")
-    plain, been = getattr(worker_main.Server, word), [0]
+    plain, been = getattr(worker_process.Server, word), [0]
 
     def struck(server: Any, *told: Any) -> Any:
         now = been[0] == int(at)
         been[0] += 1
         if now and how == "dies in its midst":
-            server._sink = _Half(server._sink)
+            server._pipe = _Half(server._pipe)
         elif now:
             _strike(how)
         return plain(server, *told)
 
-    setattr(worker_main.Server, word, struck)
-    worker_main.main()
+    setattr(worker_process.Server, word, struck)
+    worker_process.main()

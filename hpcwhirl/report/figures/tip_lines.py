@@ -1,4 +1,4 @@
-"""Maps of the displacements of blade tips over time, blade and chord."""
+"""Figures of single blades: displacements of their tips, stress at named points."""
 
 from __future__ import annotations
 
@@ -6,19 +6,22 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
-from hpcwhirl.report.figures.motions import in_window, unit_of
-from hpcwhirl.report.labels import DIVERGING, axis_of, title_of
+from hpcwhirl.report.figures.motions import MOST_POINTS, in_window, unit_of
+from hpcwhirl.report.labels import DIVERGING, axis_of, legend_below, title_of
+from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
 MOST_COLUMNS = 600  # largest number of cells of a map along time
 DIRECTIONS = "radial", "tangential"
+MEGA = 1e-6  # MPa in a Pa
+MOST_LINES = 10  # points that are drawn, those with the largest stress
 
 
 def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
@@ -33,13 +36,13 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
     moved = traces["point_tips"][shown] if points else traces["tips"][shown, :, None]
     if not np.abs(moved).max(initial=0.0) > 0.0:
         where = "" if transient else " in the window; --transient shows earlier ones"
-        msg = f"no displacement of a tip{where}"
-        raise InputError(msg)
+        raise InputError(f"no displacement of a tip{where}")
     least = np.abs(moved).max(axis=0).max(axis=(1, 2))
     blade, middle = int(least.argmax()), points.reference if points else 0
     edges = edges_of(traces["time"][shown], row["sample_interval"])
-    figure = Figure(figsize=(11, 10 if points else 6.5), layout="constrained")
-    panels = figure.subplots(4 if points else 2, 1, sharex=True)
+    figure, panels = new_figure(
+        (11, 10 if points else 6.5), 4 if points else 2, sharex=True
+    )
     for part, name in enumerate(DIRECTIONS):
         own = moved[..., part]
         look = _scale(own)
@@ -115,3 +118,34 @@ def _count_revolutions(axes: Any, row: Mapping[str, Any]) -> None:
     above = axes.secondary_xaxis("top", functions=(lambda t: t / turn,
                                                    lambda n: n * turn))  # fmt: skip
     above.set_xlabel("revolutions")
+
+
+def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
+    """Return a figure of the stress at named points: over time, and largest by blade.
+
+    Over time, each point is shown on the blade on which |stress| is largest there.
+    """
+    traces, row = cases.traces(case), cases.rows[case]
+    own = resolve(cases.scene(case)).model.rotor.stress
+    if own is None or len(own.names) != traces["stress"].shape[2]:
+        raise InputError("engine.file has changed: it now has other named points")
+    shown = in_window(traces["time"], row) | transient
+    time, stress = traces["time"][shown], MEGA * traces["stress"][shown]
+    most = np.abs(stress).max(axis=0)  # (N, P)
+    order = np.argsort(-most.max(axis=0), kind="stable")[:MOST_LINES]
+    step = max(1, len(time) // MOST_POINTS)
+    figure, (over, around) = new_figure((11, 7.5), 2)
+    for point in order.tolist():
+        blade = int(most[:, point].argmax())
+        told = f"{own.names[point]}: {most[blade, point]:.4g} MPa, blade {blade}"
+        over.plot(time[::step], stress[::step, blade, point], lw=0.7, label=told)
+        around.plot(most[:, point], ".-", lw=0.7)
+    kind = "von Mises stress" if own.rows.shape[2] > 1 else "stress"
+    over.set(xlabel=axis_of("time"), ylabel=f"{kind}, MPa\n(each on its blade)")
+    around.set(xlabel="blade", ylabel=f"largest {kind}, MPa\n(in size, in any sample)")
+    around.xaxis.set_major_locator(MaxNLocator(integer=True))
+    legend_below(figure, over)
+    left = len(own.names) - len(order)
+    few = f", the {MOST_LINES} largest of {len(own.names)} points" if left else ""
+    figure.suptitle(f"Stress of the vibration{few}. {title_of(row)}")
+    return figure

@@ -1,0 +1,186 @@
+"""Figures of motions that coexist: branches, the edge between two words, basins."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
+from hpcwhirl.analysis.branches import Branch, branches_of, folds_of
+from hpcwhirl.errors import InputError
+from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
+from hpcwhirl.report.labels import axis_of, value_of
+from hpcwhirl.report.map.data import Wish, picture_of
+from hpcwhirl.report.map.layout import figure_of
+from hpcwhirl.report.map.probabilities import figure_of_shares, varied
+from hpcwhirl.report.saving import new_figure, save
+from hpcwhirl.scene.quantities import variable_name
+from hpcwhirl.scene.words import REGIMES, SHOWN
+from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.reading.results_file import Results
+
+if TYPE_CHECKING:
+    import xarray
+
+    from hpcwhirl.campaign.edge import Edge
+    from hpcwhirl.scene import Scene
+
+LOOKS = {"up": (">", "-"), "down": ("<", "--")}  # marker and line of a direction
+AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest
+SETTLED = 0.5  # last fraction of the motion, whose orbit is drawn
+ROOM = 3.0  # end of the axis of radii, over the largest radius on the edge
+PANELS = 6  # largest number of panels: points of the sweep with the largest entropy
+
+
+def draw_branches(results: Results, line: list[int]) -> Any:
+    """Return a figure: words of each branch above, orbit radius below.
+
+    line : finished cases of one bundle of branches, see `analysis.branches.bundles_of`
+    """
+    over, branches = branches_of(results, line)
+    heights = [0.25 + 0.18 * len(branches), 2.0]
+    figure, (upper, lower) = new_figure((10, 6), 2, sharex=True, height_ratios=heights)
+    for row, branch in enumerate(branches):
+        _strip(upper, row, branch)
+        _radii(lower, branch)
+    upper.set_yticks(range(len(branches)), [branch.name for branch in branches])
+    upper.set_ylim(len(branches) - 0.5, -0.5)
+    others = ", ".join(f"{n} = {v}" for n, v in branches[0].others.items())
+    upper.set_title(f"Branches{': ' if others else ''}{others}")
+    lower.axhline(1e3 * float(results["gap_scale"][line[0]]), c="k", ls=":", lw=0.8)
+    lower.set(yscale="log", ylabel="orbit radius, mm (dotted: gap)")
+    lower.set_xlabel(axis_of(variable_name(over)))
+    figure.legend(*_legend(branches), loc="outside right upper")
+    return figure
+
+
+def _strip(axes: Any, row: int, branch: Branch) -> None:
+    """Draw the words of a branch as a row of marks, and where they change."""
+    marker, _ = _look(branch)
+    for value, word in zip(branch.values, branch.words, strict=True):
+        shown = SHOWN[word]
+        axes.plot(value, row, marker, mfc=shown.colour, mec=shown.stroke, ms=7)
+    for fold in folds_of(branch):
+        axes.plot((fold.last + fold.first) / 2, row, "|", c="k", ms=14)
+
+
+def _radii(axes: Any, branch: Branch) -> None:
+    marker, style = _look(branch)
+    radii = np.maximum(1e3 * np.nan_to_num(branch.radii), AT_REST)
+    axes.plot(branch.values, radii, style, c="0.6", lw=1, zorder=1)
+    for value, radius, word in zip(branch.values, radii, branch.words, strict=True):
+        shown = SHOWN[word]
+        axes.plot(value, radius, marker, mfc=shown.colour, mec=shown.stroke, ms=5)
+
+
+def _look(branch: Branch) -> tuple[str, str]:
+    return LOOKS[branch.name.split()[0]]
+
+
+def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
+    """Return handles and labels of the legend: words, directions, changes of word."""
+    words = dict.fromkeys(word for branch in branches for word in branch.words)
+    marks = {word: ("o", SHOWN[word].colour) for word in words}
+    marks |= {name: (look[0], "none") for name, look in LOOKS.items()}
+    marks["word changes"] = ("|", "k")
+    handles = [
+        Line2D([], [], marker=marker, ls="", mfc=colour, mec="k")
+        for marker, colour in marks.values()
+    ]
+    return handles, list(marks)
+
+
+def edge_figure(scene: Scene, found: Edge) -> Any:
+    """Return the figure of an edge: radius over time, and the static-frame orbit."""
+    figure, (axes, plane) = new_figure((11, 4.8), 1, 2, width_ratios=[1.4, 1.0])
+    radius = np.hypot(*found.centre.T)
+    most = ROOM * float(radius.max(initial=0.0))
+    factor, unit = unit_of(most)
+    for name, side in (("low", found.low), ("high", found.high)):
+        look = REGIMES[side.word] if side.word in REGIMES else REGIMES["undecided"]
+        axes.plot(side.time, factor * side.radius, c=look.stroke, lw=0.7, gid=name,
+                  label=f"leaves it: {look.told}")  # fmt: skip
+    axes.plot(found.time, factor * radius, c=DARK, lw=0.9, label="edge", gid="edge")
+    axes.axhline(factor * scene.gap, color="black", ls="--", lw=0.8, label="gap")
+    for start in found.time[1:][np.diff(found.pieces) != 0]:
+        axes.axvline(start, ymax=0.02, color="black", lw=0.5)
+    axes.set(xlabel="t, s", ylabel=f"distance of the centre from its rest, {unit}",
+             ylim=(0.0, factor * most))  # fmt: skip
+    axes.legend(fontsize=8, loc="upper left")
+    late = np.arange(len(radius)) >= (1.0 - SETTLED) * len(radius)
+    draw_orbit(plane, found.centre, late, scene.gap, transient=False)
+    told = plane.get_label()
+    plane.set(xlabel=f"$X_o$, {told} (static frame)", ylabel=f"$Y_o$, {told}")
+    names = ("speed", "nodal_diameter", "gap", "friction")
+    at = ", ".join(value_of(name, getattr(scene, name)) for name in names)
+    text = f"{scene.engine.name}: {at}\nedge between {found.low.word} and "
+    figure.suptitle(text + found.high.word, fontsize=10, parse_math=False)
+    return figure
+
+
+def draw_fractions(
+    data: xarray.Dataset, found: xarray.Dataset, out: Path
+) -> list[Path]:
+    """Draw the share of starts that reach each attractor: basins.png, basins.svg.
+
+    Parameters
+    ----------
+    data : results
+    found : result of `analysis.basins`
+    out : directory of the figures
+
+    Raises
+    ------
+    InputError
+        if the points of the sweep differ in more than one input
+    """
+    starts = ", ".join(found.attrs["starts"].split()).replace("_", " ")
+    how = "drawn" if found.attrs["drawn"] else "on a grid"
+    note = f"starts: {starts}, {how}, {int(found['cases'].max())} a point"
+    figure = figure_of_shares(data, found, note)
+    return [save(figure, out / f"basins.{kind}") for kind in ("png", "svg")]
+
+
+def draw_basins(results: Results, cases: list[int]) -> Any:
+    """Return the figure of all starts, coloured by the attractor that each one reaches.
+
+    If two inputs differ between starts, these are the axes, and each point of the sweep
+    has a panel, at most the six points with the largest entropy. If one input differs,
+    the axes are the first swept input and this one.
+
+    Parameters
+    ----------
+    results : results of a campaign
+    cases : numbers of the cases to show
+    """
+    with open_results(results.path) as whole:
+        data = with_attractors(whole).isel(case=cases)
+        starts = starts_of(data)
+        names = [n for n in starts.inputs if len(set(data[n].to_numpy().tolist())) > 1]
+        if len(names) > 2:
+            others = " and ".join(names[2:])
+            msg = f"starts differ in {', '.join(names)}: choose a value of {others}"
+            raise InputError(f"{msg}, as --at {names[2]}=VALUE")
+        if len(names) == 2:
+            data = _most_mixed(data, starts)
+            wish = Wish(names[0], names[1], colour="attractor")
+        else:
+            over = [
+                n for n in starts.swept if len(set(data[n].to_numpy().tolist())) > 1
+            ]
+            axes = [*over[:1], *names, None]
+            wish = Wish(axes[0], axes[1], colour="attractor")
+        return figure_of(data, picture_of(data, wish), wish, results.path)
+
+
+def _most_mixed(data: xarray.Dataset, starts: Starts) -> xarray.Dataset:
+    """Return the cases of the points of the sweep with the largest basin entropy."""
+    found = basins(data)
+    if found.sizes["point"] <= PANELS or not varied(found):
+        return data
+    order = np.argsort(-found["entropy"].fillna(-1.0).to_numpy(), kind="stable")
+    kept = found["point"].to_numpy()[np.sort(order[:PANELS])]
+    return data.isel(case=np.flatnonzero(np.isin(starts.point, kept)))
