@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.kept_table import kept_rows
-from hpcwhirl.scene.profile import HARMONICS
+from hpcwhirl.scene.kept_tables import HARMONICS, kept_rows
 
 Floats = NDArray[np.float64]
 HIGHEST = 64  # highest harmonic that is kept of a table over angle

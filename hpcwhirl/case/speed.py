@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.kept_table import kept_rows
+from hpcwhirl.scene.kept_tables import kept_rows
 
 Floats = NDArray[np.float64]
 USUAL = 1e-4  # accuracy of the intervals where the solver's is not given

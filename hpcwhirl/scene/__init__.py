@@ -4,13 +4,13 @@ The tables list words of cases, quantities, schemes, presets and named engines.
 """
 
 from hpcwhirl.scene.case_digest import content_digest, digest
-from hpcwhirl.scene.casing_inputs import Casing
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,
     load_scene,
     preset_in,
     scene_of_document,
 )
+from hpcwhirl.scene.engine_inputs import Casing, Engine, Rotor
 from hpcwhirl.scene.engines import (
     NAMED,
     engine_inputs,
@@ -20,7 +20,7 @@ from hpcwhirl.scene.engines import (
     title_of,
 )
 from hpcwhirl.scene.input_names import input_names
-from hpcwhirl.scene.inputs import Engine, Output, Scene, Solver
+from hpcwhirl.scene.inputs import Output, Scene, Solver
 from hpcwhirl.scene.plain_data import (
     apply_settings,
     case_before,
@@ -38,7 +38,6 @@ from hpcwhirl.scene.presets import (
     preset_names,
     preset_of,
 )
-from hpcwhirl.scene.rotor_inputs import Rotor
 from hpcwhirl.scene.toml_text import load_document, parse_setting
 
 __all__ = [

@@ -22,8 +22,7 @@ from hpcwhirl.scene.input_types import Inputs
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import apply_settings, flatten
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.rule import Rule
-from hpcwhirl.scene.rules import LASTS, end_time, last_end
+from hpcwhirl.scene.rules import LASTS, Rule, end_time, last_end
 from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
 
 Array = NDArray[Any]

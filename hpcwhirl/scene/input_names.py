@@ -7,9 +7,8 @@ from functools import cache
 from typing import Any, TypeGuard, get_origin
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.bearing import bearing_table
+from hpcwhirl.scene.kept_tables import bearing_table, profile_table
 from hpcwhirl.scene.otherwise import OTHERWISE
-from hpcwhirl.scene.profile import profile_table
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.units import each_in_si, told_of
 
@@ -20,7 +19,25 @@ TABLES_KEPT: dict[str, Callable[[str], str]] = {  # inputs whose file is kept as
     "engine.casing.profile": profile_table,
 }
 MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
-LATER = tuple(name for name, told in INPUTS.items() if told.later)
+# Inputs of the first release, by table. A later input is part of a digest only if it is
+# not the default, so that older cases keep their digests.
+OLDEST = {
+    "": "speed nodal_diameter gap friction force pulse direction duration revolutions",
+    "engine": "name file rotation",
+    "engine.rotor": "blades elements radius disk_radius blade_width root_thickness "
+    "taper spoke_width spoke_thickness rim_width rim_thickness young density centre "
+    "centre_stiffness damping suspension_damping cross_coupling mistuning",
+    "engine.casing": "kind discretization harmonics families elements thickness width "
+    "young density support_frequency damping support_damping amplitude growth rise",
+    "solver": "scheme time_step accuracy truncation modes plan until longest "
+    "amplitude_limit",
+    "output": "traces interval",
+}
+LATER = tuple(
+    name
+    for name, (table, _, leaf) in ((n, n.rpartition(".")) for n in INPUTS)
+    if leaf not in OLDEST[table].split()
+)
 IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 PRESET = "preset"  # key of [solver]: a name for the values of several inputs
 TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campaign"}

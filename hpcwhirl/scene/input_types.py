@@ -8,8 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from pydantic_core import PydanticCustomError
 
 from hpcwhirl.scene.quantity import quantity_of
-from hpcwhirl.scene.rule import Rule
-from hpcwhirl.scene.rules import AS_THE_REST
+from hpcwhirl.scene.rules import AS_THE_REST, Rule
 from hpcwhirl.scene.units import in_si, measure
 
 
