@@ -17,8 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.profile import departure, is_round, shape_of
-from hpcwhirl.case.release import check_release
+from hpcwhirl.case.profile import check_release, departure, is_round, shape_of
 from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.cli.options import add_option, add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.quantities import PERFORMANCE
@@ -55,27 +55,18 @@ STARTS: dict[str, tuple[str, ...]] = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
-    parser.add_argument(
-        "--repeats", type=int, default=9, metavar="N",
-        help="number of timed repetitions (default 9)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--cases", action="store_true",
-        help="also time whole cases, one for each regime",
-    )  # fmt: skip
-    parser.add_argument(
-        "--sizes", type=int, nargs="*", metavar="N",
-        help="instead, time the default scheme with N equal and N unequal blades "
-        "(default 22 44 88 176), up to 44 also with three contact points per tip, and "
-        "print the fraction of the machine's limits that it reaches",
-    )  # fmt: skip
-    parser.add_argument(
-        "--compile",
-        action="store_true",
-        help="also time the starts of processes: the first ever, which compiles, one "
-        "with another model size, and the next",
-    )
+    add_option(parser, "--repeats N",
+        "number of timed repetitions (default 9)", default=9)
+    add_option(parser, "--cases", "also time whole cases, one for each regime")
+    add_option(parser, "--sizes N",
+        "instead, time the default scheme with N equal and N unequal blades (default "
+        "22 44 88 176), up to 44 also with three contact points per tip, and print the "
+        "fraction of the machine's limits that it reaches", type=int, nargs="*")
+    add_option(parser, "--compile",
+        "also time the starts of processes: the first ever, which compiles, one with "
+        "another model size, and the next")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.options import OR_FILE, add_option
 from hpcwhirl.cli.tables import (
     add_format,
     cell,
@@ -35,31 +35,22 @@ Columns = dict[str, NDArray[Any]]
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--where", metavar="CONDITION",
-        help='only cases that meet this condition, e.g. "regime == sustained and speed '
-        '> 400" or "word == failed"; word is the regime or, for cases without one, '
-        "overloaded, unstable, failed or missing",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only cases with this value of an input",
-    )  # fmt: skip
-    parser.add_argument("--sort", metavar="NAME", help="sort by this column, ascending")
-    parser.add_argument(
-        "--reverse", action="store_true", help="reverse the order: descending"
-    )
-    parser.add_argument(
-        "--columns", metavar="NAME[,NAME]",
-        help="columns besides the case number and swept inputs; '?' lists all with "
-        "their meanings",
-    )  # fmt: skip
-    parser.add_argument(
-        "--limit", type=int, default=SHOWN, metavar="N",
-        help=f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
-        "have all)",
-    )  # fmt: skip
+    add_option(parser, "--where CONDITION",
+        'only cases that meet this condition, e.g. "regime == sustained and speed > '
+        '400" or "word == failed"; word is the regime or, for cases without one, '
+        "overloaded, unstable, failed or missing")
+    add_option(parser, "--at NAME=V[,V]",
+        "only cases with this value of an input", default=[])
+    add_option(parser, "--sort NAME", "sort by this column, ascending")
+    add_option(parser, "--reverse", "reverse the order: descending")
+    add_option(parser, "--columns NAME[,NAME]",
+        "columns besides the case number and swept inputs; '?' lists all with their "
+        "meanings")
+    add_option(parser, "--limit N",
+        f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
+        "have all)", default=SHOWN, type=int)
     add_format(parser)
 
 

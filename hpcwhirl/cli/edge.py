@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hpcwhirl.cli.options import (
+    add_option,
     add_scene,
     add_units,
     asked_units,
@@ -55,19 +56,16 @@ class Asked(NamedTuple):
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
     for side, word in (("low", "weaker"), ("high", "stronger")):
-        parser.add_argument(
-            f"--{side}", metavar="FORCE",
-            help=f"force of the {word} pulse, N or with a unit; instead of SCENE and "
+        add_option(parser, f"--{side} FORCE",
+            f"force of the {word} pulse, N or with a unit; instead of SCENE and "
             "pulses the directory of a campaign swept over force may be given: for "
             "each combination of its other inputs an edge is followed, between the "
-            "forces of the first change of word",
-        )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V",
-        help="of a campaign: only lines with this value of another swept input",
-    )  # fmt: skip
+            "forces of the first change of word")
+    add_option(parser, "--at NAME=V",
+        "of a campaign: only lines with this value of another swept input", default=[])
     helps = {
         "span": "time over which the edge is followed, s",
         "look": "time after which a motion gets its word, s; 3 times that if undecided",
@@ -75,18 +73,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "far": "relative distance of the two states at which they are bisected again",
     }
     for name, value in (TIMES | NEAR).items():
-        parser.add_argument(
-            f"--{name}", type=float, default=value, metavar="X",
-            help=f"{helps[name]} (default {value:g})",
-        )  # fmt: skip
-    parser.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE.png",
-        help="draw radius and orbit of the edge",
-    )
+        add_option(parser, f"--{name} X",
+            f"{helps[name]} (default {value:g})", default=value, type=float)
+    add_option(parser, "--plot FILE.png",
+        "draw radius and orbit of the edge", type=Path)
     add_units(parser, "numbers")
-    parser.add_argument("--quiet", action="store_true", help="show no progress")
+    add_option(parser, "--quiet", "show no progress")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -243,7 +235,7 @@ def _teller(*, quiet: bool) -> Any:
 
 
 def _show(facts: dict[str, Any]) -> None:
-    from hpcwhirl.cli.margin_views import setting_text
+    from hpcwhirl.cli.margin import setting_text
     from hpcwhirl.scene.quantity import with_unit
 
     low, high = (setting_text("force", facts.pop(side)) for side in ("low", "high"))

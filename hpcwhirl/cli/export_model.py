@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli.options import scene_of
+from hpcwhirl.cli.options import add_option, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
@@ -34,15 +34,14 @@ LAYOUT = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("out", type=Path, metavar="FILE.h5", help="file to write")
     parser.add_argument(
         "scene", nargs="?", default="table2", metavar="SCENE",
         help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
-        help="set an input, e.g. blades=18; may be repeated",
-    )  # fmt: skip
+    )
+    add_option(parser, "--set NAME=VALUE",
+        "set an input, e.g. blades=18; may be repeated", default=[], dest="settings")
 
 
 def _body(name: str, model: ModalModel) -> dict[str, Any]:

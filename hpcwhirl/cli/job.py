@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hpcwhirl.cluster.jobs.request import Request
-from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
+from hpcwhirl.cli.options import add_option
+from hpcwhirl.cluster.request import Request
+from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.safe_open import read_regular
 
@@ -53,6 +54,7 @@ NUMBERS = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument(
         "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(SCHEDULERS)}"
     )
@@ -63,28 +65,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f"--{name}", default=default, metavar=shape, help=meaning)
     for name, meaning in NUMBERS.items():
         default = defaults[name].default
-        parser.add_argument(
-            f"--{name}", type=int, default=default, metavar="N", help=meaning
-        )
-    parser.add_argument(
-        "--module",
-        action="append",
-        default=[],
-        dest="modules",
-        metavar="NAME",
-        help="environment module to load; may be repeated",
-    )
-    parser.add_argument(
-        "--constraint", action="append", default=[], metavar="FEATURES",
-        help="features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, "
-        "all of them",
-    )  # fmt: skip
+        add_option(parser, f"--{name} N", meaning, default=default, type=int)
+    add_option(parser, "--module NAME",
+        "environment module to load; may be repeated", default=[], dest="modules")
+    add_option(parser, "--constraint FEATURES",
+        "features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, all "
+        "of them", default=[])
     parser.add_argument("--set", "--preset", dest="inputs", help=argparse.SUPPRESS)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
-    from hpcwhirl.cluster.jobs.script import job_script
+    from hpcwhirl.cluster.script import job_script
     from hpcwhirl.store.atomic import write_whole
 
     if args.inputs:
@@ -162,7 +154,7 @@ def _predict(design: Design, request: Request) -> None:
 
 def _check_kept(path: Path) -> None:
     """Refuse to replace a directory, or a file that is not a printed job script."""
-    from hpcwhirl.cluster.jobs.script import PRINTED
+    from hpcwhirl.cluster.script import PRINTED
 
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED

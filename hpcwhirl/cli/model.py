@@ -17,6 +17,7 @@ from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli.options import (
     add_explain,
+    add_option,
     add_scene,
     print_json,
     print_notes,
@@ -40,20 +41,15 @@ SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed at other diameters
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
     add_explain(parser)
-    parser.add_argument(
-        "--orders",
-        type=int,
-        default=12,
-        metavar="N",
-        help="number of super-harmonics of the critical speed of 1F, Eq. 13 (default "
-        "12)",
-    )
-    parser.add_argument(
-        "--up-to", type=float, default=SHOWN_HZ, metavar="HZ",
-        help=f"highest frequency printed (default {SHOWN_HZ:g}; JSON has all)",
-    )  # fmt: skip
+    add_option(parser, "--orders N",
+        "number of super-harmonics of the critical speed of 1F, Eq. 13 (default 12)",
+        default=12)
+    add_option(parser, "--up-to HZ",
+        f"highest frequency printed (default {SHOWN_HZ:g}; JSON has all)",
+        default=SHOWN_HZ, type=float)
 
 
 def facts_of(case: Case, orders: int) -> dict[str, Any]:

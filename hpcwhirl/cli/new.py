@@ -10,6 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.cli.options import add_option
 from hpcwhirl.errors import InputError, MissingFileError, shown
 from hpcwhirl.scene.units import in_si, told_of
 
@@ -38,30 +39,22 @@ OPTIONS = {  # name: unit, metavar, help
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument(
         "file", type=Path, metavar="FILE.toml",
         help="campaign file to write; an existing file is not overwritten",
-    )  # fmt: skip
-    parser.add_argument(
-        "--blades", type=int, default=22, metavar="N",
-        help="number of blades (default 22)",
-    )  # fmt: skip
+    )
+    add_option(parser, "--blades N", "number of blades (default 22)", default=22)
     for name, (unit, what, meaning) in OPTIONS.items():
         hint = "; in m, or as '0.8 mm'" if unit == "m" else ""
         parser.add_argument(f"--{name}", metavar=what, default="", help=meaning + hint)
-    parser.add_argument(
-        "--material", default="titanium", metavar="NAME",
-        help="material of the blades: titanium (default), steel, aluminium, nickel or "
-        "composite",
-    )  # fmt: skip
-    parser.add_argument(
-        "--casing-material", default="", metavar="NAME",
-        help="material of the casing (default: that of the blades)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--lobes", type=int, default=1, metavar="K",
-        help="lobes of the load, its nodal diameter (default 1)",
-    )  # fmt: skip
+    add_option(parser, "--material NAME",
+        "material of the blades: titanium (default), steel, aluminium, nickel or "
+        "composite", default="titanium")
+    add_option(parser, "--casing-material NAME",
+        "material of the casing (default: that of the blades)", default="")
+    add_option(parser, "--lobes K",
+        "lobes of the load, its nodal diameter (default 1)", default=1)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -58,28 +58,49 @@ class _Preset(argparse.Action):
         setattr(namespace, self.dest, inputs + getattr(namespace, self.dest))
 
 
+def add_option(
+    parser: argparse._ActionsContainer,
+    usage: str,
+    told: str,
+    *,
+    default: Any = None,
+    **how: Any,
+) -> None:
+    """Add an option, declared as its help shows it.
+
+    Parameters
+    ----------
+    parser : parser or group of options
+    usage : its names, separated by bars, and its value, as ``--at NAME=V``; without a
+        value it is a flag
+    told : help
+    default : a number is of the option's type; a list: the option may be repeated
+    how : further arguments of `add_argument`
+    """
+    names, _, shape = usage.partition(" ")
+    if not shape:
+        how = {"action": "store_true"} | how
+    else:
+        how |= {"metavar": shape, "default": default}
+        if isinstance(default, list):
+            how |= {"action": "append"}
+        elif isinstance(default, int | float):
+            how |= {"type": type(default)}
+    parser.add_argument(*names.split("|"), help=told, **how)
+
+
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Add ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
+    # fmt: off
     known = ", ".join(preset_names())
-    parser.add_argument(
-        "--preset",
-        dest="settings",
-        action=_Preset,
-        default=[],
-        metavar="NAME",
-        help=f"a named set of solver inputs: {known}; it overrides the file (where "
+    add_option(parser, "--preset NAME",
+        f"a named set of solver inputs: {known}; it overrides the file (where "
         "[solver] may name a preset, too) and is overridden by --set; what each sets, "
         "and its accuracy: hpcwhirl inputs preset",
-    )
-    parser.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="set an input, e.g. speed=410 or casing.thickness=0.02; may be repeated; "
-        "for the names see: hpcwhirl inputs",
-    )
+        default=[], dest="settings", action=_Preset)
+    add_option(parser, "--set NAME=VALUE",
+        "set an input, e.g. speed=410 or casing.thickness=0.02; may be repeated; for "
+        "the names see: hpcwhirl inputs", default=[], dest="settings")
 
 
 def tell_preset(scene: Scene) -> None:
@@ -110,21 +131,19 @@ def tell_remarks(cases: Many | Scene) -> None:
 
 def add_take_over(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--take-over``."""
-    parser.add_argument(
-        "--take-over", action="store_true",
-        help="take over DIR at once from a process on another machine that you know to "
-        "be dead; without this option it counts as dead 2 minutes after its last sign "
-        "of life",
-    )  # fmt: skip
+    # fmt: off
+    add_option(parser, "--take-over",
+        "take over DIR at once from a process on another machine that you know to be "
+        "dead; without this option it counts as dead 2 minutes after its last sign of "
+        "life")
 
 
 def add_units(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the option ``--units``; `what` names what is shown in these units."""
-    parser.add_argument(
-        "--units", metavar="UNIT[,UNIT]",
-        help=f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
-        "mm and kN, in text and figures; si in CSV and JSON)",
-    )  # fmt: skip
+    # fmt: off
+    add_option(parser, "--units UNIT[,UNIT]",
+        f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
+        "mm and kN, in text and figures; si in CSV and JSON)")
 
 
 def asked_units(text: str | None) -> tuple[str, ...]:
@@ -135,7 +154,8 @@ def asked_units(text: str | None) -> tuple[str, ...]:
 
 def add_json(parser: argparse._ActionsContainer) -> None:
     """Add the option ``--json``."""
-    parser.add_argument("--json", action="store_true", help="print JSON, not text")
+    # fmt: off
+    add_option(parser, "--json", "print JSON, not text")
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
@@ -153,11 +173,9 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 def add_explain(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--explain``."""
-    parser.add_argument(
-        "--explain",
-        action="store_true",
-        help="say what the computation leaves out, why that is safe, and what it saves",
-    )
+    # fmt: off
+    add_option(parser, "--explain",
+        "say what the computation leaves out, why that is safe, and what it saves")
 
 
 def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:

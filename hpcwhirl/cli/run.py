@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli.options import (
     UNTOUCHED,
     add_explain,
+    add_option,
     add_scene,
     check_writable,
     print_json,
@@ -45,18 +46,14 @@ PLAIN_EVERY = 5.0  # s between progress lines if stderr is no terminal
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="FILE.h5",
-        help="write the results and traces of the case, in the format of results.h5",
-    )
-    parser.add_argument(
-        "--plot", type=Path, metavar="DIR", help="draw orbit and traces into DIR"
-    )
+    add_option(parser, "--out FILE.h5",
+        "write the results and traces of the case, in the format of results.h5",
+        type=Path)
+    add_option(parser, "--plot DIR", "draw orbit and traces into DIR", type=Path)
     add_explain(parser)
-    parser.add_argument("--quiet", action="store_true", help="show no progress")
+    add_option(parser, "--quiet", "show no progress")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, finite, print_json
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_option, finite, print_json
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.progress import Computing, Progress
@@ -29,15 +29,11 @@ MOST_SHOWN = 8  # largest number of ranks printed
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
-    parser.add_argument(
-        "--watch",
-        nargs="?",
-        const=EVERY,
-        type=float,
-        metavar="SECONDS",
-        help=f"update every SECONDS (default {EVERY:g}) until all cases have ended",
-    )
+    add_option(parser, "--watch SECONDS",
+        f"update every SECONDS (default {EVERY:g}) until all cases have ended",
+        type=float, nargs="?", const=EVERY)
     add_json(parser)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from hpcwhirl import __version__
 from hpcwhirl.cli.options import (
     add_json,
+    add_option,
     add_set,
     check_writable,
     finite,
@@ -30,31 +31,26 @@ NOT_OFFERED = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     from hpcwhirl.benchmark.trials import axes
 
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE",
         help=f"scene files (TOML), or some of {', '.join(NAMED)} (default: one motion "
         "of each kind)",
-    )  # fmt: skip
+    )
     add_set(parser)
-    parser.add_argument(
-        "--axis", action="append", default=[], metavar="NAME", dest="axes",
-        help="vary only this aspect of the computation, may be repeated: "
+    add_option(parser, "--axis NAME",
+        "vary only this aspect of the computation, may be repeated: "
         f"{', '.join(axes())} (default: all but the last two, which are slow)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--repeats", type=int, default=3, metavar="N",
-        help="timed runs of each setting, with forces that differ by 1e-7 (default 3)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="write tradeoff.json and tradeoff.md there; they name the machine",
-    )  # fmt: skip
-    parser.add_argument(
-        "--plot", action="store_true",
-        help="also draw tradeoff.png, in --out or the working directory",
-    )  # fmt: skip
+        default=[], dest="axes")
+    add_option(parser, "--repeats N",
+        "timed runs of each setting, with forces that differ by 1e-7 (default 3)",
+        default=3)
+    add_option(parser, "--out DIR",
+        "write tradeoff.json and tradeoff.md there; they name the machine", type=Path)
+    add_option(parser, "--plot",
+        "also draw tradeoff.png, in --out or the working directory")
     add_json(parser)
 
 
@@ -62,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure all settings, then print the table and write the files."""
     from hpcwhirl.benchmark.tradeoff import measure
     from hpcwhirl.benchmark.trials import settings_of
-    from hpcwhirl.cluster.doctor.facts import machine_facts
+    from hpcwhirl.cluster.facts import machine_facts
     from hpcwhirl.report.figures.pareto import markdown
 
     if args.repeats < 2:

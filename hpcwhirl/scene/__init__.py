@@ -11,16 +11,23 @@ from hpcwhirl.scene.documents import (
     scene_of_document,
 )
 from hpcwhirl.scene.engine_inputs import Casing, Engine, Rotor
-from hpcwhirl.scene.engines import (
+from hpcwhirl.scene.input_names import input_names
+from hpcwhirl.scene.inputs import Output, Scene, Solver
+from hpcwhirl.scene.named import (
     NAMED,
     engine_inputs,
     engine_names,
     engine_shows,
+    loss_of,
     named_scene,
+    preset_bounds,
+    preset_in_short,
+    preset_inputs,
+    preset_loss,
+    preset_names,
+    preset_of,
     title_of,
 )
-from hpcwhirl.scene.input_names import input_names
-from hpcwhirl.scene.inputs import Output, Scene, Solver
 from hpcwhirl.scene.plain_data import (
     apply_settings,
     case_before,
@@ -28,15 +35,6 @@ from hpcwhirl.scene.plain_data import (
     flatten,
     scene_from,
     to_toml,
-)
-from hpcwhirl.scene.presets import (
-    loss_of,
-    preset_bounds,
-    preset_in_short,
-    preset_inputs,
-    preset_loss,
-    preset_names,
-    preset_of,
 )
 from hpcwhirl.scene.toml_text import load_document, parse_setting
 

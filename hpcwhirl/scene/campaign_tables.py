@@ -28,7 +28,7 @@ from hpcwhirl.scene.input_names import (
     value_in_si,
 )
 from hpcwhirl.scene.laws import KEY, Law, law_of, parameters
-from hpcwhirl.scene.presets import preset_names
+from hpcwhirl.scene.named import preset_names
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.swept import MOST_CASES
 from hpcwhirl.scene.table_model import UNKNOWN_WORD, TableModel, key

@@ -15,9 +15,8 @@ from pydantic_core import PydanticUndefined
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.input_names import Value
+from hpcwhirl.scene.input_names import OTHERWISE, Value
 from hpcwhirl.scene.input_types import OwnRatio
-from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.swept import KEYS as SWEPT
 from hpcwhirl.scene.table_model import Key, key_of

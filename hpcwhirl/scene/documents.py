@@ -8,17 +8,16 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.engines import check_label
 from hpcwhirl.scene.input_names import FILE, PRESET, Value, full_name
+from hpcwhirl.scene.input_types import anchored
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.named import check_label, preset_inputs, preset_names
 from hpcwhirl.scene.plain_data import (
     SCENE_TABLES,
     apply_settings,
     check_kept,
     scene_from,
 )
-from hpcwhirl.scene.presets import preset_inputs, preset_names
-from hpcwhirl.scene.resolve_path import anchored
 from hpcwhirl.scene.swept import KEYS
 from hpcwhirl.scene.toml_text import load_document
 

@@ -12,8 +12,10 @@ from pydantic import AfterValidator, BeforeValidator
 from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.input_types import (
     Change,
+    FileName,
     Finite,
     Inputs,
+    Label,
     NonNegative,
     OwnRatio,
     Positive,
@@ -21,7 +23,6 @@ from hpcwhirl.scene.input_types import (
 )
 from hpcwhirl.scene.kept_tables import bearing_table, profile_table
 from hpcwhirl.scene.quantity import given
-from hpcwhirl.scene.resolve_path import anchored, printable
 from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
 
 # fmt: off
@@ -229,9 +230,9 @@ class Engine(Inputs):
 
     RULES = OF_ENGINE
 
-    name: Annotated[str, AfterValidator(printable)] = given("four_motions", "1",
+    name: Label = given("four_motions", "1",
         "name of the engine; a label without control characters", max_length=200)
-    file: Annotated[str, AfterValidator(anchored)] = given("", "1",
+    file: FileName = given("", "1",
         "HDF5 file of a reduced rotor that replaces the built-in one; its layout is "
         "that of `hpcwhirl export-model`; a regular file of at most 2 GiB; a relative "
         "path starts at the TOML file that names it, with --set at the working "

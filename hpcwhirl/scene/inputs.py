@@ -12,10 +12,9 @@ from pydantic import AfterValidator, ValidationError
 from hpcwhirl.scene import contact_laws
 from hpcwhirl.scene.engine_inputs import Engine
 from hpcwhirl.scene.history import checked
-from hpcwhirl.scene.input_types import Finite, Inputs, NonNegative, Positive
+from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.kept_tables import table_over_time
 from hpcwhirl.scene.quantity import given
-from hpcwhirl.scene.resolve_path import printable
 from hpcwhirl.scene.rules import OF_SCENE, end_time
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
 
@@ -94,7 +93,7 @@ class _Told(type(Inputs)):  # type: ignore[misc]
         try:
             return super().__call__(*args, **inputs)
         except ValidationError as failed:
-            from hpcwhirl.scene.input_errors import told_by  # imports this module
+            from hpcwhirl.scene.plain_data import told_by  # imports this module
 
             raise told_by(failed) from None
 
@@ -143,7 +142,7 @@ class Scene(Inputs, metaclass=_Told):
     start_energy: NonNegative = given(0.0, "J",
         "energy of the initial motion, in modes of both bodies; 0: at rest; the pulse "
         "acts in addition, unless `force` is 0; not with an unbalance", symbol="E_0")
-    start_modes: Annotated[str, AfterValidator(printable)] = given("rotor 1F 1", "1",
+    start_modes: Label = given("rotor 1F 1", "1",
         "modes that share start_energy; by body, family and nodal diameter as in "
         "`hpcwhirl model`, or by some of these three, and several separated by commas: "
         "rotor suspension, casing 2", max_length=200)
@@ -155,7 +154,7 @@ class Scene(Inputs, metaclass=_Told):
         "initial values of the modes; velocities: velocities alone, so that all gaps "
         "are open; both: velocities and displacements, and a case in which these close "
         "a gap is refused")
-    branch: Annotated[str, AfterValidator(printable)] = given("", "1",
+    branch: Label = given("", "1",
         "direction in which the input of [branch] was swept to this case; up or down; "
         "set by [branch]", max_length=100)
     history: Annotated[str, AfterValidator(checked)] = given("", "1",

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hpcwhirl.cluster.jobs.request import Request
+    from hpcwhirl.cluster.request import Request
 
 Lines = list[str]
 

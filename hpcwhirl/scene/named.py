@@ -1,4 +1,8 @@
-"""Named engines and scenes: the tables of the paper, and inputs that it leaves open."""
+"""Names that stand for inputs: engines, scenes of the paper, and presets.
+
+Engines are inputs that the paper leaves open; presets are solver inputs, chosen by
+measurement, with their measured errors.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +20,26 @@ from hpcwhirl.scene.plain_data import apply_settings, flatten
 
 ALIKE = 0.85  # similarity of names from which one counts as a misspelling of the other
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
+ELSEWHERE = "its errors on other engines were not measured"
 
 
 @cache
-def _table() -> dict[str, dict[str, Any]]:
-    text = resources.files("hpcwhirl.scene").joinpath("engines.toml").read_text("utf-8")
-    return tomllib.loads(text)
+def _table(kind: str) -> dict[str, dict[str, Any]]:
+    """Return {name: its inputs and texts} of all engines or presets."""
+    file = resources.files("hpcwhirl.scene").joinpath(f"{kind}s.toml")
+    return tomllib.loads(file.read_text("utf-8"))
+
+
+def _inputs(kind: str, name: str) -> dict[str, Value]:
+    """Return {dotted name: value}; raise InputError for an unknown name."""
+    if name not in _table(kind):
+        raise unknown(kind, name, _table(kind))
+    return {full_name(n): v for n, v in _table(kind)[name]["inputs"].items()}
 
 
 def engine_names() -> tuple[str, ...]:
     """Return the names of all engines."""
-    return tuple(_table())
+    return tuple(_table("engine"))
 
 
 def engine_inputs(name: str) -> dict[str, Value]:
@@ -37,16 +50,12 @@ def engine_inputs(name: str) -> dict[str, Value]:
     InputError
         for an unknown engine
     """
-    if name not in _table():
-        raise unknown("engine", name, engine_names())
-    given = _table()[name]["inputs"]
-    inputs = {full_name(n): value for n, value in given.items()}
-    return {"engine.name": name, **inputs}
+    return {"engine.name": name, **_inputs("engine", name)}
 
 
 def engine_shows(name: str) -> str:
     """Return a text that describes a named engine's motions in the scene of Table 2."""
-    return str(_table()[name]["shows"])
+    return str(_table("engine")[name]["shows"])
 
 
 def title_of(name: str, file: str) -> str:
@@ -108,3 +117,62 @@ def named_scene(name: str) -> Scene:
     if name not in NAMED:
         raise unknown("scene", name, NAMED)
     return NAMED[name]()
+
+
+def preset_names() -> tuple[str, ...]:
+    """Return the names of all presets, the fastest first."""
+    return tuple(_table("preset"))
+
+
+def preset_inputs(name: str) -> dict[str, Value]:
+    """Return {dotted name: value} that a preset sets.
+
+    Raises
+    ------
+    InputError
+        for an unknown preset
+    """
+    return _inputs("preset", name)
+
+
+def preset_loss(name: str) -> str:
+    """Return a text with the measured errors of a preset.
+
+    Errors on random engines come first, then cost and errors on the engines of the
+    trade-off, then those of maps.
+    """
+    texts = {"engines": ELSEWHERE, **_table("preset")[name]}
+    parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)
+    return "; ".join(parts)
+
+
+def preset_bounds(name: str) -> dict[str, float]:
+    """Return {quantity: relative error that 90 % of random engines do not exceed}."""
+    return dict(_table("preset")[name].get("nine_in_ten", {}))
+
+
+def preset_in_short(name: str) -> str:
+    """Return a text with the cost of a preset and the first of its measured errors."""
+    texts = _table("preset")[name]
+    cost, *losses = str(texts["loses"]).split("; ")
+    first = str(texts.get("engines") or texts.get("regimes") or losses[0])
+    return f"{cost}; {first.partition('; ')[0]}"
+
+
+def loss_of(scene: Scene) -> str:
+    """Return the errors of a scene's preset, or a note that they were not measured."""
+    if scene.engine.file:
+        return "not measured on rotors from file"
+    equal = scene.has_harmonics and not scene.engine.rotor.is_uneven
+    if not equal or scene.engine.casing.kind == "rigid":
+        return "not measured: presets were tried on equal blades in a ring of harmonics"
+    return preset_loss(preset_of(scene))
+
+
+def preset_of(scene: Scene) -> str:
+    """Return the name of the preset whose inputs the scene has; "" for none."""
+    inputs = flatten(scene)
+    for name in preset_names():
+        if all(inputs[n] == value for n, value in preset_inputs(name).items()):
+            return name
+    return ""

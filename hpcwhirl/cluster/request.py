@@ -6,7 +6,7 @@ import re
 import shlex
 from dataclasses import dataclass, fields
 
-from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
+from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.launch import MOST_SHARDS, parse_shard
 
