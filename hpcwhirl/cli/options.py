@@ -83,9 +83,9 @@ def add_option(
     else:
         how |= {"metavar": shape, "default": default}
         if isinstance(default, list):
-            how |= {"action": "append"}
+            how = {"action": "append"} | how
         elif isinstance(default, int | float):
-            how |= {"type": type(default)}
+            how = {"type": type(default)} | how
     parser.add_argument(*names.split("|"), help=told, **how)
 
 
