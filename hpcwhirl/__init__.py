@@ -77,8 +77,7 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("hpcwhirl.campaign")
     if name in _HOMES:
         return getattr(importlib.import_module(_HOMES[name]), name)
-    msg = f"module 'hpcwhirl' has no attribute '{name}'"
-    raise AttributeError(msg)
+    raise AttributeError(f"module 'hpcwhirl' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:

@@ -288,7 +288,6 @@ def measure(
             tell(f"{name}: {setting.label}")
             row = compare(name, scene, setting, reference, repeats)
             if row.refused and not setting.inputs:
-                msg = f"{name}: {row.refused}"
-                raise InputError(msg)
+                raise InputError(f"{name}: {row.refused}")
             out.compared.append(row)
     return out

@@ -206,12 +206,11 @@ def check_release(model: Model, scene: Scene) -> None:
     if isinstance(ring, FourierOperator) and highest <= ring.harmonics:
         return
     most = ring.harmonics if isinstance(ring, FourierOperator) else 0
-    msg = (
+    raise InputError(
         "profile_release must be 0 where the profile has a harmonic in which the "
         f"casing cannot swing: {highest}, of a casing with harmonics up to {most}; "
         f"got {scene.engine.casing.profile_release:.6g} s"
     )
-    raise InputError(msg)
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:

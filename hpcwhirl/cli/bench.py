@@ -72,8 +72,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Time the schemes in this process and print a table."""
     if args.repeats < 1:
-        msg = f"--repeats must be >= 1, got {args.repeats}"
-        raise InputError(msg)
+        raise InputError(f"--repeats must be >= 1, got {args.repeats}")
     scene = scene_of(args.scene, args.settings)
     scene = apply_settings(scene, {"plan": "everything"})  # leave out no step
     if args.sizes is not None:
@@ -96,8 +95,7 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
 
     chosen = args.sizes or sizes.SIZES
     if min(chosen) < 1:
-        msg = f"--sizes takes numbers of blades >= 1, got {min(chosen)}"
-        raise InputError(msg)
+        raise InputError(f"--sizes takes numbers of blades >= 1, got {min(chosen)}")
     peak = bench.fma_peak(args.repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
         several = partial(with_points, Path(folder))

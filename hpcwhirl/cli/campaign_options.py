@@ -112,11 +112,9 @@ def extension(args: argparse.Namespace) -> float | None:
         if only one of --extend and --to is used, or the time is not positive and finite
     """
     if (args.extend is None) != (args.to is None):
-        msg = "--extend undecided and --to SECONDS belong together"
-        raise InputError(msg)
+        raise InputError("--extend undecided and --to SECONDS belong together")
     if args.to is not None and not 0.0 < args.to < math.inf:
-        msg = f"--to must be a number of seconds > 0, got {args.to}"
-        raise InputError(msg)
+        raise InputError(f"--to must be a number of seconds > 0, got {args.to}")
     return None if args.to is None else float(args.to)
 
 
@@ -131,13 +129,11 @@ def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
     if args.ranks is None:
         return ranks
     if not args.dry_run and args.pilot is None:
-        msg = (
+        raise InputError(
             f"--ranks is for --dry-run and --pilot; mpirun -n {args.ranks} starts ranks"
         )
-        raise InputError(msg)
     if not 1 <= args.ranks <= MOST_TASKS:
-        msg = f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}"
-        raise InputError(msg)
+        raise InputError(f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}")
     return int(args.ranks)
 
 
@@ -185,6 +181,5 @@ def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Poli
     if shard:
         design.check_shards("no --shard")
     if args.pilot is not None and not 0.0 < args.pilot < math.inf:
-        msg = f"--pilot must be a number of seconds > 0, got {args.pilot}"
-        raise InputError(msg)
+        raise InputError(f"--pilot must be a number of seconds > 0, got {args.pilot}")
     return Policy.of(rules, shard, take_over=args.take_over, pilot=args.pilot)

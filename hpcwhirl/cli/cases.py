@@ -63,8 +63,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.reading.results_file import results_of
 
     if args.limit < 0:
-        msg = f"--limit must be >= 0, got {args.limit}"
-        raise InputError(msg)
+        raise InputError(f"--limit must be >= 0, got {args.limit}")
     place = results_of(args.folder)
     with reading(place), open_coded(place) as data:
         if args.columns == "?":

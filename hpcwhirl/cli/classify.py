@@ -57,8 +57,7 @@ def thresholds_of(settings: list[str]) -> dict[str, float]:
             msg = f"threshold {name} must be a number >= 0, got '{raw}'"
             raise InputError(msg) from None
         if not 0.0 <= changes[name] < float("inf"):
-            msg = f"threshold {name} must be a number >= 0, got '{raw}'"
-            raise InputError(msg)
+            raise InputError(f"threshold {name} must be a number >= 0, got '{raw}'")
     return changes
 
 

@@ -130,11 +130,10 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
     if len(given) < 2:
-        msg = (
+        raise InputError(
             "an edge needs two pulses of different words: give --low and --high, such "
             f"as --low {scene.force / 2000:g}kN --high {scene.force / 1000:g}kN"
         )
-        raise InputError(msg)
     return [Asked({}, scene, given["low"], given["high"])]
 
 

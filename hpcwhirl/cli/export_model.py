@@ -141,11 +141,10 @@ def run(args: argparse.Namespace) -> int:
     model = resolve(scene).model
     spin = model.rotor.spin
     if spin is not None and (spin.tilt or spin.released is not None):
-        msg = (
+        raise InputError(
             "export-model cannot write a disk that tilts or a lost blade: the file has "
             "no terms for them with rotation full"
         )
-        raise InputError(msg)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
     write_arrays(args.out, arrays_of(model), facts)
     print(args.out)

@@ -61,6 +61,5 @@ def run(args: argparse.Namespace) -> int:
             pass
         raise
     if not drawn:
-        msg = f"nothing drawn of {args.folder}"
-        raise InputError(msg)
+        raise InputError(f"nothing drawn of {args.folder}")
     return 0

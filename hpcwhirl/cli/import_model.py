@@ -102,8 +102,7 @@ def run(args: argparse.Namespace) -> int:
     wheel = read_wheel(args.file)
     for source in (args.file, *wheel.sources):
         if args.out.exists() and args.out.samefile(source):
-            msg = f"--out must be another file than {source}, which is read"
-            raise InputError(msg)
+            raise InputError(f"--out must be another file than {source}, which is read")
     rotor = imported(wheel, _tell)
     facts = {"layout": LAYOUT, "source": str(args.file)}
     write_arrays(args.out, arrays_of(rotor), facts)

@@ -153,8 +153,7 @@ def _check_kept(path: Path) -> None:
     except (OSError, UnicodeDecodeError):
         old = ""
     if path.is_dir():
-        msg = f"cannot write {path}: it is a directory"
-        raise MissingFileError(msg)
+        raise MissingFileError(f"cannot write {path}: it is a directory")
     if PRINTED not in old:
         msg = f"--script {path}: there is a file that is no job script; it is kept"
         raise InputError(msg)

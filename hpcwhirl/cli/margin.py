@@ -71,11 +71,9 @@ def _check(args: argparse.Namespace) -> None:
     from hpcwhirl.errors import InputError
 
     if not 0.0 <= args.sure <= 1.0:
-        msg = f"--sure must be >= 0 and <= 1, got {args.sure:g}"
-        raise InputError(msg)
+        raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
     if args.plot and not args.first:
-        msg = "--plot draws what --first lists: give --first, too"
-        raise InputError(msg)
+        raise InputError("--plot draws what --first lists: give --first, too")
     if args.first and args.over == "each":
         msg = "--first needs one input: --over must be a swept input, got each"
         raise InputError(msg)
@@ -122,8 +120,7 @@ def _chosen(
         name, sign, raw = text.partition("=")
         if sign and variable_of(name.strip(), swept, "input of --at") == over:
             if point is not None:
-                msg = f"--at {over} is given twice"
-                raise InputError(msg)
+                raise InputError(f"--at {over} is given twice")
             point = number_of(raw, over, "--at")
         else:
             others.append(text)
@@ -272,13 +269,11 @@ def _point(settings: list[str]) -> dict[str, float]:
     for text in settings:
         name, sign, raw = text.partition("=")
         if not sign:
-            msg = f"--at must be NAME=VALUE, got '{text}'"
-            raise InputError(msg)
+            raise InputError(f"--at must be NAME=VALUE, got '{text}'")
         known = {*UNITS, *input_names()}
         variable = variable_of(name.strip(), known, "input of --at")
         if variable in out:
-            msg = f"--at {variable} is given twice"
-            raise InputError(msg)
+            raise InputError(f"--at {variable} is given twice")
         out[variable] = number_of(raw, variable, "--at")
     return out
 

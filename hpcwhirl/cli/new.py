@@ -72,8 +72,7 @@ def run(args: argparse.Namespace) -> int:
     except FileExistsError:
         raise _taken(args.file) from None
     except OSError as failed:
-        msg = f"cannot write {args.file}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise MissingFileError(f"cannot write {args.file}: {failed.strerror}") from None
     print(f"{args.file}: {told_of_model(checked)}")
     print(f"{args.file}: {told_of_pulse(scene, checked)}")
     if not FANS[0] <= checked.share <= FANS[1]:

@@ -255,8 +255,7 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
         return
     if path.exists() and path.is_dir() != folder:
         kind = "directory" if folder else "file"
-        msg = f"cannot write {path}: it is not a {kind}"
-        raise MissingFileError(msg)
+        raise MissingFileError(f"cannot write {path}: it is not a {kind}")
     whole = Path(os.path.realpath(path))  # Path.resolve raises at circular links
     nearest = whole
     while not os.path.lexists(nearest):

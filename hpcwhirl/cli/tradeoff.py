@@ -109,8 +109,7 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
         return {name: apply_settings(scene, given) for name, scene in kinds.items()}
     scenes = {name: scene_of(name, args.settings) for name in args.scenes}
     if len(scenes) < len(args.scenes):
-        msg = f"a scene is named twice: {' '.join(args.scenes)}"
-        raise InputError(msg)
+        raise InputError(f"a scene is named twice: {' '.join(args.scenes)}")
     return scenes
 
 

@@ -10,7 +10,7 @@ from hpcwhirl.scene.documents import (
     preset_in,
     scene_of_document,
 )
-from hpcwhirl.scene.engine_inputs import Casing, Engine, Rotor
+from hpcwhirl.scene.engine_parts import Casing, Engine, Rotor
 from hpcwhirl.scene.input_names import input_names
 from hpcwhirl.scene.inputs import Output, Scene, Solver
 from hpcwhirl.scene.named import (

@@ -105,8 +105,7 @@ class Many:
         wrong = self.first_wrong()
         if wrong < len(self.table):
             apply_settings(self.base, self.table[wrong])
-            msg = f"case {wrong} breaks a rule that its scene does not have"
-            raise WhirlError(msg)
+            raise WhirlError(f"case {wrong} breaks a rule that its scene does not have")
 
     def first_wrong(self) -> int:
         """Return the first case that is not allowed, or the number of cases."""

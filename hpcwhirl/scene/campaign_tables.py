@@ -57,13 +57,11 @@ def walltime_seconds(text: str) -> float:
     parts = text.split(":")
     plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
     if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
-        msg = f"must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}")
     hours, minutes, seconds = map(int, parts)
     total = 3600.0 * hours + 60.0 * minutes + seconds
     if total == 0.0:
-        msg = f"must be > 00:00:00, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be > 00:00:00, got {shown(text)}")
     return total
 
 
@@ -74,8 +72,7 @@ def _walltime(text: str) -> str:
 
 def _path(text: str) -> str:
     if not text.strip() or not text.isprintable():
-        msg = f"must be the path of a directory, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be the path of a directory, got {shown(text)}")
     return text
 
 
@@ -167,8 +164,7 @@ def _spread(given: Any) -> dict[str, float]:
                 continue
         else:
             allowed = "of an input that is a real number"
-        msg = f"{name} must be {allowed}, got {shown(spread)}"
-        raise ValueError(msg)
+        raise ValueError(f"{name} must be {allowed}, got {shown(spread)}")
     return dict(sorted(found.items()))
 
 
@@ -300,16 +296,14 @@ def _over(given: Any) -> tuple[str, ...]:
         raise ValueError(msg + shown(given))
     over = tuple(full_name(name) for name in names)
     if len(set(over)) < len(over):
-        msg = f"names an input twice: {', '.join(over)}"
-        raise ValueError(msg)
+        raise ValueError(f"names an input twice: {', '.join(over)}")
     return over
 
 
 def _preset(given: Any) -> Any:
     names = preset_names()
     if given not in names:
-        msg = f"must be one of {', '.join(names)}, got {shown(given)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be one of {', '.join(names)}, got {shown(given)}")
     return given
 
 
@@ -327,8 +321,7 @@ def _budget(given: Any) -> Any:
 
 def _scale(name: str, given: Any, _: Mapping[str, Any]) -> Any:
     if given not in SCALES:
-        msg = f"must be one of {', '.join(SCALES)}, got {shown(given)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be one of {', '.join(SCALES)}, got {shown(given)}")
     if given == "log" and name in WHOLE:
         msg = f"[refine] scale of {name}: an input of whole numbers is linear"
         raise InputError(msg)
@@ -349,8 +342,7 @@ def _resolution(name: str, given: Any, scales: Mapping[str, Any]) -> float:
     else:
         given = value_in_si(name, given)
     if not is_number(given) or not 0 < given < math.inf:
-        msg = f"must be a number > 0, got {shown(given)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be a number > 0, got {shown(given)}")
     return given
 
 
@@ -423,23 +415,20 @@ class Refine(TableModel):
         for short, value in values.items():
             name = full_name(short)
             if over and name not in over:
-                msg = f"{name}: not among over = {', '.join(over)}"
-                raise ValueError(msg)
+                raise ValueError(f"{name}: not among over = {', '.join(over)}")
             try:
                 found[name] = _EACH[what](name, value, info.data.get("scale", {}))
             except InputError:
                 raise
             except ValueError as failed:
-                msg = f"of {name} {failed}"
-                raise ValueError(msg) from None
+                raise ValueError(f"of {name} {failed}") from None
         return found
 
     @model_validator(mode="after")
     def _has_an_end(self) -> Self:
         for name in self.over:
             if (name in self.levels) == (name in self.resolution):
-                msg = f"needs either levels or resolution of {name}"
-                raise ValueError(msg)
+                raise ValueError(f"needs either levels or resolution of {name}")
         return self
 
 

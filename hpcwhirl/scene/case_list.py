@@ -71,8 +71,7 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
             if any(cell.strip() for cell in cells):
                 rows.append(_row(columns, cells, f"{path}, line {reader.line_num}"))
             if len(rows) > MOST_CASES:
-                msg = f"{path} has more than {MOST_CASES} cases"
-                raise InputError(msg)
+                raise InputError(f"{path} has more than {MOST_CASES} cases")
     except csv.Error as failed:
         msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
         raise InputError(msg) from None
@@ -97,11 +96,9 @@ def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
         try:
             full = full_name(name)
         except InputError as failed:
-            msg = f"{path}: {failed}"
-            raise InputError(msg) from None
+            raise InputError(f"{path}: {failed}") from None
         if full in {known for known, _ in found}:
-            msg = f"{path} names {full} twice"
-            raise InputError(msg)
+            raise InputError(f"{path} names {full} twice")
         found.append((full, "" if unit.strip() == "1" else unit.strip()))
     return found
 
@@ -118,8 +115,7 @@ def _row(
     where : file and line, for messages
     """
     if len(cells) != len(columns):
-        msg = f"{where}: must have {len(columns)} columns, got {len(cells)}"
-        raise InputError(msg)
+        raise InputError(f"{where}: must have {len(columns)} columns, got {len(cells)}")
     row: dict[str, Value] = {}
     for (name, unit), cell in zip(columns, cells, strict=True):
         if not name or not cell.strip():
@@ -127,8 +123,7 @@ def _row(
         try:
             row[name] = _value(name, unit, cell.strip())
         except (InputError, ValueError) as failed:
-            msg = f"{where}: {failed}"
-            raise InputError(msg) from None
+            raise InputError(f"{where}: {failed}") from None
     return row
 
 

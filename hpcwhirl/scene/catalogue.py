@@ -105,8 +105,7 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
     if mentioned:
         return mentioned
     if word.lower() in OTHERWISE:
-        msg = f"no input is named '{word}': {OTHERWISE[word.lower()]}"
-        raise InputError(msg)
+        raise InputError(f"no input is named '{word}': {OTHERWISE[word.lower()]}")
     tables = {n for f in facts.values() for n in _names_of_table(f.table)}
     known = {f.name for f in facts.values()} | tables | set(besides)
     raise unknown("input, table or preset", word, known)

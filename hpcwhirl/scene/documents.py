@@ -40,8 +40,7 @@ def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
     name = solver[PRESET]
     if not isinstance(name, str):
         allowed = ", ".join(preset_names())
-        msg = f"[solver] preset must be one of {allowed}, got {shown(name)}"
-        raise InputError(msg)
+        raise InputError(f"[solver] preset must be one of {allowed}, got {shown(name)}")
     return preset_inputs(name)
 
 
@@ -78,8 +77,7 @@ def scene_of_document(
     data = dict(document.get("scene", {}))
     for table in SCENE_TABLES[1:]:
         if table in data:
-            msg = f"[scene] {table}: write it as the table [{table}]"
-            raise InputError(msg)
+            raise InputError(f"[scene] {table}: write it as the table [{table}]")
         if table in document:
             data[table] = document[table]
     if isinstance(data.get("engine"), Mapping):
@@ -119,8 +117,7 @@ def _anchored(file: str, folder: Path | str) -> str:
     try:
         return anchored(file, folder)
     except ValueError as failed:
-        msg = f"{FILE}: {failed}"
-        raise InputError(msg) from None
+        raise InputError(f"{FILE}: {failed}") from None
 
 
 def load_scene(path: Path | str) -> Scene:

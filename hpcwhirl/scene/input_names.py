@@ -113,20 +113,17 @@ def full_name(name: str) -> str:
     if len(matches) == 1:
         return matches[0]
     if matches:
-        msg = f"input '{name}' is ambiguous: {' or '.join(matches)}"
-        raise InputError(msg)
+        raise InputError(f"input '{name}' is ambiguous: {' or '.join(matches)}")
     if name.rpartition(".")[2] == PRESET:
-        msg = (
+        raise InputError(
             "a preset is no scene input: --preset NAME, or preset in a file's [solver]"
         )
-        raise InputError(msg)
     if name.partition(".")[0] in TABLES:
         table = name.partition(".")[0]
         msg = f"'{name}' is no scene input: write [{table}] in the campaign's file"
         raise InputError(msg)
     if name.lower() in OTHERWISE:
-        msg = f"unknown scene input '{name}': {OTHERWISE[name.lower()]}"
-        raise InputError(msg)
+        raise InputError(f"unknown scene input '{name}': {OTHERWISE[name.lower()]}")
     short = {n.rsplit(".", 1)[-1] for n in INPUTS}
     raise unknown("scene input", name, short | INPUTS.keys())
 
@@ -148,8 +145,7 @@ def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]
     for name, value in given:
         full = full_name(name)
         if full in out:
-            msg = f"{where} names {full} twice, once as {name}"
-            raise InputError(msg)
+            raise InputError(f"{where} names {full} twice, once as {name}")
         out[full] = _signless(value)
     return out
 

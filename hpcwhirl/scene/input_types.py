@@ -60,11 +60,9 @@ def anchored(file: str, folder: Path | str = "") -> str:
         path = str((Path(folder) / file).resolve())
         path.encode()  # results store it as UTF-8
     except UnicodeEncodeError:
-        msg = f"a path must be UTF-8, got {shown(file)}"
-        raise ValueError(msg) from None
+        raise ValueError(f"a path must be UTF-8, got {shown(file)}") from None
     except (OSError, RuntimeError, ValueError) as failed:  # circular links, NUL
-        msg = f"no file can be named {shown(file)}: {failed}"
-        raise ValueError(msg) from None
+        raise ValueError(f"no file can be named {shown(file)}: {failed}") from None
     return printable(path)
 
 
@@ -77,8 +75,7 @@ def printable(text: str) -> str:
         if it has control or other unprintable characters
     """
     if not text.isprintable():
-        msg = f"must have no control characters, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must have no control characters, got {shown(text)}")
     return text
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ValidationError
 
 from hpcwhirl.scene import contact_laws
-from hpcwhirl.scene.engine_inputs import Engine
+from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
 from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Positive
 from hpcwhirl.scene.kept_tables import table_over_time

@@ -103,8 +103,7 @@ def profile_table(text: str) -> str:
     try:
         rows = _rows_of(lines[1:])
     except ValueError:
-        msg = "its values must be numbers"
-        raise ValueError(msg) from None
+        raise ValueError("its values must be numbers") from None
     wide = head.count(",") + 1
     told = f"every row must have {wide} numbers, {head}"
     _must(all(len(row) == wide for row in rows), told)
@@ -172,8 +171,7 @@ def _text_of(path: Path) -> str:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeError) as failed:
         why = getattr(failed, "strerror", None) or "it is not UTF-8"
-        msg = f"cannot read {shown(path)}: {why}"
-        raise ValueError(msg) from None
+        raise ValueError(f"cannot read {shown(path)}: {why}") from None
     told = f"must name a file that has a table, got {shown(path)}, which is empty"
     _must(text.strip(), told)
     return text
@@ -205,8 +203,7 @@ def _columns_of_toml(text: str) -> dict[str, list[Any]]:
     try:
         found = _tables(tomllib.loads(text))
     except tomllib.TOMLDecodeError as failed:
-        msg = f"it is no TOML: {failed}"
-        raise ValueError(msg) from None
+        raise ValueError(f"it is no TOML: {failed}") from None
     told = f"a TOML file must have one table with kxx, got {len(found)}"
     _must(len(found) == 1, told)
     listed = {n: v if isinstance(v, list) else [v] for n, v in found[0].items()}
@@ -234,5 +231,4 @@ def _of_columns(columns: Mapping[str, list[Any]]) -> Rows:
     try:
         return [tuple(map(float, row)) for row in zip(speeds, *named, strict=True)]
     except (TypeError, ValueError):
-        msg = "its values must be numbers"
-        raise ValueError(msg) from None
+        raise ValueError("its values must be numbers") from None

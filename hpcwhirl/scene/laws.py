@@ -119,8 +119,7 @@ def law_of(name: str, given: Any) -> Law:
     law = LAWS[word].read(values, where, lambda key: f"{where}: {key}")
     ends = getattr(law, "low", 0.0), getattr(law, "high", 1.0)
     if not ends[0] < ends[1]:
-        msg = f"{where}: high must be > low, got {ends[0]} and {ends[1]}"
-        raise InputError(msg)
+        raise InputError(f"{where}: high must be > low, got {ends[0]} and {ends[1]}")
     return law
 
 

@@ -101,11 +101,10 @@ def check_kept(settings: Mapping[str, Any]) -> None:
         lost = [name for name in effects if name in settings]
         value = settings.get(cause)
         if lost and value and isinstance(value, int | float):  # else refused later
-            msg = (
+            raise InputError(
                 f"--set {lost[0]}: {cause} = {shown(value)} sets it; add --set "
                 f"{cause.rpartition('.')[2]}=0"
             )
-            raise InputError(msg)
 
 
 def to_toml(scene: Scene) -> str:

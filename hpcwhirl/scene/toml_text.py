@@ -33,13 +33,11 @@ def parsed_toml(text: str) -> dict[str, Any]:
             if depth > DEEPEST:
                 raise RecursionError  # noqa: TRY301 - as where the parser gives up
     except RecursionError:
-        msg = f"nested deeper than {DEEPEST} tables or lists"
-        raise ValueError(msg) from None
+        raise ValueError(f"nested deeper than {DEEPEST} tables or lists") from None
     except tomllib.TOMLDecodeError:
         raise
     except ValueError:  # Python refuses to read such an integer
-        msg = f"a whole number of more than {WIDEST} bits"
-        raise ValueError(msg) from None
+        raise ValueError(f"a whole number of more than {WIDEST} bits") from None
     return document
 
 
@@ -58,8 +56,7 @@ def _value(raw: str) -> Any:
             raise
     else:
         if len(document) > 1:  # further lines would be ignored
-            msg = "more than one line"
-            raise ValueError(msg)
+            raise ValueError("more than one line")
         return document["value"]
     try:
         return float(raw)  # .1 and 1e-6 are numbers for an engineer, but not in TOML
@@ -71,8 +68,7 @@ def parse_setting(text: str) -> tuple[str, Value]:
     """Parse ``name=value`` as (full dotted name, value): a TOML value or a word."""
     name, sign, raw = text.partition("=")
     if not sign or not name.strip() or not raw.strip():
-        msg = f"a setting is name=value, got {shown(text)}"
-        raise InputError(msg)
+        raise InputError(f"a setting is name=value, got {shown(text)}")
     name = name.strip()
     full = full_name(name)
     return full, setting_value(full, raw, name)
@@ -95,8 +91,7 @@ def setting_value(full: str, raw: str, name: str = "") -> Value:
         raise InputError(msg) from None
     listed = isinstance(value, list) and takes_list(full)
     if not listed and not isinstance(value, bool | int | float | str):
-        msg = f"{name} takes one value, got {shown(raw)}"
-        raise InputError(msg)
+        raise InputError(f"{name} takes one value, got {shown(raw)}")
     return value
 
 

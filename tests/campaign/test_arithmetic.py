@@ -21,7 +21,6 @@ from hpcwhirl.scene import (
     apply_settings,
     batch_validation,
     digest,
-    engine_inputs,
     flatten,
 )
 from hpcwhirl.scene import inputs as scene_inputs
@@ -333,7 +332,7 @@ def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):
 
 
 def test_no_model_has_rules_that_columns_do_not_know():
-    rooms = scene_inputs, engine_inputs
+    rooms = scene_inputs, engine_parts
     kinds = [c for m in rooms for _, c in inspect.getmembers(m, inspect.isclass)]
     models = {c for c in kinds if issubclass(c, scene_inputs.Inputs)}
     assert {
