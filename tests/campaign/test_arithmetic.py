@@ -21,6 +21,7 @@ from hpcwhirl.scene import (
     apply_settings,
     batch_validation,
     digest,
+    engine_parts,
     flatten,
 )
 from hpcwhirl.scene import inputs as scene_inputs
