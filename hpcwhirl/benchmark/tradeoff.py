@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from hpcwhirl.benchmark.trials import (
-    Setting,
-    Settings,
-    applied,
-    reference_of,
-    trials,
-)
+from hpcwhirl.benchmark.trials import Setting, Settings, applied, reference_of, trials
 from hpcwhirl.campaign.simulate import Result, simulate
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings

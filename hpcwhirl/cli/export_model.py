@@ -73,10 +73,7 @@ def turning_arrays(
         "centre_damping": np.array([own.damping.real - own.film]),
     }
     if spin.quartic is None:
-        parts = {
-            "stress_stiffness": spin.stiffening + mass,
-            "softening": mass,
-        }
+        parts = {"stress_stiffness": spin.stiffening + mass, "softening": mass}
         return out | parts
     first = float(omega[omega > RIGID * omega.max()].min())
     speeds = np.array([first, 2.0 * first])

@@ -25,11 +25,7 @@ from hpcwhirl.cli.options import (
     tell_remarks,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
-from hpcwhirl.reduction.families import (
-    UNKNOWN,
-    as_records,
-    modal_table,
-)
+from hpcwhirl.reduction.families import UNKNOWN, as_records, modal_table
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness

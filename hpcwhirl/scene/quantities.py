@@ -184,9 +184,7 @@ TRACES: dict[str, Quantity] = {
     "rubbed": Quantity("J", "cumulative work of friction"),
     "lost": Quantity("J", "cumulative damping and impact loss"),
     "tips": Quantity(
-        "m",
-        "tips, rotating frame: radial, tangential",
-        axes=("blade", "component"),
+        "m", "tips, rotating frame: radial, tangential", axes=("blade", "component")
     ),
     "blade_impulse": Quantity(
         "N s", "cumulative contact impulse of each blade", axes=("blade",)
@@ -258,15 +256,12 @@ ARRAYS: dict[str, Quantity] = {
     **_real("1/sqrt(kg)", modal_centre="displacement of the centre"),
     **_real("1", radial_rows="casing coordinates to w at blades, Omega t = 0"),
     **_real("1", tangential_rows="casing coordinates to u at blades, Omega t = 0"),
-    **_count(
-        modal_harmonic="harmonic h of each mode (or pair) of a round casing",
-    ),
+    **_count(modal_harmonic="harmonic h of each mode (or pair) of a round casing"),
     **_real("rad/s", modal_omega="frequency of each mode"),
     **_real("1", modal_damping_ratio="xi of each mode"),
     **_real("1/sqrt(kg)", modal_radial="W of w = W cos(h theta)"),
     **_real(
-        "1/sqrt(kg)",
-        modal_tangential="U of u = U sin(h theta); for h = 0 a rotation",
+        "1/sqrt(kg)", modal_tangential="U of u = U sin(h theta); for h = 0 a rotation"
     ),
 }
 AXES = {
