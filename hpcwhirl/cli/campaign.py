@@ -35,7 +35,6 @@ from hpcwhirl.cli.options import (
     parsed,
     print_json,
     print_notes,
-    tell_load,
     tell_preset,
     tell_remarks,
 )
@@ -123,7 +122,6 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
 def _tell_inputs(design: Design) -> None:
     """Print warnings on inputs, after all checks, so that an error is one line."""
-    tell_load(design.columns)
     tell_remarks(design.columns)
 
 

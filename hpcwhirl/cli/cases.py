@@ -19,6 +19,7 @@ from hpcwhirl.cli.tables import (
     print_table,
     unit_of,
 )
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
@@ -57,7 +58,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the table of the chosen cases, or the list of columns."""
     from hpcwhirl.analysis.columns import source_of
-    from hpcwhirl.errors import InputError
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_coded
     from hpcwhirl.store.reading.results_file import results_of

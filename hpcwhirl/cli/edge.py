@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,6 +19,7 @@ from hpcwhirl.cli.options import (
     check_writable,
     print_json,
     scene_of,
+    seldom,
     tell_preset,
 )
 from hpcwhirl.errors import InputError
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
 
-EVERY = 5.0  # s between progress lines
 TIMES = {"span": 1.0, "look": 1.0}
 NEAR = {"near": 1e-6, "far": 1e-3}
 UNITS = {
@@ -106,8 +105,12 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
     from hpcwhirl.campaign.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
-    tell = _teller(quiet=args.quiet)
-    found = edge(asked.scene, asked.low, asked.high, how, tell)
+
+    def tell(text: str) -> None:
+        if not args.quiet:
+            print(f"edge: {text}", file=sys.stderr)
+
+    found = edge(asked.scene, asked.low, asked.high, how, seldom(tell))
     ends = {"low": asked.low, "high": asked.high}
     words = {"word_low": found.low.word, "word_high": found.high.word}
     return found, ends | words | found.numbers
@@ -217,20 +220,6 @@ def in_shown(name: str) -> tuple[str, float]:
     known = UNITS | given
     unit, factor = shown_in(known.get(name, INPUTS.get(name, "1")))
     return ("" if unit == "1" else unit), factor
-
-
-def _teller(*, quiet: bool) -> Any:
-    """Return a function that prints a progress line on stderr every `EVERY` s."""
-    last = [0.0]
-
-    def tell(text: str) -> None:
-        now = time.monotonic()
-        if quiet or now - last[0] < EVERY:
-            return
-        last[0] = now
-        print(f"edge: {text}", file=sys.stderr)
-
-    return tell
 
 
 def _show(facts: dict[str, Any]) -> None:

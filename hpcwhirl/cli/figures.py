@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_option, add_units, asked_units
+from hpcwhirl.errors import InputError, WhirlError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +40,6 @@ def run(args: argparse.Namespace) -> int:
 
     If none can be drawn, the exit code is 2.
     """
-    from hpcwhirl.errors import InputError, WhirlError
     from hpcwhirl.report.figures.kinds import cases_at, draw_figures
     from hpcwhirl.store.reading.results_file import Results
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from hpcwhirl.cli.options import OR_FILE, add_option, asked_units
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import showing, shown_in
 from hpcwhirl.store.reading.select import UNITS
@@ -68,7 +69,6 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> None:
     """Raise InputError for options that do not go together or are out of range."""
     from hpcwhirl.cli.options import check_writable
-    from hpcwhirl.errors import InputError
 
     if not 0.0 <= args.sure <= 1.0:
         raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
@@ -112,7 +112,6 @@ def _chosen(
     over : the input whose ranges are listed
     settings : texts ``NAME=V`` of --at; those of other inputs choose cases
     """
-    from hpcwhirl.errors import InputError
     from hpcwhirl.store.reading.select import number_of, swept_of, variable_of, where
 
     swept, point, others = swept_of(data), None, []
@@ -261,7 +260,6 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
 
 def _point(settings: list[str]) -> dict[str, float]:
     """Return {input: value in SI} of the settings of --at."""
-    from hpcwhirl.errors import InputError
     from hpcwhirl.scene import input_names
     from hpcwhirl.store.reading.select import number_of, variable_of
 

@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     facts = facts_of(case, args.orders)
     if args.explain:
         facts["rotations"] = side_by_side(case, 1)
-    tell_remarks(scene)
+    tell_remarks(scene, load=False)
     if args.json:
         print_json(facts)
     elif args.explain:
@@ -141,11 +141,10 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     """
     unit, out = DERIVED["critical_speed"].unit, {}
     for k, family in product(sorted(diameters), ("1F", "suspension")):
-        names = [(line["nodal_diameter"], line["family"]) for line in facts["lines"]]
         lines = [
             line
-            for line, name in zip(facts["lines"], names, strict=True)
-            if name == (k, family)
+            for line in facts["lines"]
+            if (line["nodal_diameter"], line["family"]) == (k, family)
         ]
         for frame in ("rotating", "static") if lines else ():
             numbers = ", ".join(f"{line[frame]:.1f}" for line in lines)

@@ -7,7 +7,8 @@ import json
 import math
 import os
 import sys
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
 OR_FILE = "directory of a campaign, or a file written by hpcwhirl run --out"
 OF_CAMPAIGN = "directory of a campaign"
+EVERY = 5.0  # s between progress lines
 UNTOUCHED = (
     "no blade touched the casing: words describe free motion only; lengths are in m, "
     "force in N, pulse in s"
@@ -113,20 +115,31 @@ def tell_preset(scene: Scene) -> None:
     print(f"hpcwhirl: preset {name}: {loss} (hpcwhirl inputs {name})", file=sys.stderr)
 
 
-def tell_load(cases: Many | Scene) -> None:
-    """Warn on stderr if the pulse moves the casing by many gaps."""
-    from hpcwhirl.scene.remarks import load_remarks
+def tell_remarks(cases: Many | Scene, *, load: bool = True) -> None:
+    """Warn on stderr, a line each, of inputs that seem to be in another unit.
 
-    for line in load_remarks(cases):
-        print(f"hpcwhirl: {line}", file=sys.stderr)
-
-
-def tell_remarks(cases: Many | Scene) -> None:
-    """Warn on stderr, a line each, of inputs that seem to be in another unit."""
+    load : whether to warn if the pulse moves the casing by many gaps, too
+    """
     from hpcwhirl.scene.remarks import remarks
 
-    for line in remarks(cases):
+    for line in remarks(cases, load=load):
         print(f"hpcwhirl: {line}", file=sys.stderr)
+
+
+def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
+    """Return a function that calls `tell`, but only `EVERY` s after the last call.
+
+    last : time of a call before, s, by `time.monotonic`
+    """
+
+    def timed(*told: Any) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= EVERY:
+            last = now
+            tell(*told)
+
+    return timed
 
 
 def add_take_over(parser: argparse.ArgumentParser) -> None:

@@ -21,7 +21,7 @@ from hpcwhirl.cli.options import (
     print_json,
     print_notes,
     scene_of,
-    tell_load,
+    seldom,
     tell_preset,
     tell_remarks,
 )
@@ -41,7 +41,6 @@ BALANCE = {
     "energy": "energy at the end",
     "residual": "energy at the end + out - in",
 }
-PLAIN_EVERY = 5.0  # s between progress lines if stderr is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,7 +71,6 @@ def run(args: argparse.Namespace) -> int:
     tell_preset(scene)
     design = Design.one(scene)
     course = course_of(scene)
-    tell_load(scene)
     tell_remarks(scene)
     _tell_unequal(course.march, quiet=args.quiet)
     with _progress(course, quiet=args.quiet) as tick:
@@ -176,20 +174,15 @@ def _bar(course: Course) -> Iterator[Callable[[], None]]:
 
 
 def _plain(course: Course) -> Callable[[], None]:
-    start = last = time.monotonic()
+    start = time.monotonic()
 
     def tick() -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last < PLAIN_EVERY:
-            return
-        last = now
-        march = course.march
-        left = (now - start) * (march.total - march.steps) / max(march.steps, 1)
+        march, spent = course.march, time.monotonic() - start
+        left = spent * (march.total - march.steps) / max(march.steps, 1)
         share = 100 * march.steps / march.total
         print(f"integrating: {share:.0f} %, {left:.0f} s left", file=sys.stderr)
 
-    return tick
+    return seldom(tick, start)
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:

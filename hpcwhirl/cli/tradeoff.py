@@ -19,6 +19,7 @@ from hpcwhirl.cli.options import (
     parsed,
     print_json,
     scene_of,
+    seldom,
 )
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import NAMED, Scene, apply_settings
@@ -67,7 +68,12 @@ def run(args: argparse.Namespace) -> int:
     settings, scenes = settings_of(args.axes), _scenes(args)
     check_writable(args.out or Path(), folder=True)
     start, machine = time.monotonic(), machine_facts()
-    facts = measure(scenes, settings, args.repeats, _teller(len(scenes), start)).facts()
+
+    def tell(line: str) -> None:
+        of = f"{time.monotonic() - start:.0f} s, {line} (of {len(scenes)} scenes)"
+        print(f"tradeoff: {of}", file=sys.stderr)
+
+    facts = measure(scenes, settings, args.repeats, seldom(tell)).facts()
     facts |= {
         "machine": f"{machine['host']}, {machine['cpu']}",
         "version": __version__,
@@ -111,21 +117,6 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
     if len(scenes) < len(args.scenes):
         raise InputError(f"a scene is named twice: {' '.join(args.scenes)}")
     return scenes
-
-
-def _teller(scenes: int, start: float) -> Any:
-    """Return a function that prints progress lines on stderr, at most every 5 s."""
-    last = 0.0
-
-    def tell(line: str) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last > 5.0:
-            last = now
-            spent = f"{now - start:.0f} s"
-            print(f"tradeoff: {spent}, {line} (of {scenes} scenes)", file=sys.stderr)
-
-    return tell
 
 
 def _heading(facts: dict[str, Any]) -> str:

@@ -6,7 +6,9 @@ The tables list words of cases, quantities, schemes, presets and named engines.
 from hpcwhirl.scene.case_digest import content_digest, digest
 from hpcwhirl.scene.documents import (
     DESIGN_TABLES,
+    load_document,
     load_scene,
+    parse_setting,
     preset_in,
     scene_of_document,
 )
@@ -36,7 +38,6 @@ from hpcwhirl.scene.plain_data import (
     scene_from,
     to_toml,
 )
-from hpcwhirl.scene.toml_text import load_document, parse_setting
 
 __all__ = [
     "DESIGN_TABLES",

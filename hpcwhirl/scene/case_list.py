@@ -11,10 +11,10 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, one_line, shown
 from hpcwhirl.safe_open import read_regular
+from hpcwhirl.scene.documents import setting_value
 from hpcwhirl.scene.input_names import Value, by_full_name, full_name, value_in_si
 from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.swept import MOST_CASES, flat
-from hpcwhirl.scene.toml_text import setting_value
 
 CASE = "case"  # column of case numbers, which tables of results have; not an input
 HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
