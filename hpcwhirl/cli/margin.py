@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from hpcwhirl.analysis.margins import SafeRange
 
 ENDS = ("low", "high", "below", "above")
+WORDS = ("word_below", "word_above")
 TOLD = 12  # largest number of lines of cases with a sentence for each
 OVER = (*ENDS, "distance")  # columns in the unit of the input of --over
 
@@ -132,9 +134,7 @@ def _chosen(
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
     """Return {name: values (ranges,)} of the table; `point` adds the distance."""
     out: dict[str, list[Any]] = {n: [r.fixed[n] for r in found] for n in found[0].fixed}
-    out |= {n: [getattr(r, n) for r in found] for n in ENDS}
-    for side in ("below", "above"):
-        out[f"word_{side}"] = [getattr(r, f"word_{side}") for r in found]
+    out |= {n: [getattr(r, n) for r in found] for n in (*ENDS, *WORDS)}
     out["cases"] = [r.cases for r in found]
     if any(np.isfinite(r.share) for r in found):
         out["least_share"] = [r.share for r in found]
@@ -154,9 +154,7 @@ def _nearest(
         if not inside:
             return f"{told}: in no safe range of {lines} lines"
         least = min(inside, key=lambda r: r.distance(point))
-        where = ", ".join(
-            setting_text(name, value) for name, value in least.fixed.items()
-        )
+        where = _line(least.fixed)
         far = setting_text(over, least.distance(point)).partition(" = ")[2]
     count = len({tuple(r.fixed.values()) for r in inside})
     if not np.isfinite(least.distance(point)):
@@ -227,8 +225,7 @@ def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
 
 
 def _place(found: FirstChange) -> str:
-    at = ", ".join(setting_text(n, v) for n, v in found.fixed.items())
-    return f"at {at}: " if at else ""
+    return f"at {at}: " if (at := _line(found.fixed)) else ""
 
 
 def _then(found: FirstChange) -> str:
@@ -281,17 +278,15 @@ def _each_columns(found: list[Along]) -> dict[str, Any]:
     out: dict[str, Any] = {"input": [a.name for a in found]}
     out["unit"] = [UNITS.get(a.name, "1") for a in found]
     out["at"] = [a.value for a in found]
-    out |= {n: [getattr(a.found, n) for a in found] for n in ENDS}
-    for side in ("below", "above"):
-        out[f"word_{side}"] = [getattr(a.found, f"word_{side}") for a in found]
+    out |= {n: [getattr(a.found, n) for a in found] for n in (*ENDS, *WORDS)}
     out["distance"] = [a.found.distance(a.value) for a in found]
-    out["line"] = [_line(a) for a in found]
+    out["line"] = [_line(a.found.fixed) for a in found]
     return {name: np.array(values) for name, values in out.items()}
 
 
-def _line(along: Along) -> str:
-    """Return the values of the other inputs on the chosen line, as text."""
-    return ", ".join(setting_text(n, v) for n, v in along.found.fixed.items())
+def _line(fixed: Mapping[str, Any]) -> str:
+    """Return the values of the inputs that are fixed on a line of cases, as text."""
+    return ", ".join(setting_text(n, v) for n, v in fixed.items())
 
 
 def _cell(name: str, along: Along) -> str:
