@@ -8,7 +8,7 @@ import sys
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hpcwhirl.cli.options import add_option
 from hpcwhirl.errors import InputError, MissingFileError, shown
@@ -88,26 +88,18 @@ def _taken(file: Path) -> InputError:
 
 
 def _fan(args: argparse.Namespace) -> Fan:
-    from hpcwhirl.case.fan import RADIUS, Fan
+    from hpcwhirl.case.fan import Fan
 
-    given = {name: _number(name, getattr(args, name)) for name in OPTIONS}
-    return Fan(
-        blades=args.blades,
-        radius=RADIUS if given["radius"] is None else given["radius"],
-        material=args.material,
-        casing_material=args.casing_material,
-        gap=given["gap"] or 0.0,
-        full_speed=given["speed"] or 0.0,
-        frequency=given["frequency"] or 0.0,
-        lobes=args.lobes,
-        friction=0.1 if given["friction"] is None else given["friction"],
-    )
+    texts = {name: text for name in OPTIONS if (text := getattr(args, name))}
+    numbers: dict[str, Any] = {n: _number(n, text) for n, text in texts.items()}
+    if "speed" in numbers:
+        numbers["full_speed"] = numbers.pop("speed")
+    plain = ("blades", "material", "casing_material", "lobes")
+    return Fan(**{name: getattr(args, name) for name in plain}, **numbers)
 
 
-def _number(name: str, text: str) -> Any:
-    """Parse an option as a number in SI, a frequency in Hz; None for an empty text."""
-    if not text:
-        return None
+def _number(name: str, text: str) -> float:
+    """Parse an option as a number in SI, a frequency in Hz."""
     unit = OPTIONS[name][0]
     value = told_of(f"--{name}", lambda: in_si(text, unit))
     try:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from difflib import get_close_matches
-from functools import cache, partial
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -92,23 +92,14 @@ def check_label(scene: Scene) -> None:
         raise InputError(msg + "hpcwhirl inputs engines lists them")
 
 
-def table1() -> Scene:
-    """Return the scene of Table 1: 410 rad/s, gap 1 mm, mu 0.2, 20 revolutions."""
-    return Scene(speed=410.0, gap=1e-3, friction=0.2, revolutions=20.0)
-
-
-def table2() -> Scene:
-    """Return the scene of Table 2: 410 rad/s, gap 0.128 mm, mu 0.1, 2.5 s."""
-    return Scene(speed=410.0, gap=1.28e-4, friction=0.1, duration=2.5)
-
-
-def table2_on(engine: str) -> Scene:
-    """Return the scene of Table 2 with a named engine."""
-    return apply_settings(table2(), engine_inputs(engine))
-
-
-NAMED = {"table1": table1, "table2": table2} | {
-    name: partial(table2_on, name) for name in engine_names()
+# {named scene: its inputs}: tables of the paper, and the scene of Table 2 by engine
+TABLE_2: dict[str, Value] = {
+    "speed": 410.0, "gap": 1.28e-4, "friction": 0.1, "duration": 2.5
+}  # fmt: skip
+NAMED: dict[str, dict[str, Value]] = {
+    "table1": {"speed": 410.0, "gap": 1e-3, "friction": 0.2, "revolutions": 20.0},
+    "table2": TABLE_2,
+    **{name: TABLE_2 | engine_inputs(name) for name in engine_names()},
 }
 
 
@@ -116,7 +107,7 @@ def named_scene(name: str) -> Scene:
     """Return a named scene; raise InputError for an unknown name."""
     if name not in NAMED:
         raise unknown("scene", name, NAMED)
-    return NAMED[name]()
+    return apply_settings(Scene(), NAMED[name])
 
 
 def preset_names() -> tuple[str, ...]:
