@@ -8,7 +8,7 @@ import sys
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.options import add_option
 from hpcwhirl.errors import InputError, MissingFileError, shown
