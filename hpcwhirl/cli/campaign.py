@@ -122,7 +122,7 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
 def _tell_inputs(design: Design) -> None:
     """Print warnings on inputs, after all checks, so that an error is one line."""
-    tell_remarks(design.columns)
+    tell_remarks(design.columns, load=True)
 
 
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:

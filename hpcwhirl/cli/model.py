@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     facts = facts_of(case, args.orders)
     if args.explain:
         facts["rotations"] = side_by_side(case, 1)
-    tell_remarks(scene, load=False)
+    tell_remarks(scene)
     if args.json:
         print_json(facts)
     elif args.explain:

@@ -115,7 +115,7 @@ def tell_preset(scene: Scene) -> None:
     print(f"hpcwhirl: preset {name}: {loss} (hpcwhirl inputs {name})", file=sys.stderr)
 
 
-def tell_remarks(cases: Many | Scene, *, load: bool = True) -> None:
+def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
     """Warn on stderr, a line each, of inputs that seem to be in another unit.
 
     load : whether to warn if the pulse moves the casing by many gaps, too

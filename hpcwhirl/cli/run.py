@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     tell_preset(scene)
     design = Design.one(scene)
     course = course_of(scene)
-    tell_remarks(scene)
+    tell_remarks(scene, load=True)
     _tell_unequal(course.march, quiet=args.quiet)
     with _progress(course, quiet=args.quiet) as tick:
         result = course.run(tick)

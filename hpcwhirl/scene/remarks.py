@@ -130,7 +130,7 @@ _LOAD = _Remark(
 )  # fmt: skip
 
 
-def remarks(cases: Many | Scene, *, load: bool = True) -> list[str]:
+def remarks(cases: Many | Scene, *, load: bool = False) -> list[str]:
     """Return the warnings of inputs that look as if given in another unit, a line each.
 
     Parameters
