@@ -34,22 +34,10 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
-    "Design",
-    "Scene",
-    "StoppedError",
-    "__version__",
-    "basins",
-    "campaign",
-    "credibility",
-    "edge",
-    "first_changes",
-    "grid",
-    "open_results",
-    "safe_ranges",
-    "shares",
-    "simulate",
-    "words",
-]
+    "Design", "Scene", "StoppedError", "__version__", "basins", "campaign",
+    "credibility", "edge", "first_changes", "grid", "open_results", "safe_ranges",
+    "shares", "simulate", "words",
+]  # fmt: skip
 
 _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
