@@ -16,7 +16,7 @@ from hpcwhirl.cli.options import (
     add_scene,
     add_units,
     asked_units,
-    check_writable,
+    check_picture,
     print_json,
     scene_of,
     seldom,
@@ -84,10 +84,7 @@ def run(args: argparse.Namespace) -> int:
     """Follow one edge, or that of each line of a campaign; print the numbers."""
     from hpcwhirl.scene.units import showing
 
-    if args.plot and args.plot.suffix not in {".png", ".svg", ".pdf"}:
-        msg = f"--plot must end in .png, .svg or .pdf, got '{args.plot.name}'"
-        raise InputError(msg)
-    check_writable(args.plot, folder=False)
+    check_picture(args.plot)
     asked = _asked(args)
     with showing(asked_units(args.units)):
         if len(asked) > 1:

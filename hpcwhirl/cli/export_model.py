@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli.options import add_option, scene_of
+from hpcwhirl.cli.options import add_option, add_scene_name, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
 from hpcwhirl.reduction.round_casing import table_of
 from hpcwhirl.reduction.stress import Stress
-from hpcwhirl.scene import NAMED, to_toml
+from hpcwhirl.scene import to_toml
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -36,10 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     # fmt: off
     parser.add_argument("out", type=Path, metavar="FILE.h5", help="file to write")
-    parser.add_argument(
-        "scene", nargs="?", default="table2", metavar="SCENE",
-        help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
-    )
+    add_scene_name(parser)
     add_option(parser, "--set NAME=VALUE",
         "set an input, e.g. blades=18; may be repeated", default=[], dest="settings")
 

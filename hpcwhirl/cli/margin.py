@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.options import OR_FILE, add_option, asked_units
+from hpcwhirl.cli.options import OR_FILE, add_option, asked_units, check_picture
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantity import with_unit
@@ -70,8 +70,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> None:
     """Raise InputError for options that do not go together or are out of range."""
-    from hpcwhirl.cli.options import check_writable
-
     if not 0.0 <= args.sure <= 1.0:
         raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
     if args.plot and not args.first:
@@ -79,10 +77,7 @@ def _check(args: argparse.Namespace) -> None:
     if args.first and args.over == "each":
         msg = "--first needs one input: --over must be a swept input, got each"
         raise InputError(msg)
-    if args.plot and args.plot.suffix not in {".png", ".svg", ".pdf"}:
-        msg = f"--plot must end in .png, .svg or .pdf, got '{args.plot.name}'"
-        raise InputError(msg)
-    check_writable(args.plot, folder=False)
+    check_picture(args.plot)
 
 
 def _print_ranges(

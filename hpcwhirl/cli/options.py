@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     NAMED,
@@ -171,15 +171,17 @@ def add_json(parser: argparse._ActionsContainer) -> None:
     add_option(parser, "--json", "print JSON, not text")
 
 
+def add_scene_name(parser: argparse.ArgumentParser) -> None:
+    """Add the positional scene."""
+    known = f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)"
+    parser.add_argument(
+        "scene", nargs="?", default="table2", metavar="SCENE", help=known
+    )
+
+
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """Add the positional scene and the options ``--set``, ``--preset``, ``--json``."""
-    parser.add_argument(
-        "scene",
-        nargs="?",
-        default="table2",
-        metavar="SCENE",
-        help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
-    )
+    add_scene_name(parser)
     add_set(parser)
     add_json(parser)
 
@@ -276,6 +278,13 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
     if not os.access(nearest, os.W_OK) or (nearest != whole and not nearest.is_dir()):
         msg = f"cannot write {path}: {nearest} is not a writable directory"
         raise MissingFileError(msg)
+
+
+def check_picture(path: Path | None) -> None:
+    """Check that a picture can be written, and has a known suffix, if one is wanted."""
+    if path and path.suffix not in {".png", ".svg", ".pdf"}:
+        raise InputError(f"--plot must end in .png, .svg or .pdf, got '{path.name}'")
+    check_writable(path, folder=False)
 
 
 def print_json(facts: Mapping[str, Any]) -> None:
