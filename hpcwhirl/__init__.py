@@ -33,22 +33,10 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
-    "Design",
-    "Scene",
-    "StoppedError",
-    "__version__",
-    "basins",
-    "campaign",
-    "credibility",
-    "edge",
-    "first_changes",
-    "grid",
-    "open_results",
-    "safe_ranges",
-    "shares",
-    "simulate",
-    "words",
-]
+    "Design", "Scene", "StoppedError", "__version__", "basins", "campaign",
+    "credibility", "edge", "first_changes", "grid", "open_results", "safe_ranges",
+    "shares", "simulate", "words",
+]  # fmt: skip
 
 _HOMES = {
     "Design": "hpcwhirl.campaign.plan.design",
@@ -76,8 +64,7 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("hpcwhirl.campaign")
     if name in _HOMES:
         return getattr(importlib.import_module(_HOMES[name]), name)
-    msg = f"module 'hpcwhirl' has no attribute '{name}'"
-    raise AttributeError(msg)
+    raise AttributeError(f"module 'hpcwhirl' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:

@@ -148,8 +148,7 @@ def as_table(what: str, given: Any, known: Collection[str] = ()) -> Mapping[str,
         if the value is no mapping, or has a key that is not allowed
     """
     if not isinstance(given, Mapping):
-        msg = f"{what} must be a table, got {shown(given)}"
-        raise InputError(msg)
+        raise InputError(f"{what} must be a table, got {shown(given)}")
     for key in given if known else ():
         if key not in known:
             raise unknown(f"key in {what}", key, known)

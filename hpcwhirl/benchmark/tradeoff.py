@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from hpcwhirl.benchmark.trials import (
-    Setting,
-    Settings,
-    applied,
-    reference_of,
-    trials,
-)
+from hpcwhirl.benchmark.trials import Setting, Settings, applied, reference_of, trials
 from hpcwhirl.campaign.simulate import Result, simulate
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
@@ -288,7 +282,6 @@ def measure(
             tell(f"{name}: {setting.label}")
             row = compare(name, scene, setting, reference, repeats)
             if row.refused and not setting.inputs:
-                msg = f"{name}: {row.refused}"
-                raise InputError(msg)
+                raise InputError(f"{name}: {row.refused}")
             out.compared.append(row)
     return out

@@ -128,11 +128,10 @@ def scene_of_fan(fan: Fan) -> tuple[Scene, Checked]:
         if abs(frequency / wanted - 1.0) < CLOSE:
             return scene, _checked(scene, full, table)
         stiffer *= wanted / frequency
-    msg = (
+    raise InputError(
         f"no thickness of the blades gives 1F at {wanted:.3g} Hz, "
         f"the last trial gave {frequency:.3g} Hz"
     )
-    raise InputError(msg)
 
 
 def _check(fan: Fan) -> None:
@@ -146,8 +145,7 @@ def _check(fan: Fan) -> None:
             raise InputError(msg)
     for what, got, least in (("lobes", fan.lobes, 1), ("blades", fan.blades, 3)):
         if got < least:
-            msg = f"{what} must be >= {least}, got {got}"
-            raise InputError(msg)
+            raise InputError(f"{what} must be >= {least}, got {got}")
 
 
 def _scene(fan: Fan, full: float, family: float, stiffer: float) -> Scene:

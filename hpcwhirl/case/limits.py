@@ -17,8 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.profile import departure, is_round, shape_of
-from hpcwhirl.case.release import check_release
+from hpcwhirl.case.profile import check_release, departure, is_round, shape_of
 from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
 from hpcwhirl.errors import InputError
@@ -68,22 +67,19 @@ def check_points(model: Model, scene: Scene) -> None:
     solver, each = scene.solver, f"with {model.each} contact points a tip"
     if not SCHEMES[solver.scheme].points:
         able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.points)
-        msg = f"scheme must be {able} {each}, got '{solver.scheme}'"
-        raise InputError(msg)
+        raise InputError(f"scheme must be {able} {each}, got '{solver.scheme}'")
     law = scene.engine.casing.contact_law
     if law != RIGID:
-        msg = (
+        raise InputError(
             "casing.contact_law must be rigid where tips have several contact points, "
             f"got {law}"
         )
-        raise InputError(msg)
     least = -float(model.rotor.points.gap.min())
     if not scene.gap >= least:
-        msg = (
+        raise InputError(
             f"gap must be >= {least:.6g} m, since rotor/tip_gap of engine.file "
             f"{scene.engine.file} reduces it by that at one point, got {scene.gap:.6g}"
         )
-        raise InputError(msg)
 
 
 def check_rotation(model: Model, scene: Scene) -> None:
@@ -99,11 +95,10 @@ def check_rotation(model: Model, scene: Scene) -> None:
         most = _stiff_up_to(model)
     _, fastest = extremes(scene)
     if not abs(fastest) < most:
-        msg = (
+        raise InputError(
             f"speed must be < {most:.6g} rad/s with rotation full: a wave of the blades"
             f" has no stiffness left beyond it, got {fastest:.6g}"
         )
-        raise InputError(msg)
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -116,11 +111,10 @@ def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
     least, most = float(bearing.speeds[0]), float(bearing.speeds[-1])
     for speed in speeds:
         if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
-            msg = (
+            raise InputError(
                 f"speed must be {least:.6g} to {most:.6g} rad/s, either way, as in the "
                 f"table of bearing, got {speed:.6g}"
             )
-            raise InputError(msg)
 
 
 def check_supports(model: Model, scene: Scene) -> None:
@@ -141,33 +135,29 @@ def check_supports(model: Model, scene: Scene) -> None:
     own = spin.support.at(scene.speed)
     apart, mean = "damping_difference", "N s/m, the mean"
     if abs(own.damping_apart) > own.damping.real * (1 + 1e-9):
-        msg = (
+        raise InputError(
             f"{apart} must be within +-{own.damping.real:.6g} {mean} that "
             f"suspension_damping gives, got {own.damping_apart.real:.6g}"
         )
-        raise InputError(msg)
     hub = centre_rows(model.rotor, model.blades)[0]
     held = 1.0 / float((hub**2 / model.rotor.omega**2).sum()) + own.stiffness.real
     if not abs(own.stiffness_apart) < held * (1 - 1e-9):
-        msg = (
+        raise InputError(
             f"stiffness_difference must be within +-{held:.6g} N/m, the mean, got "
             f"{own.stiffness_apart.real:.6g}"
         )
-        raise InputError(msg)
     if not SCHEMES[scheme].stands:
         able = " or ".join(f"'{one.name}'" for one in SCHEMES.values() if one.stands)
-        msg = (
+        raise InputError(
             "scheme must be " + able + " where supports differ by direction or have a "
             "film (stiffness_difference, damping_difference, film_viscosity), got "
             f"'{scheme}'"
         )
-        raise InputError(msg)
     if is_unbalanced(scene) and (told := _ellipse_refused(model, own, scheme)):
-        msg = (
+        raise InputError(
             f"unbalance must be 0 {told}, and lost_blade {NO_BLADE}, got "
             f"{scene.unbalance} and {scene.engine.rotor.lost_blade}"
         )
-        raise InputError(msg)
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
@@ -197,11 +187,10 @@ def check_step(model: Model, scene: Scene) -> None:
     bodies = shortest_limits(model, scene)
     body, limit = min(bodies.items(), key=lambda item: item[1])
     if not step < limit:
-        msg = (
+        raise InputError(
             f"time_step must be < {limit:.6g} s (2 / omega_max of the {body}), "
             f"got {step:.6g}"
         )
-        raise InputError(msg)
 
 
 def check_loading(scene: Scene) -> None:
@@ -212,11 +201,10 @@ def check_loading(scene: Scene) -> None:
     """
     step = scene.solver.time_step
     if scene.is_loaded and scene.pulse < FEWEST_IN_PULSE * step:
-        msg = (
+        raise InputError(
             f"pulse must be >= {FEWEST_IN_PULSE * step:.6g} s ({FEWEST_IN_PULSE} time "
             f"steps, or its impulse is wrong by more than 1 %), got {scene.pulse:.6g}"
         )
-        raise InputError(msg)
 
 
 def check_wall(scene: Scene) -> None:
@@ -230,26 +218,23 @@ def check_wall(scene: Scene) -> None:
     limits = {name: (1 + 1e-9) * most for name, most in wall_limits(scene).items()}
     if not step <= limits.get("growth", math.inf):
         most = MOST_GROWTH / step
-        msg = (
+        raise InputError(
             f"growth must be within +-{most:.6g} 1/s ({MOST_GROWTH:g} of a rigid "
             f"casing's distortion in a time step), got {casing.growth:.6g}"
         )
-        raise InputError(msg)
     if not step <= limits.get("profile_rise", math.inf):
-        msg = (
+        raise InputError(
             f"profile_rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} "
             "time steps) where profile and offset come into the blades (inward by "
             f"{_shape_reach(scene, casing.profile_rise):.6g} m at one, gap "
             f"{scene.gap:.6g} m), got {casing.profile_rise:.6g}"
         )
-        raise InputError(msg)
     if not step <= limits.get("rise", math.inf):
-        msg = (
+        raise InputError(
             f"rise must be >= {FEWEST_IN_RISE * step:.6g} s ({FEWEST_IN_RISE} time "
             f"steps) where a rigid casing (amplitude {casing.amplitude:.6g} m) rises "
             f"into the blades (gap {scene.gap:.6g} m), got {casing.rise:.6g}"
         )
-        raise InputError(msg)
 
 
 def wall_limits(scene: Scene) -> dict[str, float]:
@@ -315,11 +300,10 @@ def check_turn(model: Model, scene: Scene) -> None:
     if not step < longest:
         fastest = extremes(scene)[1]
         most = abs(fastest) * longest / step
-        msg = (
+        raise InputError(
             f"speed must be < {most:.6g} rad/s with this time_step (a blade would pass "
             f"half the casing's shortest wave in a step), got {fastest:.6g}"
         )
-        raise InputError(msg)
 
 
 def frequency_error(phase: float, ratio: float = 0.0) -> float:

@@ -17,23 +17,14 @@ from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
+# inputs that decide folds and kernel; of mistuning, only whether there is any
 FOLDING = (
-    "solver.plan",
-    "solver.scheme",
-    "nodal_diameter",
-    "engine.rotor.blades",
-    "engine.rotor.mistuning",
-    "engine.rotor.lost_blade",
-    "engine.casing.kind",
-    "engine.casing.discretization",
-    "engine.casing.contact_law",
-    "engine.casing.profile",
-    "engine.casing.profile_scale",
-    "engine.casing.offset",
-    "engine.file",
-    "unbalance",
-    "engine.rotation",
-)  # inputs that decide folds and kernel; of mistuning, only whether there is any
+    "solver.plan", "solver.scheme", "nodal_diameter", "engine.rotor.blades",
+    "engine.rotor.mistuning", "engine.rotor.lost_blade", "engine.casing.kind",
+    "engine.casing.discretization", "engine.casing.contact_law",
+    "engine.casing.profile", "engine.casing.profile_scale", "engine.casing.offset",
+    "engine.file", "unbalance", "engine.rotation",
+)  # fmt: skip
 MOST_KEPT = 256  # cached settling times
 SOON = 0.7  # part of the run in which a certificate must be expected, to be sought
 

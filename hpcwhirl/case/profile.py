@@ -4,6 +4,12 @@ At rest the casing departs from its circle by w(theta) = sum over h of a_h cos h
 b_h sin h theta, outward, static frame. This is the sum of its table and of the offset e
 of the rotor's axis towards alpha, -e cos(theta - alpha) for e much smaller than the
 radius. An elastic casing moves about that shape with the stiffness of a round casing.
+
+A casing may be held deformed and then released. Constant radial loads f hold it at the
+profile w = Phi_w Lambda^-1 Phi_w^T f, with Phi_w the radial coordinates of its modes
+and Lambda their omega^2. When they vanish, it swings freely from the displacement
+x = Phi Lambda^-1 Phi_w^T f, at rest. Before, it moves about w with its usual stiffness,
+since constant loads add none.
 """
 
 from __future__ import annotations
@@ -15,15 +21,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.errors import InputError
+from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.kept_table import kept_rows
-from hpcwhirl.scene.profile import HARMONICS
+from hpcwhirl.scene.kept_tables import HARMONICS, kept_rows
+from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
 LEAST = 1e-9  # size of a harmonic, over the largest, below which it is left out
 AROUND = 1 << 14  # number of angles at which the least gap is searched
 MOST_KEPT = 64  # cached shapes
+NEVER = 0  # step of the release of a casing that is not let go
 
 
 class Shape(NamedTuple):
@@ -161,3 +170,50 @@ def _missed(table: str, scale: float) -> float:
     orders, parts = np.array(list(series)), np.array(list(series.values()))
     waves = np.exp(-1j * np.multiply.outer(angles, orders))
     return abs(scale) * float(np.abs((waves * parts).real.sum(axis=1) - values).max())
+
+
+def release_step(scene: Scene) -> int:
+    """Return the step at whose end a casing is released; `NEVER` if it is not."""
+    casing = scene.engine.casing
+    if casing.profile_release == 0.0 or not len(profile_of(scene).orders):
+        return NEVER
+    return max(1, round(casing.profile_release / scene.solver.time_step))
+
+
+def held_displacement(model: Model, scene: Scene) -> Floats:
+    """Return x (n,), m, static frame, of a released casing; model : of all sectors."""
+    ring, casing, shape = model.ring, model.casing, profile_of(scene)
+    if not isinstance(ring, FourierOperator) or casing is None:
+        raise TypeError(ring)
+    wanted = np.zeros(ring.width)
+    for h, a, b in zip(*(part.tolist() for part in shape[:3]), strict=True):
+        wanted[2 * h - 1 if h else 0] = a
+        if h:
+            wanted[2 * h] = b
+    rows = np.flatnonzero(wanted)
+    outward = casing.shapes[ring.radial[rows]]
+    soft = outward / casing.omega**2
+    load = np.linalg.solve(soft @ outward.T, wanted[rows])
+    return np.asarray(casing.shapes @ (soft.T @ load))
+
+
+def check_release(model: Model, scene: Scene) -> None:
+    """Raise InputError if the modes of a released casing cannot form its profile."""
+    if release_step(scene) == NEVER:
+        return
+    highest = int(profile_of(scene).orders.max())
+    ring = model.ring
+    if isinstance(ring, FourierOperator) and highest <= ring.harmonics:
+        return
+    most = ring.harmonics if isinstance(ring, FourierOperator) else 0
+    raise InputError(
+        "profile_release must be 0 where the profile has a harmonic in which the "
+        f"casing cannot swing: {highest}, of a casing with harmonics up to {most}; "
+        f"got {scene.engine.casing.profile_release:.6g} s"
+    )
+
+
+def told_of_release(scene: Scene) -> tuple[float, ...]:
+    """Return step and shape of a release; a saved march must have the same ones."""
+    shape = profile_of(scene)
+    return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

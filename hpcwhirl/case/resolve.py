@@ -91,18 +91,16 @@ class Case:
             settings["scheme"] = "general"  # waves hold for one speed only
         if self.given.gap_at == "rest":
             if self.model.rotor.points is not None:
-                msg = (
+                raise InputError(
                     f"gap_at must be speed with {self.model.each} contact points a tip,"
                     " which grow unequally, got rest"
                 )
-                raise InputError(msg)
             if not self.clearance > 0.0:
-                msg = (
+                raise InputError(
                     f"gap must be > {self.growth:.6g} m (growth of the tips at "
                     f"{self.given.speed:.6g} rad/s, where gap_at is rest), "
                     f"got {self.given.gap:.6g}"
                 )
-                raise InputError(msg)
             settings["gap"] = self.clearance
         return apply_settings(self.reduced, settings) if settings else self.reduced
 

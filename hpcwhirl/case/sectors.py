@@ -24,7 +24,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
 from hpcwhirl.reduction.supports import ROUND
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.over_time import scaled
+from hpcwhirl.scene.kept_tables import scaled
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]

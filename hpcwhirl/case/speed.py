@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.kept_table import kept_rows
+from hpcwhirl.scene.kept_tables import kept_rows
 
 Floats = NDArray[np.float64]
 USUAL = 1e-4  # accuracy of the intervals where the solver's is not given
@@ -351,11 +351,10 @@ def check_change(scene: Scene, model: Model) -> None:
     schedule = schedule_of(scene, model)
     least = schedule.least_gap(0) if schedule else scene.gap
     if not least > 0.0:
-        msg = (
+        raise InputError(
             "gap must stay open: closure and growth of the tips would leave "
             f"{least:.6g} m of it, got gap {scene.gap:.6g} m at the start"
         )
-        raise InputError(msg)
 
 
 def check_tables(scene: Scene) -> None:
@@ -374,16 +373,14 @@ def check_tables(scene: Scene) -> None:
 def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
     slowest, fastest = extremes(scene)
     if not slowest * fastest > STANDS * fastest**2:
-        msg = (
+        raise InputError(
             "speed must keep its sign and not reach 0, where friction reverses: "
             f"acceleration, speed_to and duration lead from {law.start:.6g} to "
             f"{float(law.speed(scene.end_times[-1])):.6g} rad/s"
         )
-        raise InputError(msg)
     spin = model.rotor.spin
     if spin is not None and (spin.released is not None or not spin.support.is_plain):
-        msg = (
+        raise InputError(
             "acceleration must be 0 where a blade is lost, or supports differ by "
             f"direction or have a film, got {scene.acceleration:.6g}"
         )
-        raise InputError(msg)

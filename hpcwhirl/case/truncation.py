@@ -45,12 +45,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.reduction.bodies import (
-    casing_model,
-    file_model,
-    rotor_model,
-    tip_rows,
-)
+from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model, tip_rows
 from hpcwhirl.reduction.model import has_families
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.numbers import one_thread

@@ -113,11 +113,10 @@ def _circle(
     except np.linalg.LinAlgError:
         found = np.array([np.inf]), np.zeros(1, dtype=np.complex128)
     if not all(np.isfinite(part).all() for part in found):
-        msg = (
+        raise InputError(
             f"unbalance must be 0 at speed {speed:.6g}, a critical speed without "
             "damping"
         )
-        raise InputError(msg)
     for part in found:
         part.flags.writeable = False
     return found
@@ -140,11 +139,10 @@ def _circle_in_film(
 
     most = CLOSED * own.clearance
     if miss(most) > 0.0:
-        msg = (
+        raise InputError(
             f"film_clearance must be > {own.clearance:.6g} m: the unbalance's circle "
             f"would exceed {CLOSED:g} of it, which closes the squeeze film"
         )
-        raise InputError(msg)
     return at(zero_between(miss, 0.0, most, xtol=1e-15, rtol=1e-14))
 
 
@@ -196,19 +194,17 @@ def check_unbalance(model: Model, scene: Scene) -> None:
     most = scene.solver.amplitude_limit * scene.engine.rotor.radius
     if not far < most and scene.engine.rotor.lost_blade != NO_BLADE:
         share = far / scene.engine.rotor.radius
-        msg = (
+        raise InputError(
             f"amplitude_limit must be > {share:.6g} (the circle of the rotor without "
             "its lost blade, without contact), got "
             f"{scene.solver.amplitude_limit:.6g}"
         )
-        raise InputError(msg)
     if not far < most:
-        msg = (
+        raise InputError(
             f"unbalance must be < {scene.unbalance * most / far:.6g} kg m (its circle "
             f"would reach the amplitude limit, {most:g} m, without contact), "
             f"got {scene.unbalance:.6g}"
         )
-        raise InputError(msg)
 
 
 def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:

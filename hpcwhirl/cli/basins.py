@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.options import OR_FILE, add_option
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
 
 if TYPE_CHECKING:
@@ -24,25 +24,19 @@ NUMBERS = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--by", default="regime", metavar="WHAT",
-        help="what distinguishes motions: regime (default), or attractor: sustained "
-        "and divergent ones also by orbit radius, line, whirl, energy and growth rate",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only cases with this value of a swept input",
-    )  # fmt: skip
-    parser.add_argument(
-        "--box", type=int, default=5, metavar="N",
-        help="starts along each side of a box, for the basin entropy of a grid of "
-        "starts (default 5)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="directory for the figures (default: that of the results)",
-    )  # fmt: skip
+    add_option(parser, "--by WHAT",
+        "what distinguishes motions: regime (default), or attractor: sustained and "
+        "divergent ones also by orbit radius, line, whirl, energy and growth rate",
+        default="regime")
+    add_option(parser, "--at NAME=V[,V]",
+        "only cases with this value of a swept input", default=[])
+    add_option(parser, "--box N",
+        "starts along each side of a box, for the basin entropy of a grid of starts "
+        "(default 5)", default=5)
+    add_option(parser, "--out DIR",
+        "directory for the figures (default: that of the results)", type=Path)
     add_format(parser)
 
 

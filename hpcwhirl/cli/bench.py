@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.cli.options import add_scene, print_json, scene_of
+from hpcwhirl.cli.options import add_option, add_scene, print_json, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.quantities import PERFORMANCE
@@ -55,34 +55,24 @@ STARTS: dict[str, tuple[str, ...]] = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
-    parser.add_argument(
-        "--repeats", type=int, default=9, metavar="N",
-        help="number of timed repetitions (default 9)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--cases", action="store_true",
-        help="also time whole cases, one for each regime",
-    )  # fmt: skip
-    parser.add_argument(
-        "--sizes", type=int, nargs="*", metavar="N",
-        help="instead, time the default scheme with N equal and N unequal blades "
-        "(default 22 44 88 176), up to 44 also with three contact points per tip, and "
-        "print the fraction of the machine's limits that it reaches",
-    )  # fmt: skip
-    parser.add_argument(
-        "--compile",
-        action="store_true",
-        help="also time the starts of processes: the first ever, which compiles, one "
-        "with another model size, and the next",
-    )
+    add_option(parser, "--repeats N",
+        "number of timed repetitions (default 9)", default=9)
+    add_option(parser, "--cases", "also time whole cases, one for each regime")
+    add_option(parser, "--sizes N",
+        "instead, time the default scheme with N equal and N unequal blades (default "
+        "22 44 88 176), up to 44 also with three contact points per tip, and print the "
+        "fraction of the machine's limits that it reaches", type=int, nargs="*")
+    add_option(parser, "--compile",
+        "also time the starts of processes: the first ever, which compiles, one with "
+        "another model size, and the next")
 
 
 def run(args: argparse.Namespace) -> int:
     """Time the schemes in this process and print a table."""
     if args.repeats < 1:
-        msg = f"--repeats must be >= 1, got {args.repeats}"
-        raise InputError(msg)
+        raise InputError(f"--repeats must be >= 1, got {args.repeats}")
     scene = scene_of(args.scene, args.settings)
     scene = apply_settings(scene, {"plan": "everything"})  # leave out no step
     if args.sizes is not None:
@@ -105,8 +95,7 @@ def _sizes(scene: Scene, args: argparse.Namespace) -> int:
 
     chosen = args.sizes or sizes.SIZES
     if min(chosen) < 1:
-        msg = f"--sizes takes numbers of blades >= 1, got {min(chosen)}"
-        raise InputError(msg)
+        raise InputError(f"--sizes takes numbers of blades >= 1, got {min(chosen)}")
     peak = bench.fma_peak(args.repeats)
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as folder:
         several = partial(with_points, Path(folder))

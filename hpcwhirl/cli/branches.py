@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.options import OR_FILE, add_option
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table
 
 if TYPE_CHECKING:
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only branches with this value of another swept input",
-    )  # fmt: skip
+    add_option(parser, "--at NAME=V[,V]",
+        "only branches with this value of another swept input", default=[])
     add_format(parser)
 
 

@@ -35,7 +35,6 @@ from hpcwhirl.cli.options import (
     parsed,
     print_json,
     print_notes,
-    tell_load,
     tell_preset,
     tell_remarks,
 )
@@ -123,8 +122,7 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
 def _tell_inputs(design: Design) -> None:
     """Print warnings on inputs, after all checks, so that an error is one line."""
-    tell_load(design.columns)
-    tell_remarks(design.columns)
+    tell_remarks(design.columns, load=True)
 
 
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:

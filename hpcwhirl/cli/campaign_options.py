@@ -10,8 +10,14 @@ from typing import Any, Literal, get_args, get_origin
 
 from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.cli.options import add_explain, add_json, add_set, add_take_over
-from hpcwhirl.cluster.jobs.request import MOST_TASKS
+from hpcwhirl.cli.options import (
+    add_explain,
+    add_json,
+    add_option,
+    add_set,
+    add_take_over,
+)
+from hpcwhirl.cluster.request import MOST_TASKS
 from hpcwhirl.errors import InputError
 from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.campaign_tables import Campaign
@@ -23,62 +29,46 @@ SHAPES = {"out": "DIR", "retry": "STATUS", "walltime": "HH:MM:SS"}
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument(
         "file", nargs="?", type=Path, metavar="FILE.toml",
         help="campaign file; without one, the built-in default campaign; with --extend "
         "also the directory of a campaign; its table [campaign] may set the options "
         f"{', '.join(FIELDS)}, which the command line overrides",
-    )  # fmt: skip
+    )
     add_set(parser)
     before = parser.add_mutually_exclusive_group()
-    before.add_argument(
-        "--dry-run", action="store_true",
-        help="compute nothing; print the number of cases and the predicted time, "
-        "core-hours and disk space: nominal, or learned from the cases that have ended "
-        "in the directory",
-    )  # fmt: skip
-    before.add_argument(
-        "--pilot", type=float, metavar="SECONDS",
-        help="compute for this number of seconds, keep the results, and predict the "
-        "rest from them; the same command without --pilot continues",
-    )  # fmt: skip
-    parser.add_argument(
-        "--ranks", type=int, metavar="N",
-        help="with --dry-run or --pilot: predict the wall time on N ranks (default: "
-        "those of this call)",
-    )  # fmt: skip
+    add_option(before, "--dry-run",
+        "compute nothing; print the number of cases and the predicted time, core-hours "
+        "and disk space: nominal, or learned from the cases that have ended in the "
+        "directory")
+    add_option(before, "--pilot SECONDS",
+        "compute for this number of seconds, keep the results, and predict the rest "
+        "from them; the same command without --pilot continues", type=float)
+    add_option(parser, "--ranks N",
+        "with --dry-run or --pilot: predict the wall time on N ranks (default: those "
+        "of this call)", type=int)
     fails = parser.add_mutually_exclusive_group()
     for name, field in FIELDS.items():
         _add_option(fails if name == "max_fails" else parser, name, field)
-    fails.add_argument(
-        "--fail-fast", dest="max_fails", action="store_const", const=1,
-        help="end at the first case without a result, like --max-fails 1",
-    )  # fmt: skip
-    parser.add_argument(
-        "--fresh", action="store_true",
-        help="start over; an old directory is renamed to DIR.1, DIR.2, ...",
-    )  # fmt: skip
+    add_option(fails, "--fail-fast",
+        "end at the first case without a result, like --max-fails 1",
+        const=1, dest="max_fails", action="store_const")
+    add_option(parser, "--fresh",
+        "start over; an old directory is renamed to DIR.1, DIR.2, ...")
     add_take_over(parser)
     parser.add_argument(
         "--extend",
         choices=("undecided",),
         help="continue the undecided cases of the directory, up to the time --to",
     )
-    parser.add_argument(
-        "--to", type=float, metavar="SECONDS",
-        help="simulated time at which --extend ends a case, at the latest",
-    )  # fmt: skip
-    parser.add_argument(
-        "--shard",
-        metavar="I/N",
-        help="compute only the I-th of N shares of the cases, as one element of an "
-        "array job; the last share to finish gathers all results",
-    )
-    parser.add_argument(
-        "--regimes-only",
-        action="store_true",
-        help="keep no traces, and end each case as soon as its regime is certain",
-    )
+    add_option(parser, "--to SECONDS",
+        "simulated time at which --extend ends a case, at the latest", type=float)
+    add_option(parser, "--shard I/N",
+        "compute only the I-th of N shares of the cases, as one element of an array "
+        "job; the last share to finish gathers all results")
+    add_option(parser, "--regimes-only",
+        "keep no traces, and end each case as soon as its regime is certain")
     add_explain(parser)
     add_json(parser)
 
@@ -122,11 +112,9 @@ def extension(args: argparse.Namespace) -> float | None:
         if only one of --extend and --to is used, or the time is not positive and finite
     """
     if (args.extend is None) != (args.to is None):
-        msg = "--extend undecided and --to SECONDS belong together"
-        raise InputError(msg)
+        raise InputError("--extend undecided and --to SECONDS belong together")
     if args.to is not None and not 0.0 < args.to < math.inf:
-        msg = f"--to must be a number of seconds > 0, got {args.to}"
-        raise InputError(msg)
+        raise InputError(f"--to must be a number of seconds > 0, got {args.to}")
     return None if args.to is None else float(args.to)
 
 
@@ -141,13 +129,11 @@ def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
     if args.ranks is None:
         return ranks
     if not args.dry_run and args.pilot is None:
-        msg = (
+        raise InputError(
             f"--ranks is for --dry-run and --pilot; mpirun -n {args.ranks} starts ranks"
         )
-        raise InputError(msg)
     if not 1 <= args.ranks <= MOST_TASKS:
-        msg = f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}"
-        raise InputError(msg)
+        raise InputError(f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}")
     return int(args.ranks)
 
 
@@ -195,6 +181,5 @@ def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Poli
     if shard:
         design.check_shards("no --shard")
     if args.pilot is not None and not 0.0 < args.pilot < math.inf:
-        msg = f"--pilot must be a number of seconds > 0, got {args.pilot}"
-        raise InputError(msg)
+        raise InputError(f"--pilot must be a number of seconds > 0, got {args.pilot}")
     return Policy.of(rules, shard, take_over=args.take_over, pilot=args.pilot)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.options import OR_FILE
+from hpcwhirl.cli.options import OR_FILE, add_option
 from hpcwhirl.cli.tables import (
     add_format,
     cell,
@@ -19,6 +19,7 @@ from hpcwhirl.cli.tables import (
     print_table,
     unit_of,
 )
+from hpcwhirl.errors import InputError
 from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
@@ -35,45 +36,34 @@ Columns = dict[str, NDArray[Any]]
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--where", metavar="CONDITION",
-        help='only cases that meet this condition, e.g. "regime == sustained and speed '
-        '> 400" or "word == failed"; word is the regime or, for cases without one, '
-        "overloaded, unstable, failed or missing",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only cases with this value of an input",
-    )  # fmt: skip
-    parser.add_argument("--sort", metavar="NAME", help="sort by this column, ascending")
-    parser.add_argument(
-        "--reverse", action="store_true", help="reverse the order: descending"
-    )
-    parser.add_argument(
-        "--columns", metavar="NAME[,NAME]",
-        help="columns besides the case number and swept inputs; '?' lists all with "
-        "their meanings",
-    )  # fmt: skip
-    parser.add_argument(
-        "--limit", type=int, default=SHOWN, metavar="N",
-        help=f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
-        "have all)",
-    )  # fmt: skip
+    add_option(parser, "--where CONDITION",
+        'only cases that meet this condition, e.g. "regime == sustained and speed > '
+        '400" or "word == failed"; word is the regime or, for cases without one, '
+        "overloaded, unstable, failed or missing")
+    add_option(parser, "--at NAME=V[,V]",
+        "only cases with this value of an input", default=[])
+    add_option(parser, "--sort NAME", "sort by this column, ascending")
+    add_option(parser, "--reverse", "reverse the order: descending")
+    add_option(parser, "--columns NAME[,NAME]",
+        "columns besides the case number and swept inputs; '?' lists all with their "
+        "meanings")
+    add_option(parser, "--limit N",
+        f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
+        "have all)", default=SHOWN, type=int)
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the table of the chosen cases, or the list of columns."""
     from hpcwhirl.analysis.columns import source_of
-    from hpcwhirl.errors import InputError
     from hpcwhirl.store.hdf5 import reading
     from hpcwhirl.store.reading.reader import open_coded
     from hpcwhirl.store.reading.results_file import results_of
 
     if args.limit < 0:
-        msg = f"--limit must be >= 0, got {args.limit}"
-        raise InputError(msg)
+        raise InputError(f"--limit must be >= 0, got {args.limit}")
     place = results_of(args.folder)
     with reading(place), open_coded(place) as data:
         if args.columns == "?":

@@ -11,22 +11,28 @@ from typing import Any
 
 from hpcwhirl.analysis.regimes import MotionThresholds, Thresholds, all_thresholds
 from hpcwhirl.analysis.rules import motions_by_table, words_by_table
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_json
+from hpcwhirl.cli.options import (
+    OF_CAMPAIGN,
+    add_json,
+    add_option,
+    add_take_over,
+    print_json,
+)
 from hpcwhirl.errors import InputError, unknown
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     known = "; ".join(
         f"{f.name}={f.default:g}, {f.metadata['meaning']}"
         for kind in (Thresholds, MotionThresholds)
         for f in fields(kind)
     )
-    parser.add_argument(
-        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
-        help=f"set a threshold, may be repeated; defaults and meanings: {known}",
-    )  # fmt: skip
+    add_option(parser, "--set NAME=VALUE",
+        f"set a threshold, may be repeated; defaults and meanings: {known}",
+        default=[], dest="settings")
     add_take_over(parser)
     add_json(parser)
 
@@ -51,8 +57,7 @@ def thresholds_of(settings: list[str]) -> dict[str, float]:
             msg = f"threshold {name} must be a number >= 0, got '{raw}'"
             raise InputError(msg) from None
         if not 0.0 <= changes[name] < float("inf"):
-            msg = f"threshold {name} must be a number >= 0, got '{raw}'"
-            raise InputError(msg)
+            raise InputError(f"threshold {name} must be a number >= 0, got '{raw}'")
     return changes
 
 

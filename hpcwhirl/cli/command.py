@@ -173,8 +173,7 @@ def _check_words(words: Sequence[str]) -> None:
         try:
             word.encode()
         except UnicodeEncodeError:
-            msg = f"an argument must be UTF-8, got {shown(word)}"
-            raise InputError(msg) from None
+            raise InputError(f"an argument must be UTF-8, got {shown(word)}") from None
         if not word.translate(LAYOUT).isprintable():
             msg = f"an argument must have no control characters, got {shown(word)}"
             raise InputError(msg)

@@ -7,27 +7,23 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.cli.options import add_json, print_json
+from hpcwhirl.cli.options import add_json, add_option, print_json
 from hpcwhirl.launch import from_root, launched_first
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument(
-        "--dir",
-        type=Path,
-        default=Path(),
-        metavar="DIR",
-        help="directory in which campaigns will be stored (default: working directory)",
-    )
+    # fmt: off
+    add_option(parser, "--dir DIR",
+        "directory in which campaigns will be stored (default: working directory)",
+        default=Path(), type=Path)
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print findings and remedies; return 1 if something will break, else 0."""
-    from hpcwhirl.cluster.doctor.facts import launcher_facts, rank_facts, ranks_of
-    from hpcwhirl.cluster.doctor.findings import BREAKS, findings
-    from hpcwhirl.cluster.doctor.place import place_facts
+    from hpcwhirl.cluster.facts import launcher_facts, place_facts, rank_facts, ranks_of
+    from hpcwhirl.cluster.findings import BREAKS, findings
 
     facts = rank_facts()
     comm, mpi = ranks_of(facts["launched"])

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hpcwhirl.cli.options import (
+    add_option,
     add_scene,
     add_units,
     asked_units,
-    check_writable,
+    check_picture,
     print_json,
     scene_of,
+    seldom,
     tell_preset,
 )
 from hpcwhirl.errors import InputError
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
 
-EVERY = 5.0  # s between progress lines
 TIMES = {"span": 1.0, "look": 1.0}
 NEAR = {"near": 1e-6, "far": 1e-3}
 UNITS = {
@@ -55,19 +55,16 @@ class Asked(NamedTuple):
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
     for side, word in (("low", "weaker"), ("high", "stronger")):
-        parser.add_argument(
-            f"--{side}", metavar="FORCE",
-            help=f"force of the {word} pulse, N or with a unit; instead of SCENE and "
+        add_option(parser, f"--{side} FORCE",
+            f"force of the {word} pulse, N or with a unit; instead of SCENE and "
             "pulses the directory of a campaign swept over force may be given: for "
             "each combination of its other inputs an edge is followed, between the "
-            "forces of the first change of word",
-        )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V",
-        help="of a campaign: only lines with this value of another swept input",
-    )  # fmt: skip
+            "forces of the first change of word")
+    add_option(parser, "--at NAME=V",
+        "of a campaign: only lines with this value of another swept input", default=[])
     helps = {
         "span": "time over which the edge is followed, s",
         "look": "time after which a motion gets its word, s; 3 times that if undecided",
@@ -75,28 +72,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "far": "relative distance of the two states at which they are bisected again",
     }
     for name, value in (TIMES | NEAR).items():
-        parser.add_argument(
-            f"--{name}", type=float, default=value, metavar="X",
-            help=f"{helps[name]} (default {value:g})",
-        )  # fmt: skip
-    parser.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE.png",
-        help="draw radius and orbit of the edge",
-    )
+        add_option(parser, f"--{name} X",
+            f"{helps[name]} (default {value:g})", default=value, type=float)
+    add_option(parser, "--plot FILE.png",
+        "draw radius and orbit of the edge", type=Path)
     add_units(parser, "numbers")
-    parser.add_argument("--quiet", action="store_true", help="show no progress")
+    add_option(parser, "--quiet", "show no progress")
 
 
 def run(args: argparse.Namespace) -> int:
     """Follow one edge, or that of each line of a campaign; print the numbers."""
     from hpcwhirl.scene.units import showing
 
-    if args.plot and args.plot.suffix not in {".png", ".svg", ".pdf"}:
-        msg = f"--plot must end in .png, .svg or .pdf, got '{args.plot.name}'"
-        raise InputError(msg)
-    check_writable(args.plot, folder=False)
+    check_picture(args.plot)
     asked = _asked(args)
     with showing(asked_units(args.units)):
         if len(asked) > 1:
@@ -114,8 +102,12 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
     from hpcwhirl.campaign.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
-    tell = _teller(quiet=args.quiet)
-    found = edge(asked.scene, asked.low, asked.high, how, tell)
+
+    def tell(text: str) -> None:
+        if not args.quiet:
+            print(f"edge: {text}", file=sys.stderr)
+
+    found = edge(asked.scene, asked.low, asked.high, how, seldom(tell))
     ends = {"low": asked.low, "high": asked.high}
     words = {"word_low": found.low.word, "word_high": found.high.word}
     return found, ends | words | found.numbers
@@ -138,11 +130,10 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
     if len(given) < 2:
-        msg = (
+        raise InputError(
             "an edge needs two pulses of different words: give --low and --high, such "
             f"as --low {scene.force / 2000:g}kN --high {scene.force / 1000:g}kN"
         )
-        raise InputError(msg)
     return [Asked({}, scene, given["low"], given["high"])]
 
 
@@ -228,22 +219,8 @@ def in_shown(name: str) -> tuple[str, float]:
     return ("" if unit == "1" else unit), factor
 
 
-def _teller(*, quiet: bool) -> Any:
-    """Return a function that prints a progress line on stderr every `EVERY` s."""
-    last = [0.0]
-
-    def tell(text: str) -> None:
-        now = time.monotonic()
-        if quiet or now - last[0] < EVERY:
-            return
-        last[0] = now
-        print(f"edge: {text}", file=sys.stderr)
-
-    return tell
-
-
 def _show(facts: dict[str, Any]) -> None:
-    from hpcwhirl.cli.margin_views import setting_text
+    from hpcwhirl.cli.margin import setting_text
     from hpcwhirl.scene.quantity import with_unit
 
     low, high = (setting_text("force", facts.pop(side)) for side in ("low", "high"))

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli.options import scene_of
+from hpcwhirl.cli.options import add_option, add_scene_name, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
 from hpcwhirl.reduction.round_casing import table_of
 from hpcwhirl.reduction.stress import Stress
-from hpcwhirl.scene import NAMED, to_toml
+from hpcwhirl.scene import to_toml
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
@@ -34,15 +34,11 @@ LAYOUT = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("out", type=Path, metavar="FILE.h5", help="file to write")
-    parser.add_argument(
-        "scene", nargs="?", default="table2", metavar="SCENE",
-        help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--set", dest="settings", action="append", default=[], metavar="NAME=VALUE",
-        help="set an input, e.g. blades=18; may be repeated",
-    )  # fmt: skip
+    add_scene_name(parser)
+    add_option(parser, "--set NAME=VALUE",
+        "set an input, e.g. blades=18; may be repeated", default=[], dest="settings")
 
 
 def _body(name: str, model: ModalModel) -> dict[str, Any]:
@@ -74,10 +70,7 @@ def turning_arrays(
         "centre_damping": np.array([own.damping.real - own.film]),
     }
     if spin.quartic is None:
-        parts = {
-            "stress_stiffness": spin.stiffening + mass,
-            "softening": mass,
-        }
+        parts = {"stress_stiffness": spin.stiffening + mass, "softening": mass}
         return out | parts
     first = float(omega[omega > RIGID * omega.max()].min())
     speeds = np.array([first, 2.0 * first])
@@ -142,11 +135,10 @@ def run(args: argparse.Namespace) -> int:
     model = resolve(scene).model
     spin = model.rotor.spin
     if spin is not None and (spin.tilt or spin.released is not None):
-        msg = (
+        raise InputError(
             "export-model cannot write a disk that tilts or a lost blade: the file has "
             "no terms for them with rotation full"
         )
-        raise InputError(msg)
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
     write_arrays(args.out, arrays_of(model), facts)
     print(args.out)

@@ -5,39 +5,33 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_option, add_units, asked_units
+from hpcwhirl.errors import InputError, WhirlError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
-    parser.add_argument(
-        "--kind", action="append", metavar="NAME",
-        help="kind of figure, may be repeated (default: all but basins, chord, "
-        "stress and wear, branches only of a campaign with [branch]); over the speed: "
-        "frequency, cascade, bifurcation, interaction, growth; of sweeps up and down: "
-        "branches; of the engine: shapes, campbell, stability; of the starts: basins; "
-        "of each case: orbit, section, contributions, contacts, chord (several points "
-        "a tip), tips, stress (a file with a stress matrix), waterfall (speed or gap "
-        "that changes), wear (a layer), ledger",
-    )  # fmt: skip
-    parser.add_argument(
-        "--case", action="append", type=int, metavar="I", dest="cases",
-        help="only this case, by its number; a figure over the speed shows the cases "
-        "that differ from it in speed alone; may be repeated",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only cases with this value of an input, e.g. speed=410",
-    )  # fmt: skip
-    parser.add_argument(
-        "--transient", action="store_true",
-        help="show the whole run, not only its last part, which decides the regime",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="directory for the figures (default: figures in the campaign's directory)",
-    )  # fmt: skip
+    add_option(parser, "--kind NAME",
+        "kind of figure, may be repeated (default: all but basins, chord, stress and "
+        "wear, branches only of a campaign with [branch]); over the speed: frequency, "
+        "cascade, bifurcation, interaction, growth; of sweeps up and down: branches; "
+        "of the engine: shapes, campbell, stability; of the starts: basins; of each "
+        "case: orbit, section, contributions, contacts, chord (several points a tip), "
+        "tips, stress (a file with a stress matrix), waterfall (speed or gap that "
+        "changes), wear (a layer), ledger", action="append")
+    add_option(parser, "--case I",
+        "only this case, by its number; a figure over the speed shows the cases that "
+        "differ from it in speed alone; may be repeated",
+        type=int, dest="cases", action="append")
+    add_option(parser, "--at NAME=V[,V]",
+        "only cases with this value of an input, e.g. speed=410", default=[])
+    add_option(parser, "--transient",
+        "show the whole run, not only its last part, which decides the regime")
+    add_option(parser, "--out DIR",
+        "directory for the figures (default: figures in the campaign's directory)",
+        type=Path)
     add_units(parser, "titles and axes")
 
 
@@ -46,7 +40,6 @@ def run(args: argparse.Namespace) -> int:
 
     If none can be drawn, the exit code is 2.
     """
-    from hpcwhirl.errors import InputError, WhirlError
     from hpcwhirl.report.figures.kinds import cases_at, draw_figures
     from hpcwhirl.store.reading.results_file import Results
 
@@ -68,6 +61,5 @@ def run(args: argparse.Namespace) -> int:
             pass
         raise
     if not drawn:
-        msg = f"nothing drawn of {args.folder}"
-        raise InputError(msg)
+        raise InputError(f"nothing drawn of {args.folder}")
     return 0

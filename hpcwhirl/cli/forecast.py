@@ -10,7 +10,7 @@ from hpcwhirl.cli.options import print_json
 if TYPE_CHECKING:
     from hpcwhirl.campaign.foresight.forecast import Forecast
     from hpcwhirl.campaign.plan.design import Design
-    from hpcwhirl.cluster.jobs.request import Request
+    from hpcwhirl.cluster.request import Request
 
 
 def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:

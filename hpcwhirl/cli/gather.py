@@ -6,18 +6,18 @@ import argparse
 import sys
 from pathlib import Path
 
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
-
-COMPLETE, FAILED = 0, 1
+from hpcwhirl.cli.command import COMPLETE, FAILED, code_of, tell_failure
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_option, add_take_over
+from hpcwhirl.errors import WhirlError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
-    parser.add_argument(
-        "--compress", type=int, choices=range(10), default=0, metavar="LEVEL",
-        help="gzip level of the traces, 1 to 9 (default 0: not compressed)",
-    )  # fmt: skip
+    add_option(parser, "--compress LEVEL",
+        "gzip level of the traces, 1 to 9 (default 0: not compressed)",
+        default=0, choices=range(10))
     add_take_over(parser)
 
 
@@ -30,8 +30,6 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
     from hpcwhirl.campaign.log import say
-    from hpcwhirl.cli.command import code_of, tell_failure
-    from hpcwhirl.errors import WhirlError
     from hpcwhirl.launch import communicator, from_root
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl.cli.export_model import arrays_of_stress, turning_arrays
-from hpcwhirl.cli.options import add_json, check_writable, print_json
+from hpcwhirl.cli.options import add_json, add_option, check_writable, print_json
 from hpcwhirl.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,18 +25,15 @@ LAYOUT = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument(
         "file", type=Path, nargs="?", metavar="FILE.toml",
         help="file that names the matrix files of M and K and the unknowns at tips, "
         "centre and sector cuts; its keys: --example",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE.h5", help="engine file to write"
     )
-    parser.add_argument(
-        "--example", action="store_true",
-        help="print a FILE.toml with all keys and their meanings, and end",
-    )  # fmt: skip
+    add_option(parser, "--out FILE.h5", "engine file to write", type=Path)
+    add_option(parser, "--example",
+        "print a FILE.toml with all keys and their meanings, and end")
     add_json(parser)
 
 
@@ -105,8 +102,7 @@ def run(args: argparse.Namespace) -> int:
     wheel = read_wheel(args.file)
     for source in (args.file, *wheel.sources):
         if args.out.exists() and args.out.samefile(source):
-            msg = f"--out must be another file than {source}, which is read"
-            raise InputError(msg)
+            raise InputError(f"--out must be another file than {source}, which is read")
     rotor = imported(wheel, _tell)
     facts = {"layout": LAYOUT, "source": str(args.file)}
     write_arrays(args.out, arrays_of(rotor), facts)

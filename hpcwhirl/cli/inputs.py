@@ -44,12 +44,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the inputs, presets or engines of the name."""
-    if args.name == PRESET:
-        _tell_presets(preset_names(), as_json=args.json)
-    elif args.name in preset_names():
-        _tell_presets([args.name], as_json=args.json)
+    if args.name == PRESET or args.name in preset_names():
+        names = preset_names() if args.name == PRESET else [args.name]
+        rows = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
+                for n in names]  # fmt: skip
+        lines = "--preset {name}\n  sets:  {inputs}\n  loses: {loses}"
+        _tell_named("presets", rows, lines, as_json=args.json)
     elif args.name == ENGINES:
-        _tell_engines(as_json=args.json)
+        rows = [{"name": n, "inputs": engine_inputs(n), "shows": engine_shows(n)}
+                for n in engine_names()]  # fmt: skip
+        lines = "hpcwhirl run {name}\n  shows: {shows}\n  is:    {inputs}"
+        _tell_named("engines", rows, lines, as_json=args.json)
     else:
         _tell_inputs(_facts(args.name), as_json=args.json)
     return 0
@@ -118,27 +123,13 @@ def _plain(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _tell_presets(names: Sequence[str], *, as_json: bool) -> None:
+def _tell_named(
+    kind: str, rows: Sequence[dict[str, Any]], lines: str, *, as_json: bool
+) -> None:
+    """Print names that stand for inputs; lines : text for each, with {its keys}."""
     if as_json:
-        presets = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
-                   for n in names]  # fmt: skip
-        print_json({"presets": presets})
+        print_json({kind: rows})
         return
-    for name in names:
-        sets = ", ".join(f"{n} = {_plain(v)}" for n, v in preset_inputs(name).items())
-        print(f"--preset {name}")
-        print(f"  sets:  {sets}")
-        print(f"  loses: {preset_loss(name)}")
-
-
-def _tell_engines(*, as_json: bool) -> None:
-    if as_json:
-        engines = [{"name": n, "inputs": engine_inputs(n), "shows": engine_shows(n)}
-                   for n in engine_names()]  # fmt: skip
-        print_json({"engines": engines})
-        return
-    for name in engine_names():
-        inputs = engine_inputs(name).items()
-        print(f"hpcwhirl run {name}")
-        print(f"  shows: {engine_shows(name)}")
-        print(f"  is:    {', '.join(f'{n} = {_plain(v)}' for n, v in inputs)}")
+    for row in rows:
+        inputs = ", ".join(f"{n} = {_plain(v)}" for n, v in row["inputs"].items())
+        print(lines.format_map(row | {"inputs": inputs}))

@@ -8,83 +8,67 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hpcwhirl.cluster.jobs.request import Request
-from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
+from hpcwhirl.cli.options import add_option
+from hpcwhirl.cluster.request import Request
+from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.safe_open import read_regular
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.plan.design import Design
 
-TEXTS = {
-    "out": (
-        "DIR",
-        "directory of the campaign (default: out of the file's [campaign] or campaign)",
-    ),
-    "time": (
-        "[D-]HH:MM:SS",
-        "time limit of the job (default: walltime of [campaign] in the file or 4 h)",
-    ),
-    "name": ("NAME", "name of the job (default hpcwhirl)"),
-    "partition": ("NAME", "partition or queue"),
-    "account": ("NAME", "account, project or bank"),
-    "mem": ("SIZE", "memory of each node, e.g. 4G (Slurm)"),
-    "qos": ("NAME", "quality of service (Slurm)"),
-    "shard": ("I/N", "compute only the I-th of N shares of the campaign"),
-    "launcher": (
-        "NAME",
-        "program that starts the ranks: mpirun, mpiexec, srun (Slurm) or flux (Flux)",
-    ),
-    "mpi": ("NAME", "value of srun --mpi, e.g. pmix or pmi2"),
-    "pe": ("NAME", "parallel environment of Grid Engine (default mpi)"),
-    "venv": ("DIR", "virtual environment to activate"),
-    "script": ("PATH", "write the script to PATH instead of printing it"),
-}
 IN_FILE = {"out": "out", "time": "walltime"}  # option: key of [campaign], its default
 PLACES = ("file", "out", "venv", "script")  # where ~ is the home directory
-NUMBERS = {
-    "ntasks": "number of ranks of the job, or of each array element (default 32)",
-    "nodes": "number of nodes to spread the ranks over (default: scheduler's choice)",
-    "array": "make an array job of N elements, each of which computes a shard",
-    "requeues": "requeue the job up to N times while cases remain (default 20)",
-    "warning": "stop the campaign N seconds before the time limit (default 120)",
+# fmt: off
+OPTIONS = {  # {usage of an option whose name and default are those in `Request`: help}
+    "out DIR":
+        "directory of the campaign (default: out of the file's [campaign] or campaign)",
+    "time [D-]HH:MM:SS":
+        "time limit of the job (default: walltime of [campaign] in the file or 4 h)",
+    "name NAME": "name of the job (default hpcwhirl)",
+    "partition NAME": "partition or queue",
+    "account NAME": "account, project or bank",
+    "mem SIZE": "memory of each node, e.g. 4G (Slurm)",
+    "qos NAME": "quality of service (Slurm)",
+    "shard I/N": "compute only the I-th of N shares of the campaign",
+    "launcher NAME":
+        "program that starts the ranks: mpirun, mpiexec, srun (Slurm) or flux (Flux)",
+    "mpi NAME": "value of srun --mpi, e.g. pmix or pmi2",
+    "pe NAME": "parallel environment of Grid Engine (default mpi)",
+    "venv DIR": "virtual environment to activate",
+    "script PATH": "write the script to PATH instead of printing it",
+    "ntasks N": "number of ranks of the job, or of each array element (default 32)",
+    "nodes N": "number of nodes to spread the ranks over (default: scheduler's choice)",
+    "array N": "make an array job of N elements, each of which computes a shard",
+    "requeues N": "requeue the job up to N times while cases remain (default 20)",
+    "warning N": "stop the campaign N seconds before the time limit (default 120)",
 }
+# fmt: on
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument(
         "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(SCHEDULERS)}"
     )
     parser.add_argument("file", metavar="FILE.toml", help="campaign file")
-    defaults = Request.__dataclass_fields__
-    for name, (shape, meaning) in TEXTS.items():
-        default = None if name in IN_FILE else defaults[name].default
-        parser.add_argument(f"--{name}", default=default, metavar=shape, help=meaning)
-    for name, meaning in NUMBERS.items():
-        default = defaults[name].default
-        parser.add_argument(
-            f"--{name}", type=int, default=default, metavar="N", help=meaning
-        )
-    parser.add_argument(
-        "--module",
-        action="append",
-        default=[],
-        dest="modules",
-        metavar="NAME",
-        help="environment module to load; may be repeated",
-    )
-    parser.add_argument(
-        "--constraint", action="append", default=[], metavar="FEATURES",
-        help="features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, "
-        "all of them",
-    )  # fmt: skip
+    fields = Request.__dataclass_fields__
+    for usage, meaning in OPTIONS.items():
+        name = usage.partition(" ")[0]
+        default = None if name in IN_FILE else fields[name].default
+        add_option(parser, f"--{usage}", meaning, default=default)
+    add_option(parser, "--module NAME",
+        "environment module to load; may be repeated", default=[], dest="modules")
+    add_option(parser, "--constraint FEATURES",
+        "features that nodes must have, e.g. 'milan|genoa' (Slurm); if repeated, all "
+        "of them", default=[])
     parser.add_argument("--set", "--preset", dest="inputs", help=argparse.SUPPRESS)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
-    from hpcwhirl.cluster.jobs.script import job_script
+    from hpcwhirl.cluster.script import job_script
     from hpcwhirl.store.atomic import write_whole
 
     if args.inputs:
@@ -162,15 +146,14 @@ def _predict(design: Design, request: Request) -> None:
 
 def _check_kept(path: Path) -> None:
     """Refuse to replace a directory, or a file that is not a printed job script."""
-    from hpcwhirl.cluster.jobs.script import PRINTED
+    from hpcwhirl.cluster.script import PRINTED
 
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED
     except (OSError, UnicodeDecodeError):
         old = ""
     if path.is_dir():
-        msg = f"cannot write {path}: it is a directory"
-        raise MissingFileError(msg)
+        raise MissingFileError(f"cannot write {path}: it is a directory")
     if PRINTED not in old:
         msg = f"--script {path}: there is a file that is no job script; it is kept"
         raise InputError(msg)

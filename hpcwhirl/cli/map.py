@@ -9,45 +9,32 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OR_FILE, add_units, asked_units
+from hpcwhirl.cli.options import OR_FILE, add_option, add_units, asked_units
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="directory for the map (default: that of the results)",
-    )  # fmt: skip
+    add_option(parser, "--out DIR",
+        "directory for the map (default: that of the results)", type=Path)
     for side in ("x", "y"):
-        parser.add_argument(
-            f"--{side}", metavar="NAME", help=f"swept input of the {side} axis"
-        )
-    parser.add_argument(
-        "--panel", action="append", default=[], metavar="NAME", dest="panels",
-        help="swept input with one panel for each value; if repeated, one panel for "
-        "each pair of values (default: inputs that are on no axis, up to 12 panels)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only cases with this value of an input",
-    )  # fmt: skip
-    parser.add_argument(
-        "--colour", "--color", default="regime", metavar="WHAT", dest="colour",
-        help="what the colours show: regime (default), whirl, motion, attractor, a "
-        "numeric variable such as growth_rate, or a ratio such as orbit_radius/gap",
-    )  # fmt: skip
+        add_option(parser, f"--{side} NAME", f"swept input of the {side} axis")
+    add_option(parser, "--panel NAME",
+        "swept input with one panel for each value; if repeated, one panel for each "
+        "pair of values (default: inputs that are on no axis, up to 12 panels)",
+        default=[], dest="panels")
+    add_option(parser, "--at NAME=V[,V]",
+        "only cases with this value of an input", default=[])
+    add_option(parser, "--colour|--color WHAT",
+        "what the colours show: regime (default), whirl, motion, attractor, a numeric "
+        "variable such as growth_rate, or a ratio such as orbit_radius/gap",
+        default="regime", dest="colour")
     add_units(parser, "axes, panels, title and colour")
-    parser.add_argument(
-        "--rpm", action="store_true", help="show speeds in rpm, as --units rpm"
-    )
-    parser.add_argument(
-        "--critical", action="store_true",
-        help="mark the critical speeds of Eq. 13 and its super-harmonics",
-    )  # fmt: skip
-    parser.add_argument(
-        "--csv", action="store_true", help="also write the values drawn as CSV"
-    )
+    add_option(parser, "--rpm", "show speeds in rpm, as --units rpm")
+    add_option(parser, "--critical",
+        "mark the critical speeds of Eq. 13 and its super-harmonics")
+    add_option(parser, "--csv", "also write the values drawn as CSV")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -3,53 +3,49 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.cli.margin_views import each_input, first_change, setting_text
-from hpcwhirl.cli.options import OR_FILE, asked_units
+from hpcwhirl.cli.options import OR_FILE, add_option, asked_units, check_picture
 from hpcwhirl.cli.tables import add_format, in_units, print_data, print_table, unit_of
-from hpcwhirl.scene.units import showing
+from hpcwhirl.errors import InputError
+from hpcwhirl.scene.quantity import with_unit
+from hpcwhirl.scene.units import showing, shown_in
+from hpcwhirl.store.reading.select import UNITS
 
 if TYPE_CHECKING:
     import xarray
 
+    from hpcwhirl.analysis.margins import Along, FirstChange
     from hpcwhirl.analysis.margins import SafeRange
 
 ENDS = ("low", "high", "below", "above")
+WORDS = ("word_below", "word_above")
+TOLD = 12  # largest number of lines of cases with a sentence for each
 OVER = (*ENDS, "distance")  # columns in the unit of the input of --over
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--over", default="speed", metavar="NAME",
-        help="swept input whose safe ranges are listed (default speed); each: for "
-        "every input of --at, the safe range around that point",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V",
-        help="for the input of --over: also print the distance of this point from the "
-        "nearest boundary; for another input: only cases with this value",
-    )  # fmt: skip
-    parser.add_argument(
-        "--sure", type=float, default=0.0, metavar="SHARE",
-        help="in a campaign with [twins]: a case counts as damped if at least this "
-        "share of its twins is damped (default: if most are)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--first", action="store_true",
-        help="list only up to which value of the input, from its least one, all cases "
-        "are damped, with --at also in multiples of that value: how strong a pulse may "
-        "be",
-    )  # fmt: skip
-    parser.add_argument(
-        "--plot", type=Path, metavar="FILE.png",
-        help="with --first: draw that limit over the other swept inputs",
-    )  # fmt: skip
+    add_option(parser, "--over NAME",
+        "swept input whose safe ranges are listed (default speed); each: for every "
+        "input of --at, the safe range around that point", default="speed")
+    add_option(parser, "--at NAME=V",
+        "for the input of --over: also print the distance of this point from the "
+        "nearest boundary; for another input: only cases with this value", default=[])
+    add_option(parser, "--sure SHARE",
+        "in a campaign with [twins]: a case counts as damped if at least this share of "
+        "its twins is damped (default: if most are)", default=0.0)
+    add_option(parser, "--first",
+        "list only up to which value of the input, from its least one, all cases are "
+        "damped, with --at also in multiples of that value: how strong a pulse may be")
+    add_option(parser, "--plot FILE.png",
+        "with --first: draw that limit over the other swept inputs", type=Path)
     add_format(parser)
 
 
@@ -74,22 +70,14 @@ def run(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> None:
     """Raise InputError for options that do not go together or are out of range."""
-    from hpcwhirl.cli.options import check_writable
-    from hpcwhirl.errors import InputError
-
     if not 0.0 <= args.sure <= 1.0:
-        msg = f"--sure must be >= 0 and <= 1, got {args.sure:g}"
-        raise InputError(msg)
+        raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
     if args.plot and not args.first:
-        msg = "--plot draws what --first lists: give --first, too"
-        raise InputError(msg)
+        raise InputError("--plot draws what --first lists: give --first, too")
     if args.first and args.over == "each":
         msg = "--first needs one input: --over must be a swept input, got each"
         raise InputError(msg)
-    if args.plot and args.plot.suffix not in {".png", ".svg", ".pdf"}:
-        msg = f"--plot must end in .png, .svg or .pdf, got '{args.plot.name}'"
-        raise InputError(msg)
-    check_writable(args.plot, folder=False)
+    check_picture(args.plot)
 
 
 def _print_ranges(
@@ -121,7 +109,6 @@ def _chosen(
     over : the input whose ranges are listed
     settings : texts ``NAME=V`` of --at; those of other inputs choose cases
     """
-    from hpcwhirl.errors import InputError
     from hpcwhirl.store.reading.select import number_of, swept_of, variable_of, where
 
     swept, point, others = swept_of(data), None, []
@@ -129,8 +116,7 @@ def _chosen(
         name, sign, raw = text.partition("=")
         if sign and variable_of(name.strip(), swept, "input of --at") == over:
             if point is not None:
-                msg = f"--at {over} is given twice"
-                raise InputError(msg)
+                raise InputError(f"--at {over} is given twice")
             point = number_of(raw, over, "--at")
         else:
             others.append(text)
@@ -143,9 +129,7 @@ def _chosen(
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
     """Return {name: values (ranges,)} of the table; `point` adds the distance."""
     out: dict[str, list[Any]] = {n: [r.fixed[n] for r in found] for n in found[0].fixed}
-    out |= {n: [getattr(r, n) for r in found] for n in ENDS}
-    for side in ("below", "above"):
-        out[f"word_{side}"] = [getattr(r, f"word_{side}") for r in found]
+    out |= {n: [getattr(r, n) for r in found] for n in (*ENDS, *WORDS)}
     out["cases"] = [r.cases for r in found]
     if any(np.isfinite(r.share) for r in found):
         out["least_share"] = [r.share for r in found]
@@ -165,9 +149,7 @@ def _nearest(
         if not inside:
             return f"{told}: in no safe range of {lines} lines"
         least = min(inside, key=lambda r: r.distance(point))
-        where = ", ".join(
-            setting_text(name, value) for name, value in least.fixed.items()
-        )
+        where = _line(least.fixed)
         far = setting_text(over, least.distance(point)).partition(" = ")[2]
     count = len({tuple(r.fixed.values()) for r in inside})
     if not np.isfinite(least.distance(point)):
@@ -177,3 +159,144 @@ def _nearest(
         f"{told}: in a safe range on {count} of {lines} lines; the nearest boundary "
         f"is {far} or more away{at}"
     )
+
+
+def first_change(
+    args: argparse.Namespace, data: xarray.Dataset, over: str, point: float | None
+) -> int:
+    """Print up to which value of an input cases are damped, for each line of cases.
+
+    Parameters
+    ----------
+    args : options of `hpcwhirl margin`
+    data : results of the selected cases
+    over : name of the input
+    point : value of that input to compare limits with; None: no comparison
+    """
+    from hpcwhirl.analysis.margins import first_changes
+
+    found = first_changes(data, over, args.sure)
+    columns = _first_columns(found, point)
+    own = ("safe", "unsafe")
+    units = {n: unit_of(data, over if n in own else n) for n in columns}
+    shown, told = in_units(args, columns, units)
+    if not print_data(args, shown, told, "first", over=over, at=point):
+        print(f"damped from the least {over} up to safe; unsafe is the next one tried")
+        print_table(shown, told, len(found))
+        if point is not None:
+            with showing(asked_units(args.units)):
+                print("\n".join(_sentences(found, over, point)))
+    if args.plot:
+        from hpcwhirl.report.map.limits import draw_limits
+
+        with showing(asked_units(args.units)):
+            draw_limits(data, found, over, point, args.plot)
+    return 0
+
+
+def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, Any]:
+    """Return the table's columns, {name: (lines,)}; `point` adds multiples of it."""
+    out: dict[str, Any] = {n: [f.fixed[n] for f in found] for n in found[0].fixed}
+    out |= {n: [getattr(f, n) for f in found] for n in ("safe", "unsafe", "word")}
+    out["changes"] = [f.changes for f in found]
+    if point is not None:
+        for name in ("safe", "unsafe"):
+            out[f"times_{name}"] = [getattr(f, name) / point for f in found]
+    return {name: np.array(values) for name, values in out.items()}
+
+
+def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
+    """Return a sentence for each limit, or if many, one for the nearest limit."""
+    told = setting_text(over, point)
+    if len(found) <= TOLD:
+        return [f"{_place(f)}safe {f.times(point)} times {told}{_then(f)}"
+                for f in found]  # fmt: skip
+    least = min(found, key=lambda f: np.nan_to_num(f.safe))
+    open_ = sum(not f.word for f in found)
+    text = (
+        f"{told}: the lowest of {len(found)} limits is {least.times(point)} times it "
+    )
+    return [f"{text}({_place(least).rstrip(': ')}); no change was met on {open_}"]
+
+
+def _place(found: FirstChange) -> str:
+    return f"at {at}: " if (at := _line(found.fixed)) else ""
+
+
+def _then(found: FirstChange) -> str:
+    """Return the end of a sentence: which word follows above the limit."""
+    if not found.word:
+        return ", the strongest tried"
+    more = found.changes - (not np.isnan(found.safe))
+    return f", then {found.word}" + (
+        f"; {more} more change{'s' * (more > 1)}" if more else ""
+    )
+
+
+def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
+    """Print the safe range along each input of ``--at``, around their point."""
+    from hpcwhirl.analysis.margins import working_point
+
+    found = working_point(data, _point(args.at), args.sure)
+    numbers, texts = _each_columns(found), {}
+    units = dict.fromkeys(numbers, "")
+    if print_data(args, numbers, units, "inputs"):
+        return 0
+    with showing(asked_units(args.units)):
+        texts = {n: np.array([_cell(n, a) for a in found]) for n in numbers}
+    print("safe range around the point along each input, the others as they are or as "
+          "near as computed")  # fmt: skip
+    print_table(texts, units, len(found))
+    return 0
+
+
+def _point(settings: list[str]) -> dict[str, float]:
+    """Return {input: value in SI} of the settings of --at."""
+    from hpcwhirl.scene import input_names
+    from hpcwhirl.store.reading.select import number_of, variable_of
+
+    out: dict[str, float] = {}
+    for text in settings:
+        name, sign, raw = text.partition("=")
+        if not sign:
+            raise InputError(f"--at must be NAME=VALUE, got '{text}'")
+        known = {*UNITS, *input_names()}
+        variable = variable_of(name.strip(), known, "input of --at")
+        if variable in out:
+            raise InputError(f"--at {variable} is given twice")
+        out[variable] = number_of(raw, variable, "--at")
+    return out
+
+
+def _each_columns(found: list[Along]) -> dict[str, Any]:
+    """Return the columns of the table of inputs, {name: (inputs,)}, in SI."""
+    out: dict[str, Any] = {"input": [a.name for a in found]}
+    out["unit"] = [UNITS.get(a.name, "1") for a in found]
+    out["at"] = [a.value for a in found]
+    out |= {n: [getattr(a.found, n) for a in found] for n in (*ENDS, *WORDS)}
+    out["distance"] = [a.found.distance(a.value) for a in found]
+    out["line"] = [_line(a.found.fixed) for a in found]
+    return {name: np.array(values) for name, values in out.items()}
+
+
+def _line(fixed: Mapping[str, Any]) -> str:
+    """Return the values of the inputs that are fixed on a line of cases, as text."""
+    return ", ".join(setting_text(n, v) for n, v in fixed.items())
+
+
+def _cell(name: str, along: Along) -> str:
+    """Return one cell of the table of inputs as text, numbers in the unit shown."""
+    if name in {"at", "distance", *ENDS}:
+        value = {"at": along.value, "distance": along.found.distance(along.value)}
+        number = float(value.get(name, getattr(along.found, name, np.nan)))
+        told = setting_text(along.name, number).partition(" = ")[2]
+        return "" if np.isnan(number) else told
+    return str(_each_columns([along])[name][0])
+
+
+def setting_text(variable: str, value: Any) -> str:
+    """Return ``variable = value unit`` of an input, in the unit shown."""
+    if not isinstance(value, float):
+        return f"{variable} = {value}"
+    unit, factor = shown_in(UNITS.get(variable, "1"))
+    return with_unit(f"{variable} = {factor * value:g}", unit, " ")

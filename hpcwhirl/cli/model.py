@@ -17,6 +17,7 @@ from hpcwhirl.case.explain import facts_of_file, facts_of_plan
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli.options import (
     add_explain,
+    add_option,
     add_scene,
     print_json,
     print_notes,
@@ -24,11 +25,7 @@ from hpcwhirl.cli.options import (
     tell_remarks,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
-from hpcwhirl.reduction.families import (
-    UNKNOWN,
-    as_records,
-    modal_table,
-)
+from hpcwhirl.reduction.families import UNKNOWN, as_records, modal_table
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
@@ -40,20 +37,15 @@ SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed at other diameters
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
     add_explain(parser)
-    parser.add_argument(
-        "--orders",
-        type=int,
-        default=12,
-        metavar="N",
-        help="number of super-harmonics of the critical speed of 1F, Eq. 13 (default "
-        "12)",
-    )
-    parser.add_argument(
-        "--up-to", type=float, default=SHOWN_HZ, metavar="HZ",
-        help=f"highest frequency printed (default {SHOWN_HZ:g}; JSON has all)",
-    )  # fmt: skip
+    add_option(parser, "--orders N",
+        "number of super-harmonics of the critical speed of 1F, Eq. 13 (default 12)",
+        default=12)
+    add_option(parser, "--up-to HZ",
+        f"highest frequency printed (default {SHOWN_HZ:g}; JSON has all)",
+        default=SHOWN_HZ, type=float)
 
 
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
@@ -149,11 +141,10 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
     """
     unit, out = DERIVED["critical_speed"].unit, {}
     for k, family in product(sorted(diameters), ("1F", "suspension")):
-        names = [(line["nodal_diameter"], line["family"]) for line in facts["lines"]]
         lines = [
             line
-            for line, name in zip(facts["lines"], names, strict=True)
-            if name == (k, family)
+            for line in facts["lines"]
+            if (line["nodal_diameter"], line["family"]) == (k, family)
         ]
         for frame in ("rotating", "static") if lines else ():
             numbers = ", ".join(f"{line[frame]:.1f}" for line in lines)

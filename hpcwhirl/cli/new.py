@@ -10,6 +10,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.cli.options import add_option
 from hpcwhirl.errors import InputError, MissingFileError, shown
 from hpcwhirl.scene.units import in_si, told_of
 
@@ -38,30 +39,22 @@ OPTIONS = {  # name: unit, metavar, help
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument(
         "file", type=Path, metavar="FILE.toml",
         help="campaign file to write; an existing file is not overwritten",
-    )  # fmt: skip
-    parser.add_argument(
-        "--blades", type=int, default=22, metavar="N",
-        help="number of blades (default 22)",
-    )  # fmt: skip
+    )
+    add_option(parser, "--blades N", "number of blades (default 22)", default=22)
     for name, (unit, what, meaning) in OPTIONS.items():
         hint = "; in m, or as '0.8 mm'" if unit == "m" else ""
         parser.add_argument(f"--{name}", metavar=what, default="", help=meaning + hint)
-    parser.add_argument(
-        "--material", default="titanium", metavar="NAME",
-        help="material of the blades: titanium (default), steel, aluminium, nickel or "
-        "composite",
-    )  # fmt: skip
-    parser.add_argument(
-        "--casing-material", default="", metavar="NAME",
-        help="material of the casing (default: that of the blades)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--lobes", type=int, default=1, metavar="K",
-        help="lobes of the load, its nodal diameter (default 1)",
-    )  # fmt: skip
+    add_option(parser, "--material NAME",
+        "material of the blades: titanium (default), steel, aluminium, nickel or "
+        "composite", default="titanium")
+    add_option(parser, "--casing-material NAME",
+        "material of the casing (default: that of the blades)", default="")
+    add_option(parser, "--lobes K",
+        "lobes of the load, its nodal diameter (default 1)", default=1)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -79,8 +72,7 @@ def run(args: argparse.Namespace) -> int:
     except FileExistsError:
         raise _taken(args.file) from None
     except OSError as failed:
-        msg = f"cannot write {args.file}: {failed.strerror}"
-        raise MissingFileError(msg) from None
+        raise MissingFileError(f"cannot write {args.file}: {failed.strerror}") from None
     print(f"{args.file}: {told_of_model(checked)}")
     print(f"{args.file}: {told_of_pulse(scene, checked)}")
     if not FANS[0] <= checked.share <= FANS[1]:
@@ -96,26 +88,18 @@ def _taken(file: Path) -> InputError:
 
 
 def _fan(args: argparse.Namespace) -> Fan:
-    from hpcwhirl.case.fan import RADIUS, Fan
+    from hpcwhirl.case.fan import Fan
 
-    given = {name: _number(name, getattr(args, name)) for name in OPTIONS}
-    return Fan(
-        blades=args.blades,
-        radius=RADIUS if given["radius"] is None else given["radius"],
-        material=args.material,
-        casing_material=args.casing_material,
-        gap=given["gap"] or 0.0,
-        full_speed=given["speed"] or 0.0,
-        frequency=given["frequency"] or 0.0,
-        lobes=args.lobes,
-        friction=0.1 if given["friction"] is None else given["friction"],
-    )
+    texts = {name: text for name in OPTIONS if (text := getattr(args, name))}
+    numbers: dict[str, Any] = {n: _number(n, text) for n, text in texts.items()}
+    if "speed" in numbers:
+        numbers["full_speed"] = numbers.pop("speed")
+    plain = ("blades", "material", "casing_material", "lobes")
+    return Fan(**{name: getattr(args, name) for name in plain}, **numbers)
 
 
-def _number(name: str, text: str) -> Any:
-    """Parse an option as a number in SI, a frequency in Hz; None for an empty text."""
-    if not text:
-        return None
+def _number(name: str, text: str) -> float:
+    """Parse an option as a number in SI, a frequency in Hz."""
     unit = OPTIONS[name][0]
     value = told_of(f"--{name}", lambda: in_si(text, unit))
     try:

@@ -7,11 +7,12 @@ import json
 import math
 import os
 import sys
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     NAMED,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
 OR_FILE = "directory of a campaign, or a file written by hpcwhirl run --out"
 OF_CAMPAIGN = "directory of a campaign"
+EVERY = 5.0  # s between progress lines
 UNTOUCHED = (
     "no blade touched the casing: words describe free motion only; lengths are in m, "
     "force in N, pulse in s"
@@ -58,28 +60,49 @@ class _Preset(argparse.Action):
         setattr(namespace, self.dest, inputs + getattr(namespace, self.dest))
 
 
+def add_option(
+    parser: argparse._ActionsContainer,
+    usage: str,
+    told: str,
+    *,
+    default: Any = None,
+    **how: Any,
+) -> None:
+    """Add an option, declared as its help shows it.
+
+    Parameters
+    ----------
+    parser : parser or group of options
+    usage : its names, separated by bars, and its value, as ``--at NAME=V``; without a
+        value it is a flag
+    told : help
+    default : a number is of the option's type; a list: the option may be repeated
+    how : further arguments of `add_argument`
+    """
+    names, _, shape = usage.partition(" ")
+    if not shape:
+        how = {"action": "store_true"} | how
+    else:
+        how |= {"metavar": shape, "default": default}
+        if isinstance(default, list):
+            how = {"action": "append"} | how
+        elif isinstance(default, int | float):
+            how = {"type": type(default)} | how
+    parser.add_argument(*names.split("|"), help=told, **how)
+
+
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Add ``--set NAME=VALUE``, repeatable, and ``--preset NAME``."""
+    # fmt: off
     known = ", ".join(preset_names())
-    parser.add_argument(
-        "--preset",
-        dest="settings",
-        action=_Preset,
-        default=[],
-        metavar="NAME",
-        help=f"a named set of solver inputs: {known}; it overrides the file (where "
+    add_option(parser, "--preset NAME",
+        f"a named set of solver inputs: {known}; it overrides the file (where "
         "[solver] may name a preset, too) and is overridden by --set; what each sets, "
         "and its accuracy: hpcwhirl inputs preset",
-    )
-    parser.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="set an input, e.g. speed=410 or casing.thickness=0.02; may be repeated; "
-        "for the names see: hpcwhirl inputs",
-    )
+        default=[], dest="settings", action=_Preset)
+    add_option(parser, "--set NAME=VALUE",
+        "set an input, e.g. speed=410 or casing.thickness=0.02; may be repeated; for "
+        "the names see: hpcwhirl inputs", default=[], dest="settings")
 
 
 def tell_preset(scene: Scene) -> None:
@@ -92,39 +115,48 @@ def tell_preset(scene: Scene) -> None:
     print(f"hpcwhirl: preset {name}: {loss} (hpcwhirl inputs {name})", file=sys.stderr)
 
 
-def tell_load(cases: Many | Scene) -> None:
-    """Warn on stderr if the pulse moves the casing by many gaps."""
-    from hpcwhirl.scene.remarks import load_remarks
+def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
+    """Warn on stderr, a line each, of inputs that seem to be in another unit.
 
-    for line in load_remarks(cases):
-        print(f"hpcwhirl: {line}", file=sys.stderr)
-
-
-def tell_remarks(cases: Many | Scene) -> None:
-    """Warn on stderr, a line each, of inputs that seem to be in another unit."""
+    load : whether to warn if the pulse moves the casing by many gaps, too
+    """
     from hpcwhirl.scene.remarks import remarks
 
-    for line in remarks(cases):
+    for line in remarks(cases, load=load):
         print(f"hpcwhirl: {line}", file=sys.stderr)
+
+
+def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
+    """Return a function that calls `tell`, but only `EVERY` s after the last call.
+
+    last : time of a call before, s, by `time.monotonic`
+    """
+
+    def timed(*told: Any) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= EVERY:
+            last = now
+            tell(*told)
+
+    return timed
 
 
 def add_take_over(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--take-over``."""
-    parser.add_argument(
-        "--take-over", action="store_true",
-        help="take over DIR at once from a process on another machine that you know to "
-        "be dead; without this option it counts as dead 2 minutes after its last sign "
-        "of life",
-    )  # fmt: skip
+    # fmt: off
+    add_option(parser, "--take-over",
+        "take over DIR at once from a process on another machine that you know to be "
+        "dead; without this option it counts as dead 2 minutes after its last sign of "
+        "life")
 
 
 def add_units(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the option ``--units``; `what` names what is shown in these units."""
-    parser.add_argument(
-        "--units", metavar="UNIT[,UNIT]",
-        help=f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
-        "mm and kN, in text and figures; si in CSV and JSON)",
-    )  # fmt: skip
+    # fmt: off
+    add_option(parser, "--units UNIT[,UNIT]",
+        f"units of {what}, such as mm,rpm,kN; si: as stored (default: practical, "
+        "mm and kN, in text and figures; si in CSV and JSON)")
 
 
 def asked_units(text: str | None) -> tuple[str, ...]:
@@ -135,29 +167,30 @@ def asked_units(text: str | None) -> tuple[str, ...]:
 
 def add_json(parser: argparse._ActionsContainer) -> None:
     """Add the option ``--json``."""
-    parser.add_argument("--json", action="store_true", help="print JSON, not text")
+    # fmt: off
+    add_option(parser, "--json", "print JSON, not text")
+
+
+def add_scene_name(parser: argparse.ArgumentParser) -> None:
+    """Add the positional scene."""
+    known = f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)"
+    parser.add_argument(
+        "scene", nargs="?", default="table2", metavar="SCENE", help=known
+    )
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """Add the positional scene and the options ``--set``, ``--preset``, ``--json``."""
-    parser.add_argument(
-        "scene",
-        nargs="?",
-        default="table2",
-        metavar="SCENE",
-        help=f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)",
-    )
+    add_scene_name(parser)
     add_set(parser)
     add_json(parser)
 
 
 def add_explain(parser: argparse.ArgumentParser) -> None:
     """Add the option ``--explain``."""
-    parser.add_argument(
-        "--explain",
-        action="store_true",
-        help="say what the computation leaves out, why that is safe, and what it saves",
-    )
+    # fmt: off
+    add_option(parser, "--explain",
+        "say what the computation leaves out, why that is safe, and what it saves")
 
 
 def print_notes(notes: Sequence[Mapping[str, Any]], file: Any = None) -> None:
@@ -237,8 +270,7 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
         return
     if path.exists() and path.is_dir() != folder:
         kind = "directory" if folder else "file"
-        msg = f"cannot write {path}: it is not a {kind}"
-        raise MissingFileError(msg)
+        raise MissingFileError(f"cannot write {path}: it is not a {kind}")
     whole = Path(os.path.realpath(path))  # Path.resolve raises at circular links
     nearest = whole
     while not os.path.lexists(nearest):
@@ -246,6 +278,13 @@ def check_writable(path: Path | None, *, folder: bool) -> None:
     if not os.access(nearest, os.W_OK) or (nearest != whole and not nearest.is_dir()):
         msg = f"cannot write {path}: {nearest} is not a writable directory"
         raise MissingFileError(msg)
+
+
+def check_picture(path: Path | None) -> None:
+    """Check that a picture can be written, and has a known suffix, if one is wanted."""
+    if path and path.suffix not in {".png", ".svg", ".pdf"}:
+        raise InputError(f"--plot must end in .png, .svg or .pdf, got '{path.name}'")
+    check_writable(path, folder=False)
 
 
 def print_json(facts: Mapping[str, Any]) -> None:

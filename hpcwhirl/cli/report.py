@@ -5,16 +5,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writable
+from hpcwhirl.cli.options import (
+    OF_CAMPAIGN,
+    add_option,
+    add_units,
+    asked_units,
+    check_writable,
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE.html",
-        help="file to write (default: report.html in DIR)",
-    )  # fmt: skip
+    add_option(parser, "--out FILE.html",
+        "file to write (default: report.html in DIR)", type=Path)
     add_units(parser, "axes, cases and colours; filters stay in SI")
 
 

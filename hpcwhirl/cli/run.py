@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 from hpcwhirl.cli.options import (
     UNTOUCHED,
     add_explain,
+    add_option,
     add_scene,
     check_writable,
     print_json,
     print_notes,
     scene_of,
-    tell_load,
+    seldom,
     tell_preset,
     tell_remarks,
 )
@@ -40,23 +41,18 @@ BALANCE = {
     "energy": "energy at the end",
     "residual": "energy at the end + out - in",
 }
-PLAIN_EVERY = 5.0  # s between progress lines if stderr is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     add_scene(parser)
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="FILE.h5",
-        help="write the results and traces of the case, in the format of results.h5",
-    )
-    parser.add_argument(
-        "--plot", type=Path, metavar="DIR", help="draw orbit and traces into DIR"
-    )
+    add_option(parser, "--out FILE.h5",
+        "write the results and traces of the case, in the format of results.h5",
+        type=Path)
+    add_option(parser, "--plot DIR", "draw orbit and traces into DIR", type=Path)
     add_explain(parser)
-    parser.add_argument("--quiet", action="store_true", help="show no progress")
+    add_option(parser, "--quiet", "show no progress")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -75,8 +71,7 @@ def run(args: argparse.Namespace) -> int:
     tell_preset(scene)
     design = Design.one(scene)
     course = course_of(scene)
-    tell_load(scene)
-    tell_remarks(scene)
+    tell_remarks(scene, load=True)
     _tell_unequal(course.march, quiet=args.quiet)
     with _progress(course, quiet=args.quiet) as tick:
         result = course.run(tick)
@@ -179,20 +174,15 @@ def _bar(course: Course) -> Iterator[Callable[[], None]]:
 
 
 def _plain(course: Course) -> Callable[[], None]:
-    start = last = time.monotonic()
+    start = time.monotonic()
 
     def tick() -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last < PLAIN_EVERY:
-            return
-        last = now
-        march = course.march
-        left = (now - start) * (march.total - march.steps) / max(march.steps, 1)
+        march, spent = course.march, time.monotonic() - start
+        left = spent * (march.total - march.steps) / max(march.steps, 1)
         share = 100 * march.steps / march.total
         print(f"integrating: {share:.0f} %, {left:.0f} s left", file=sys.stderr)
 
-    return tick
+    return seldom(tick, start)
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import OR_FILE, add_json, print_json
+from hpcwhirl.cli.options import OR_FILE, add_json, add_option, print_json
 
 if TYPE_CHECKING:
     import xarray
@@ -20,21 +20,16 @@ RESTS = ("draws", "dropped", "mean", "deviation")  # columns that no input chang
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
-    parser.add_argument(
-        "--of", metavar="NAME,...", dest="names",
-        help="outputs: numeric variables, or regimes, which stand for the probability "
-        "of that regime (default growth_rate,orbit_radius,divergent)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", action="append", default=[], metavar="NAME=V[,V]",
-        help="only points of the sweep with this value of a swept input",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="directory for the figures (default: that of the results)",
-    )  # fmt: skip
-    parser.add_argument("--csv", action="store_true", help="print the table as CSV")
+    add_option(parser, "--of NAME,...",
+        "outputs: numeric variables, or regimes, which stand for the probability of "
+        "that regime (default growth_rate,orbit_radius,divergent)", dest="names")
+    add_option(parser, "--at NAME=V[,V]",
+        "only points of the sweep with this value of a swept input", default=[])
+    add_option(parser, "--out DIR",
+        "directory for the figures (default: that of the results)", type=Path)
+    add_option(parser, "--csv", "print the table as CSV")
     add_json(parser)
 
 

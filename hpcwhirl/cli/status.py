@@ -12,11 +12,13 @@ import json
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, finite, print_json
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_option, finite, print_json
+from hpcwhirl.errors import InputError, WhirlError, legible
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.progress import Computing, Progress
@@ -29,22 +31,17 @@ MOST_SHOWN = 8  # largest number of ranks printed
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
-    parser.add_argument(
-        "--watch",
-        nargs="?",
-        const=EVERY,
-        type=float,
-        metavar="SECONDS",
-        help=f"update every SECONDS (default {EVERY:g}) until all cases have ended",
-    )
+    add_option(parser, "--watch SECONDS",
+        f"update every SECONDS (default {EVERY:g}) until all cases have ended",
+        type=float, nargs="?", const=EVERY)
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the progress once; with --watch, repeat until all cases have ended."""
     from hpcwhirl.campaign.progress import progress_of
-    from hpcwhirl.errors import InputError, legible
     from hpcwhirl.store.directory.campaign_directory import Directory
 
     if args.watch is not None and not FEWEST <= args.watch <= 1e6:
@@ -72,7 +69,6 @@ def _twins(results: Path) -> str:
     """
     if not results.exists():
         return ""
-    from hpcwhirl.errors import WhirlError
     from hpcwhirl.store.reading.results_file import Results
     from hpcwhirl.store.reading.shares import find_credibility
 
@@ -86,8 +82,6 @@ def _twins(results: Path) -> str:
 
 def _stale(directory: Directory) -> str:
     """Return the command that renews report.html if it is out of date; else ""."""
-    from hpcwhirl.errors import WhirlError
-
     if not directory.page.exists() or not directory.results.exists():
         return ""
     from hpcwhirl.report.page.build import is_stale
@@ -100,20 +94,23 @@ def _stale(directory: Directory) -> str:
 
 
 def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> int:
+    """Show the progress, in place on a terminal, again and again until all ended."""
+    from rich.live import Live
+
     from hpcwhirl.campaign.progress import progress_of
 
-    show = _Lines(as_json=args.json)
-    if sys.stdout.isatty() and not args.json:
-        show = _Screen()
-    try:
-        with show:
-            show(found)
-            while found.left:
-                time.sleep(args.watch)
-                found = progress_of(directory)
-                show(found)
-    except KeyboardInterrupt:
-        return 0
+    in_place = sys.stdout.isatty() and not args.json
+    display = Live(auto_refresh=False) if in_place else nullcontext()
+    with suppress(KeyboardInterrupt), display as live:
+        while True:
+            if live is not None:
+                live.update(_screen(found), refresh=True)
+            else:
+                print(_line(found, as_json=args.json), flush=True)
+            if not found.left:
+                break
+            time.sleep(args.watch)
+            found = progress_of(directory)
     return 0
 
 
@@ -178,64 +175,32 @@ def _ranks(found: Sequence[Computing]) -> str:
     return "; ".join(parts)
 
 
-class _Lines:
-    """Display of --watch for logs and pipes: one line, or JSON object, per update."""
-
-    def __init__(self, *, as_json: bool = False) -> None:
-        self.as_json = as_json
-
-    def __enter__(self) -> _Lines:
-        """Return this display."""
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """Do nothing."""
-
-    def __call__(self, found: Progress) -> None:
-        """Print the progress as one line and flush stdout."""
-        if self.as_json:
-            print(json.dumps(finite(asdict(found)), allow_nan=False), flush=True)
-            return
-        shown = _shown(found)
-        so_far = " so far" if found.grows else ""
-        done = f"{found.done} of {found.cases} cases{so_far}"
-        bad = [f"{found.failed} failed"] if found.failed else []
-        names = (
-            "rate", "left at this rate", "in the kernel", "last case finished",
-            "stopping", "stopped",
-        )  # fmt: skip
-        parts = [
-            f"{n} {shown[n]}" if n != "rate" else shown[n] for n in names if n in shown
-        ]
-        print(", ".join([done, *bad, *parts]), flush=True)
+def _line(found: Progress, *, as_json: bool) -> str:
+    """Return the progress as one line, or as a JSON object, for logs and pipes."""
+    if as_json:
+        return json.dumps(finite(asdict(found)), allow_nan=False)
+    shown = _shown(found)
+    so_far = " so far" if found.grows else ""
+    done = f"{found.done} of {found.cases} cases{so_far}"
+    bad = [f"{found.failed} failed"] if found.failed else []
+    names = (
+        "rate", "left at this rate", "in the kernel", "last case finished", "stopping",
+        "stopped",
+    )  # fmt: skip
+    parts = [
+        f"{n} {shown[n]}" if n != "rate" else shown[n] for n in names if n in shown
+    ]
+    return ", ".join([done, *bad, *parts])
 
 
-class _Screen(_Lines):
-    """Display of --watch on a terminal: a bar and a table, redrawn in place."""
+def _screen(found: Progress) -> Any:
+    """Return a bar and a table for a terminal."""
+    from rich.console import Group
+    from rich.progress_bar import ProgressBar
+    from rich.table import Table
 
-    def __init__(self) -> None:
-        super().__init__()
-        from rich.live import Live
-
-        self.live = Live(auto_refresh=False)
-
-    def __enter__(self) -> _Screen:
-        """Start the live display."""
-        self.live.__enter__()
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        """Stop the live display; the last table stays on the terminal."""
-        self.live.__exit__(*error)
-
-    def __call__(self, found: Progress) -> None:
-        """Redraw the bar and the table."""
-        from rich.console import Group
-        from rich.progress_bar import ProgressBar
-        from rich.table import Table
-
-        table = Table.grid(padding=(0, 2))
-        for name, value in _shown(found).items():
-            table.add_row(name, value)
-        bar = ProgressBar(total=max(found.cases, 1), completed=found.cases - found.left)
-        self.live.update(Group(bar, table), refresh=True)
+    table = Table.grid(padding=(0, 2))
+    for name, value in _shown(found).items():
+        table.add_row(name, value)
+    bar = ProgressBar(total=max(found.cases, 1), completed=found.cases - found.left)
+    return Group(bar, table)

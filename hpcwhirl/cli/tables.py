@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.cli.options import add_json, add_units, asked_units, print_json
+from hpcwhirl.cli.options import (
+    add_json,
+    add_option,
+    add_units,
+    asked_units,
+    print_json,
+)
 from hpcwhirl.errors import legible, one_line
 from hpcwhirl.scene.units import AS_STORED, showing, shown_in
 
@@ -25,14 +31,11 @@ Units = Mapping[str, str]
 
 def add_format(parser: argparse.ArgumentParser) -> None:
     """Add the options ``--units``, ``--csv``, ``--json`` and ``--no-units``."""
+    # fmt: off
     add_units(parser, "numbers")
-    parser.add_argument(
-        "--no-units",
-        action="store_true",
-        help="write CSV headers without units",
-    )
+    add_option(parser, "--no-units", "write CSV headers without units")
     how = parser.add_mutually_exclusive_group()
-    how.add_argument("--csv", action="store_true", help="print comma-separated values")
+    add_option(how, "--csv", "print comma-separated values")
     add_json(how)
 
 

@@ -12,12 +12,14 @@ from typing import Any
 from hpcwhirl import __version__
 from hpcwhirl.cli.options import (
     add_json,
+    add_option,
     add_set,
     check_writable,
     finite,
     parsed,
     print_json,
     scene_of,
+    seldom,
 )
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import NAMED, Scene, apply_settings
@@ -30,31 +32,26 @@ NOT_OFFERED = (
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    # fmt: off
     from hpcwhirl.benchmark.trials import axes
 
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE",
         help=f"scene files (TOML), or some of {', '.join(NAMED)} (default: one motion "
         "of each kind)",
-    )  # fmt: skip
+    )
     add_set(parser)
-    parser.add_argument(
-        "--axis", action="append", default=[], metavar="NAME", dest="axes",
-        help="vary only this aspect of the computation, may be repeated: "
+    add_option(parser, "--axis NAME",
+        "vary only this aspect of the computation, may be repeated: "
         f"{', '.join(axes())} (default: all but the last two, which are slow)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--repeats", type=int, default=3, metavar="N",
-        help="timed runs of each setting, with forces that differ by 1e-7 (default 3)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="write tradeoff.json and tradeoff.md there; they name the machine",
-    )  # fmt: skip
-    parser.add_argument(
-        "--plot", action="store_true",
-        help="also draw tradeoff.png, in --out or the working directory",
-    )  # fmt: skip
+        default=[], dest="axes")
+    add_option(parser, "--repeats N",
+        "timed runs of each setting, with forces that differ by 1e-7 (default 3)",
+        default=3)
+    add_option(parser, "--out DIR",
+        "write tradeoff.json and tradeoff.md there; they name the machine", type=Path)
+    add_option(parser, "--plot",
+        "also draw tradeoff.png, in --out or the working directory")
     add_json(parser)
 
 
@@ -62,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure all settings, then print the table and write the files."""
     from hpcwhirl.benchmark.tradeoff import measure
     from hpcwhirl.benchmark.trials import settings_of
-    from hpcwhirl.cluster.doctor.facts import machine_facts
+    from hpcwhirl.cluster.facts import machine_facts
     from hpcwhirl.report.figures.pareto import markdown
 
     if args.repeats < 2:
@@ -71,7 +68,12 @@ def run(args: argparse.Namespace) -> int:
     settings, scenes = settings_of(args.axes), _scenes(args)
     check_writable(args.out or Path(), folder=True)
     start, machine = time.monotonic(), machine_facts()
-    facts = measure(scenes, settings, args.repeats, _teller(len(scenes), start)).facts()
+
+    def tell(line: str) -> None:
+        of = f"{time.monotonic() - start:.0f} s, {line} (of {len(scenes)} scenes)"
+        print(f"tradeoff: {of}", file=sys.stderr)
+
+    facts = measure(scenes, settings, args.repeats, seldom(tell)).facts()
     facts |= {
         "machine": f"{machine['host']}, {machine['cpu']}",
         "version": __version__,
@@ -113,24 +115,8 @@ def _scenes(args: argparse.Namespace) -> dict[str, Scene]:
         return {name: apply_settings(scene, given) for name, scene in kinds.items()}
     scenes = {name: scene_of(name, args.settings) for name in args.scenes}
     if len(scenes) < len(args.scenes):
-        msg = f"a scene is named twice: {' '.join(args.scenes)}"
-        raise InputError(msg)
+        raise InputError(f"a scene is named twice: {' '.join(args.scenes)}")
     return scenes
-
-
-def _teller(scenes: int, start: float) -> Any:
-    """Return a function that prints progress lines on stderr, at most every 5 s."""
-    last = 0.0
-
-    def tell(line: str) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last > 5.0:
-            last = now
-            spent = f"{now - start:.0f} s"
-            print(f"tradeoff: {spent}, {line} (of {scenes} scenes)", file=sys.stderr)
-
-    return tell
 
 
 def _heading(facts: dict[str, Any]) -> str:

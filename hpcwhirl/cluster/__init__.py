@@ -1,1 +1,1 @@
-"""Support for clusters: job scripts for schedulers, and a check of the machine."""
+"""Clusters: job scripts of `hpcwhirl job`, and what `hpcwhirl doctor` finds there."""

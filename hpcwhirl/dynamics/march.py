@@ -13,7 +13,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.limits import beat_of, step_counts
 from hpcwhirl.case.plan import Marched
-from hpcwhirl.case.release import NEVER, held_displacement, release_step
+from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look

@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.case.release import NEVER, told_of_release
+from hpcwhirl.case.profile import NEVER, told_of_release
 from hpcwhirl.case.speed import laws_of
 from hpcwhirl.dynamics import kernels
 from hpcwhirl.dynamics.kernels import contact

@@ -23,7 +23,7 @@ from hpcwhirl.reduction.round_casing import round_casing
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
 from hpcwhirl.reduction.supports import Support, bearing_of, small_damping
 from hpcwhirl.scene import Casing, Rotor
-from hpcwhirl.scene.kept_table import kept_rows
+from hpcwhirl.scene.kept_tables import kept_rows
 from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.structure import (
     FourierOperator,

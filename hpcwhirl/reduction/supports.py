@@ -134,7 +134,7 @@ class Bearing:
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
-    """Return a bearing from the rows of its table, see `scene.bearing`.
+    """Return a bearing from the rows of its table, see `scene.kept_tables`.
 
     spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """

@@ -22,8 +22,7 @@ from hpcwhirl.scene.input_types import Inputs
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import apply_settings, flatten
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.rule import Rule
-from hpcwhirl.scene.rules import LASTS, end_time, last_end
+from hpcwhirl.scene.rules import LASTS, Rule, end_time, last_end
 from hpcwhirl.scene.table import Column, Table, Values, distinct, labels, listed
 
 Array = NDArray[Any]
@@ -106,8 +105,7 @@ class Many:
         wrong = self.first_wrong()
         if wrong < len(self.table):
             apply_settings(self.base, self.table[wrong])
-            msg = f"case {wrong} breaks a rule that its scene does not have"
-            raise WhirlError(msg)
+            raise WhirlError(f"case {wrong} breaks a rule that its scene does not have")
 
     def first_wrong(self) -> int:
         """Return the first case that is not allowed, or the number of cases."""

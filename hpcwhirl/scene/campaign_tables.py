@@ -28,7 +28,7 @@ from hpcwhirl.scene.input_names import (
     value_in_si,
 )
 from hpcwhirl.scene.laws import KEY, Law, law_of, parameters
-from hpcwhirl.scene.presets import preset_names
+from hpcwhirl.scene.named import preset_names
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.swept import MOST_CASES
 from hpcwhirl.scene.table_model import UNKNOWN_WORD, TableModel, key
@@ -57,13 +57,11 @@ def walltime_seconds(text: str) -> float:
     parts = text.split(":")
     plain = all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts)
     if not plain or len(parts) != 3 or any(int(part) > 59 for part in parts[1:]):
-        msg = f"must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be HH:MM:SS, e.g. 01:50:00, got {shown(text)}")
     hours, minutes, seconds = map(int, parts)
     total = 3600.0 * hours + 60.0 * minutes + seconds
     if total == 0.0:
-        msg = f"must be > 00:00:00, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be > 00:00:00, got {shown(text)}")
     return total
 
 
@@ -74,8 +72,7 @@ def _walltime(text: str) -> str:
 
 def _path(text: str) -> str:
     if not text.strip() or not text.isprintable():
-        msg = f"must be the path of a directory, got {shown(text)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be the path of a directory, got {shown(text)}")
     return text
 
 
@@ -95,51 +92,36 @@ def _statuses(given: Any) -> Any:
 class Campaign(TableModel):
     """The table [campaign]: how a campaign is run. No result depends on it."""
 
-    out: Annotated[str, AfterValidator(_path)] = key(
-        "campaign",
+    # fmt: off
+    out: Annotated[str, AfterValidator(_path)] = key("campaign",
         "directory of the campaign; a campaign that it already holds is continued",
-        "the path of a directory",
-    )
-    retry: Annotated[frozenset[str], BeforeValidator(_statuses)] = key(
-        frozenset(),
+        "the path of a directory")
+    retry: Annotated[frozenset[str], BeforeValidator(_statuses)] = key(frozenset(),
         "compute again the cases with this status, or with several, separated by "
         "commas, and those whose traces are damaged",
-        f"{' | '.join(RETRIES)}, or a list of them",
-    )
-    walltime: Annotated[str, AfterValidator(_walltime)] | None = key(
-        None,
+        f"{' | '.join(RETRIES)}, or a list of them")
+    walltime: Annotated[str, AfterValidator(_walltime)] | None = key(None,
         "stop shortly before the command has run for this time; it can be continued",
-        'a text such as "01:50:00"',
-    )
-    patience: float = _seconds(
-        30.0,
+        'a text such as "01:50:00"')
+    patience: float = _seconds(30.0,
         "time that ranks have to stop after a request to stop; then the job ends with "
-        "exit code 75 even if some ranks hang; finished cases are kept",
-    )
-    case_limit: float | None = _seconds(
-        None,
+        "exit code 75 even if some ranks hang; finished cases are kept")
+    case_limit: float | None = _seconds(None,
         "computing time of a case, summed over all calls, after which it is stopped "
-        "with status timeout",
-    )
-    max_fails: int | None = key(
-        None,
+        "with status timeout")
+    max_fails: int | None = key(None,
         "end with exit code 1 as soon as this many cases of a call gave no result",
-        gt=0,
-    )
-    save_every: float = _seconds(
-        600.0,
-        "computing time of a case between saved states, from which it can continue",
-    )
+        gt=0)
+    save_every: float = _seconds(600.0,
+        "computing time of a case between saved states, from which it can continue")
     keep_states: bool = _flag(
-        "keep the last states of undecided cases, from which --extend continues"
-    )
+        "keep the last states of undecided cases, from which --extend continues")
     isolate: bool = _flag(
         "compute each case in a process of its own; if that crashes, the case gets "
-        "status crashed, and the campaign goes on"
-    )
-    report: Literal["auto", "yes", "no"] = key(
-        "auto", f"write report.html; auto: if there are at most {MOST_ON_PAGE} cases"
-    )
+        "status crashed, and the campaign goes on")
+    report: Literal["auto", "yes", "no"] = key("auto",
+        f"write report.html; auto: if there are at most {MOST_ON_PAGE} cases")
+    # fmt: on
 
     def with_options(self, other: Campaign) -> Campaign:
         """Return the table, overridden by the keys that `other` sets."""
@@ -167,8 +149,7 @@ def _spread(given: Any) -> dict[str, float]:
                 continue
         else:
             allowed = "of an input that is a real number"
-        msg = f"{name} must be {allowed}, got {shown(spread)}"
-        raise ValueError(msg)
+        raise ValueError(f"{name} must be {allowed}, got {shown(spread)}")
     return dict(sorted(found.items()))
 
 
@@ -178,30 +159,23 @@ class TwinsTable(TableModel):
     `spread` is {full dotted input: largest relative change}.
     """
 
+    # fmt: off
     count: int = key(16, "number of perturbed twins of a case", ge=2, le=1000)
-    of: Literal["all", "boundary", "speckle", "even"] = key(
-        "all",
+    of: Literal["all", "boundary", "speckle", "even"] = key("all",
         "which cases have twins; boundary: those with a neighbour of another regime; "
         "speckle: those in speckle of [refine]; even: a sample of those whose "
-        "neighbours have the same regime",
-    )
-    spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key(
-        {"force": 1e-6},
+        "neighbours have the same regime")
+    spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key({"force": 1e-6},
         "largest relative change of each perturbed input",
-        "a table such as {force = 1e-6}",
-    )
-    sure: float = key(
-        0.9,
+        "a table such as {force = 1e-6}")
+    sure: float = key(0.9,
         "least share of twins that have the word of their case if this word counts as "
         "sure",
-        "a number > 0, at most 1",
-        gt=0,
-        le=1,
-    )
-    seed: int = key(
-        0, "seed of the perturbations and of the sample", ge=0, le=MOST_SEED
-    )
+        "a number > 0, at most 1", gt=0, le=1)
+    seed: int = key(0,
+        "seed of the perturbations and of the sample", ge=0, le=MOST_SEED)
     sample: int = key(200, "with of = even: number of cases drawn to have twins", ge=1)
+    # fmt: on
 
     @model_validator(mode="after")
     def _samples_even_ones(self) -> Self:
@@ -246,23 +220,20 @@ class SampleTable(TableModel):
     input is a key of this table, beside the keys `method`, `seed`, ...
     """
 
+    # fmt: off
     method: Literal["random", "sobol", "halton", "latin_hypercube", "saltelli"] = key(
-        "sobol", "method of drawing; hpcwhirl sensitivity needs saltelli"
-    )
-    seed: int = key(
-        0, "seed of the draws; the same seed gives the same draws", ge=0, le=MOST_SEED
-    )
-    count: int = key(
-        ...,
+        "sobol",
+        "method of drawing; hpcwhirl sensitivity needs saltelli")
+    seed: int = key(0,
+        "seed of the draws; the same seed gives the same draws", ge=0, le=MOST_SEED)
+    count: int = key(...,
         "number of draws at each point of the sweep, with saltelli of pairs of draws; "
-        "a power of 2 with sobol and saltelli",
-        ge=1,
-        le=MOST_CASES,
-    )
-    laws: Annotated[dict[str, Any], BeforeValidator(_laws)] = key(
-        ..., parameters(), f"{{{KEY}, and its parameters}}"
-    )
+        "a power of 2 with sobol and saltelli", ge=1, le=MOST_CASES)
+    laws: Annotated[dict[str, Any], BeforeValidator(_laws)] = key(...,
+        parameters(),
+        f"{{{KEY}, and its parameters}}")
     tuned: bool = _flag("also compute the tuned engine at each point, before its draws")
+    # fmt: on
 
     @classmethod
     def of(cls, given: Any) -> Self:
@@ -300,16 +271,14 @@ def _over(given: Any) -> tuple[str, ...]:
         raise ValueError(msg + shown(given))
     over = tuple(full_name(name) for name in names)
     if len(set(over)) < len(over):
-        msg = f"names an input twice: {', '.join(over)}"
-        raise ValueError(msg)
+        raise ValueError(f"names an input twice: {', '.join(over)}")
     return over
 
 
 def _preset(given: Any) -> Any:
     names = preset_names()
     if given not in names:
-        msg = f"must be one of {', '.join(names)}, got {shown(given)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be one of {', '.join(names)}, got {shown(given)}")
     return given
 
 
@@ -327,8 +296,7 @@ def _budget(given: Any) -> Any:
 
 def _scale(name: str, given: Any, _: Mapping[str, Any]) -> Any:
     if given not in SCALES:
-        msg = f"must be one of {', '.join(SCALES)}, got {shown(given)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be one of {', '.join(SCALES)}, got {shown(given)}")
     if given == "log" and name in WHOLE:
         msg = f"[refine] scale of {name}: an input of whole numbers is linear"
         raise InputError(msg)
@@ -349,8 +317,7 @@ def _resolution(name: str, given: Any, scales: Mapping[str, Any]) -> float:
     else:
         given = value_in_si(name, given)
     if not is_number(given) or not 0 < given < math.inf:
-        msg = f"must be a number > 0, got {shown(given)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be a number > 0, got {shown(given)}")
     return given
 
 
@@ -366,51 +333,37 @@ class Refine(TableModel):
     `over`; one value in the file stands for all inputs.
     """
 
-    over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(
-        ...,
+    # fmt: off
+    over: Annotated[tuple[str, ...], BeforeValidator(_over)] = key(...,
         "refined inputs; each combination of other swept inputs is a panel, refined by "
         "itself",
-        f"one to {MOST_OVER} numeric inputs of [sweep]",
-    )
-    scale: dict[str, Any] = key(
-        {},
+        f"one to {MOST_OVER} numeric inputs of [sweep]")
+    scale: dict[str, Any] = key({},
         "scale on which cells are halved",
-        "linear | log, or {input = scale}; default linear",
-    )
-    levels: dict[str, Any] = key(
-        {},
+        "linear | log, or {input = scale}; default linear")
+    levels: dict[str, Any] = key({},
         "largest number of times that a cell of the coarse grid is halved",
-        f"0 to {MOST_LEVELS}, or {{input = levels}}",
-    )
-    resolution: dict[str, Any] = key(
-        {},
+        f"0 to {MOST_LEVELS}, or {{input = levels}}")
+    resolution: dict[str, Any] = key({},
         "finest step of the refined grid; relative on a log scale, 0.05 is 5 percent",
-        "a number > 0, or {input = number}; instead of levels",
-    )
-    words: Literal["regime", "whirl", "both", "attractor", "branch"] = key(
-        "regime",
+        "a number > 0, or {input = number}; instead of levels")
+    words: Literal["regime", "whirl", "both", "attractor", "branch"] = key("regime",
         "cells are split where these differ at their corners; attractor: regime, or "
-        "orbit, whirl and energy or growth; branch: the regime along [branch]",
-    )
-    speckle: int = key(
-        2,
+        "orbit, whirl and energy or growth; branch: the regime along [branch]")
+    speckle: int = key(2,
         "number of levels after which a cell is speckle if most of its parts are still "
         "mixed; speckle is not split further",
-        "a whole number of levels, 0 for never",
-        ge=0,
-        le=MOST_LEVELS,
-    )
-    budget: Annotated[dict[str, float], BeforeValidator(_budget)] | None = key(
-        None,
+        "a whole number of levels, 0 for never", ge=0, le=MOST_LEVELS)
+    budget: Annotated[dict[str, float], BeforeValidator(_budget)] | None = key(None,
         "limit of what is computed, coarse cells first",
-        "{cases = N} or {core_hours = H}",
-    )
-    first: Preset | None = key(
-        None, "preset of all cases except those that confirm boundaries", "a preset"
-    )
-    confirm: Preset | None = key(
-        None, "preset with which cases at boundaries are computed again", "a preset"
-    )
+        "{cases = N} or {core_hours = H}")
+    first: Preset | None = key(None,
+        "preset of all cases except those that confirm boundaries",
+        "a preset")
+    confirm: Preset | None = key(None,
+        "preset with which cases at boundaries are computed again",
+        "a preset")
+    # fmt: on
 
     @field_validator("scale", "levels", "resolution", mode="before")
     @classmethod
@@ -423,23 +376,20 @@ class Refine(TableModel):
         for short, value in values.items():
             name = full_name(short)
             if over and name not in over:
-                msg = f"{name}: not among over = {', '.join(over)}"
-                raise ValueError(msg)
+                raise ValueError(f"{name}: not among over = {', '.join(over)}")
             try:
                 found[name] = _EACH[what](name, value, info.data.get("scale", {}))
             except InputError:
                 raise
             except ValueError as failed:
-                msg = f"of {name} {failed}"
-                raise ValueError(msg) from None
+                raise ValueError(f"of {name} {failed}") from None
         return found
 
     @model_validator(mode="after")
     def _has_an_end(self) -> Self:
         for name in self.over:
             if (name in self.levels) == (name in self.resolution):
-                msg = f"needs either levels or resolution of {name}"
-                raise ValueError(msg)
+                raise ValueError(f"needs either levels or resolution of {name}")
         return self
 
 
@@ -458,21 +408,17 @@ MOST_POINTS = 1000  # cases of a branch, since each case names all those before 
 class BranchTable(TableModel):
     """The table [branch]: sweeps in which each case continues the one before."""
 
-    over: Annotated[str, BeforeValidator(_input)] = key(
-        ...,
+    # fmt: off
+    over: Annotated[str, BeforeValidator(_input)] = key(...,
         "input that is swept along a branch; each combination of the other swept "
         "inputs has branches of its own",
-        "a numeric input of [sweep]",
-    )
-    directions: Literal["both", "up", "down"] = key(
-        "both",
-        "direction of the sweep; both: one branch with rising values, one with falling",
-    )
-    starts: Annotated[tuple[float, ...], BeforeValidator(_numbers)] = key(
-        (),
+        "a numeric input of [sweep]")
+    directions: Literal["both", "up", "down"] = key("both",
+        "direction of the sweep; both: one branch with rising values, one with falling")
+    starts: Annotated[tuple[float, ...], BeforeValidator(_numbers)] = key((),
         "values at which branches begin with a pulse; default: the ends of the sweep",
-        "a list of values of the sweep",
-    )
+        "a list of values of the sweep")
+    # fmt: on
 
 
 TABLES: dict[str, type[TableModel]] = {

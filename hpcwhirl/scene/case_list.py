@@ -11,10 +11,10 @@ from typing import Any
 
 from hpcwhirl.errors import InputError, MissingFileError, one_line, shown
 from hpcwhirl.safe_open import read_regular
+from hpcwhirl.scene.documents import setting_value
 from hpcwhirl.scene.input_names import Value, by_full_name, full_name, value_in_si
 from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.swept import MOST_CASES, flat
-from hpcwhirl.scene.toml_text import setting_value
 
 CASE = "case"  # column of case numbers, which tables of results have; not an input
 HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
@@ -71,8 +71,7 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
             if any(cell.strip() for cell in cells):
                 rows.append(_row(columns, cells, f"{path}, line {reader.line_num}"))
             if len(rows) > MOST_CASES:
-                msg = f"{path} has more than {MOST_CASES} cases"
-                raise InputError(msg)
+                raise InputError(f"{path} has more than {MOST_CASES} cases")
     except csv.Error as failed:
         msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
         raise InputError(msg) from None
@@ -97,11 +96,9 @@ def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
         try:
             full = full_name(name)
         except InputError as failed:
-            msg = f"{path}: {failed}"
-            raise InputError(msg) from None
+            raise InputError(f"{path}: {failed}") from None
         if full in {known for known, _ in found}:
-            msg = f"{path} names {full} twice"
-            raise InputError(msg)
+            raise InputError(f"{path} names {full} twice")
         found.append((full, "" if unit.strip() == "1" else unit.strip()))
     return found
 
@@ -118,8 +115,7 @@ def _row(
     where : file and line, for messages
     """
     if len(cells) != len(columns):
-        msg = f"{where}: must have {len(columns)} columns, got {len(cells)}"
-        raise InputError(msg)
+        raise InputError(f"{where}: must have {len(columns)} columns, got {len(cells)}")
     row: dict[str, Value] = {}
     for (name, unit), cell in zip(columns, cells, strict=True):
         if not name or not cell.strip():
@@ -127,8 +123,7 @@ def _row(
         try:
             row[name] = _value(name, unit, cell.strip())
         except (InputError, ValueError) as failed:
-            msg = f"{where}: {failed}"
-            raise InputError(msg) from None
+            raise InputError(f"{where}: {failed}") from None
     return row
 
 

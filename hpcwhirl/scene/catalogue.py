@@ -15,9 +15,8 @@ from pydantic_core import PydanticUndefined
 
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.input_names import Value
+from hpcwhirl.scene.input_names import OTHERWISE, Value
 from hpcwhirl.scene.input_types import OwnRatio
-from hpcwhirl.scene.otherwise import OTHERWISE
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.swept import KEYS as SWEPT
 from hpcwhirl.scene.table_model import Key, key_of
@@ -106,8 +105,7 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
     if mentioned:
         return mentioned
     if word.lower() in OTHERWISE:
-        msg = f"no input is named '{word}': {OTHERWISE[word.lower()]}"
-        raise InputError(msg)
+        raise InputError(f"no input is named '{word}': {OTHERWISE[word.lower()]}")
     tables = {n for f in facts.values() for n in _names_of_table(f.table)}
     known = {f.name for f in facts.values()} | tables | set(besides)
     raise unknown("input, table or preset", word, known)

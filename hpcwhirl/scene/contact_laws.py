@@ -11,13 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from hpcwhirl.errors import shown
-from hpcwhirl.scene.rule import Rule
 from hpcwhirl.scene.schemes import NAMES as SCHEMES
 from hpcwhirl.scene.schemes import STEPWISE, either
 
 RIGID = "rigid"
-MOST_RODS = 10**6  # largest number of rods around a casing
 
 
 @dataclass(frozen=True)
@@ -113,60 +110,3 @@ def refused(law: str, scheme: str) -> str:
         f"scheme must be {either(LAWS[law].schemes)} where casing.contact_law is "
         f"{law}, got '{scheme}'"
     )
-
-
-def _unless_rigid(name: str, usual: Any, told: str) -> Rule:
-    """Return the rule that an input must be `usual` if the casing has a layer.
-
-    told : text for that value in the message
-    """
-    return Rule(
-        ("engine.casing.contact_law", name),
-        lambda law, value: (law == RIGID) | (value == usual),
-        lambda law, value: (
-            f"{name} must be {told} where casing.contact_law is {law}, got "
-            f"{shown(value)}"
-        ),
-    )
-
-
-LAYER = (
-    "engine.casing.contact_law",
-    "engine.casing.layer_edge",
-    "engine.rotor.radius",
-)
-RULES = (
-    Rule(("engine.casing.contact_law", "solver.scheme"), is_known, refused),
-    Rule(
-        (*LAYER, "engine.rotor.blades"),
-        lambda law, edge, radius, blades: (
-            (law == RIGID) | (edge * blades <= math.pi * radius)
-        ),
-        lambda _, edge, radius, blades: (
-            f"layer_edge must be <= {math.pi * radius / blades:.4g} m, half the "
-            f"distance of two tips, got {edge}"
-        ),
-    ),
-    Rule(
-        (*LAYER, "engine.casing.layer_rods"),
-        lambda law, edge, radius, rods: (
-            (law == RIGID) | (rods_around(edge, radius, rods) <= MOST_RODS)
-        ),
-        lambda _, edge, radius, rods: (
-            f"layer_rods must be <= {int(MOST_RODS * edge / radius / 6.3)}"
-            f" with a layer_edge of {edge} m, got {rods}"
-        ),
-    ),
-    Rule(
-        (*LAYER, "speed", "solver.time_step"),
-        lambda law, edge, radius, speed, step: (
-            (law == RIGID) | (radius * abs(speed) * step <= edge)
-        ),
-        lambda _, edge, radius, speed, step: (
-            f"time_step must be <= {edge / (radius * abs(speed)):.4g} s, in which a "
-            f"tip moves by layer_edge, got {step}"
-        ),
-    ),
-    _unless_rigid("output.chaos", 0, "0"),
-    _unless_rigid("history", "", "empty, so no [branch],"),
-)

@@ -1,28 +1,37 @@
-"""Scenes from parsed TOML documents: tables, presets, paths of engine files."""
+"""TOML that users write: files, their scenes, and settings such as ``name=value``."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hpcwhirl.errors import InputError, as_table, shown, unknown
+from hpcwhirl.errors import (
+    InputError,
+    MissingFileError,
+    as_table,
+    one_line,
+    shown,
+    unknown,
+)
+from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.campaign_tables import TABLES
-from hpcwhirl.scene.engines import check_label
-from hpcwhirl.scene.input_names import FILE, PRESET, Value, full_name
+from hpcwhirl.scene.input_names import FILE, PRESET, Value, full_name, takes_list
+from hpcwhirl.scene.input_types import anchored
 from hpcwhirl.scene.inputs import Scene
+from hpcwhirl.scene.named import check_label, preset_inputs, preset_names
 from hpcwhirl.scene.plain_data import (
     SCENE_TABLES,
     apply_settings,
     check_kept,
     scene_from,
 )
-from hpcwhirl.scene.presets import preset_inputs, preset_names
-from hpcwhirl.scene.resolve_path import anchored
 from hpcwhirl.scene.swept import KEYS
-from hpcwhirl.scene.toml_text import load_document
 
 DESIGN_TABLES = (*KEYS, *TABLES)  # only in campaign files
+WIDEST = 1000  # largest number of bits of a whole number, so that it fits a float
+DEEPEST = 32  # deepest nesting of tables and lists
 
 
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
@@ -41,8 +50,7 @@ def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
     name = solver[PRESET]
     if not isinstance(name, str):
         allowed = ", ".join(preset_names())
-        msg = f"[solver] preset must be one of {allowed}, got {shown(name)}"
-        raise InputError(msg)
+        raise InputError(f"[solver] preset must be one of {allowed}, got {shown(name)}")
     return preset_inputs(name)
 
 
@@ -79,8 +87,7 @@ def scene_of_document(
     data = dict(document.get("scene", {}))
     for table in SCENE_TABLES[1:]:
         if table in data:
-            msg = f"[scene] {table}: write it as the table [{table}]"
-            raise InputError(msg)
+            raise InputError(f"[scene] {table}: write it as the table [{table}]")
         if table in document:
             data[table] = document[table]
     if isinstance(data.get("engine"), Mapping):
@@ -120,10 +127,112 @@ def _anchored(file: str, folder: Path | str) -> str:
     try:
         return anchored(file, folder)
     except ValueError as failed:
-        msg = f"{FILE}: {failed}"
-        raise InputError(msg) from None
+        raise InputError(f"{FILE}: {failed}") from None
 
 
 def load_scene(path: Path | str) -> Scene:
     """Return the scene of a TOML file (tables scene, engine, solver, output)."""
     return scene_of_document(load_document(path), folder=Path(path).parent)
+
+
+def parsed_toml(text: str) -> dict[str, Any]:
+    """Parse a TOML text.
+
+    Raises
+    ------
+    ValueError
+        in one line, if it is no TOML, nested too deeply, or has too large a number
+    """
+    try:
+        document = tomllib.loads(text)
+        depth, inside = 0, [document]
+        while inside:
+            values = [v for one in inside for v in _members(one)]
+            if any(isinstance(v, int) and v.bit_length() > WIDEST for v in values):
+                raise ValueError  # noqa: TRY301 - as where Python gives up
+            inside, depth = [v for v in values if _members(v)], depth + 1
+            if depth > DEEPEST:
+                raise RecursionError  # noqa: TRY301 - as where the parser gives up
+    except RecursionError:
+        raise ValueError(f"nested deeper than {DEEPEST} tables or lists") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # Python refuses to read such an integer
+        raise ValueError(f"a whole number of more than {WIDEST} bits") from None
+    return document
+
+
+def _members(value: Any) -> list[Any]:
+    """Return the values directly inside a table or a list; [] for other values."""
+    if isinstance(value, dict):
+        return list(value.values())
+    return value if isinstance(value, list) else []
+
+
+def _value(raw: str) -> Any:
+    try:
+        document = parsed_toml(f"value = {raw}")
+    except ValueError as failed:
+        if not isinstance(failed, tomllib.TOMLDecodeError):
+            raise
+    else:
+        if len(document) > 1:  # further lines would be ignored
+            raise ValueError("more than one line")
+        return document["value"]
+    try:
+        return float(raw)  # .1 and 1e-6 are numbers for an engineer, but not in TOML
+    except ValueError:
+        return raw.strip()
+
+
+def parse_setting(text: str) -> tuple[str, Value]:
+    """Parse ``name=value`` as (full dotted name, value): a TOML value or a word."""
+    name, sign, raw = text.partition("=")
+    if not sign or not name.strip() or not raw.strip():
+        raise InputError(f"a setting is name=value, got {shown(text)}")
+    name = name.strip()
+    full = full_name(name)
+    return full, setting_value(full, raw, name)
+
+
+def setting_value(full: str, raw: str, name: str = "") -> Value:
+    """Parse the text of an input's value: a TOML value or a word.
+
+    Parameters
+    ----------
+    full : full dotted name
+    raw : text that is not empty
+    name : for messages; "": the full one
+    """
+    name = name or full
+    try:
+        value: Value = _value(raw)
+    except ValueError as failed:
+        msg = f"{name} takes one value, got {failed}: {shown(raw)}"
+        raise InputError(msg) from None
+    listed = isinstance(value, list) and takes_list(full)
+    if not listed and not isinstance(value, bool | int | float | str):
+        raise InputError(f"{name} takes one value, got {shown(raw)}")
+    return value
+
+
+def load_document(path: Path | str) -> dict[str, Any]:
+    """Return the parsed TOML of a file.
+
+    Raises
+    ------
+    MissingFileError
+        if it cannot be read
+    InputError
+        if it is no TOML
+    """
+    try:
+        text = read_regular(path).decode().replace("\r\n", "\n")
+    except (OSError, UnicodeDecodeError) as failed:
+        msg = f"cannot read {path}: {getattr(failed, 'strerror', None) or failed}"
+        raise MissingFileError(msg) from None
+    try:
+        return parsed_toml(text)
+    except ValueError as failed:
+        msg = f"{path} is not valid TOML: {one_line(str(failed), 300)}"
+        raise InputError(msg) from None

@@ -7,9 +7,7 @@ from functools import cache
 from typing import Any, TypeGuard, get_origin
 
 from hpcwhirl.errors import InputError, unknown
-from hpcwhirl.scene.bearing import bearing_table
-from hpcwhirl.scene.otherwise import OTHERWISE
-from hpcwhirl.scene.profile import profile_table
+from hpcwhirl.scene.kept_tables import bearing_table, profile_table
 from hpcwhirl.scene.quantities import INPUTS, LEAVES
 from hpcwhirl.scene.units import each_in_si, told_of
 
@@ -20,10 +18,52 @@ TABLES_KEPT: dict[str, Callable[[str], str]] = {  # inputs whose file is kept as
     "engine.casing.profile": profile_table,
 }
 MISTUNING = "engine.rotor.mistuning"  # the one input that is a list
-LATER = tuple(name for name, told in INPUTS.items() if told.later)
+# Inputs of the first release, by table. A later input is part of a digest only if it is
+# not the default, so that older cases keep their digests.
+OLDEST = {
+    "": "speed nodal_diameter gap friction force pulse direction duration revolutions",
+    "engine": "name file rotation",
+    "engine.rotor": "blades elements radius disk_radius blade_width root_thickness "
+    "taper spoke_width spoke_thickness rim_width rim_thickness young density centre "
+    "centre_stiffness damping suspension_damping cross_coupling mistuning",
+    "engine.casing": "kind discretization harmonics families elements thickness width "
+    "young density support_frequency damping support_damping amplitude growth rise",
+    "solver": "scheme time_step accuracy truncation modes plan until longest "
+    "amplitude_limit",
+    "output": "traces interval",
+}
+LATER = tuple(
+    name
+    for name, (table, _, leaf) in ((n, n.rpartition(".")) for n in INPUTS)
+    if leaf not in OLDEST[table].split()
+)
 IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 PRESET = "preset"  # key of [solver]: a name for the values of several inputs
 TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campaign"}
+_UNIT = "it is a unit, which the text of a value may contain"
+_LEFT_OUT = "it is not modelled; hpcwhirl manual trust lists what is left out"
+_SHAFT = (
+    "the shaft is modelled by springs, see centre_stiffness, suspension_damping, "
+    "cross_coupling and stiffness_difference; by a table over speed, see bearing; or "
+    "by a beam, see shaft"
+)
+OTHERWISE = {  # {word that users look up but that is no input: answer}
+    "rpm": f'{_UNIT}: speed = "3000 rpm"',
+    "mm": f'{_UNIT}: gap = "0.8 mm"',
+    "kn": f'{_UNIT}: force = "30 kN"',
+    "hz": f'{_UNIT}: support_frequency = "3 Hz"',
+    "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
+    "blade-off": "it is the input lost_blade, the number of the blade",
+    "bearings": _SHAFT,
+    **dict.fromkeys(
+        ("coating", "wear"), "it is the input contact_law: hpcwhirl manual layer"
+    ),
+    "squeeze film": "it is film_viscosity, film_length, film_radius, film_clearance",
+    **dict.fromkeys(
+        ("temperature", "thermal", "seal", "aerodynamics", "flutter"),
+        _LEFT_OUT,
+    ),
+}  # fmt: skip
 
 
 def input_names() -> dict[str, str]:
@@ -73,20 +113,17 @@ def full_name(name: str) -> str:
     if len(matches) == 1:
         return matches[0]
     if matches:
-        msg = f"input '{name}' is ambiguous: {' or '.join(matches)}"
-        raise InputError(msg)
+        raise InputError(f"input '{name}' is ambiguous: {' or '.join(matches)}")
     if name.rpartition(".")[2] == PRESET:
-        msg = (
+        raise InputError(
             "a preset is no scene input: --preset NAME, or preset in a file's [solver]"
         )
-        raise InputError(msg)
     if name.partition(".")[0] in TABLES:
         table = name.partition(".")[0]
         msg = f"'{name}' is no scene input: write [{table}] in the campaign's file"
         raise InputError(msg)
     if name.lower() in OTHERWISE:
-        msg = f"unknown scene input '{name}': {OTHERWISE[name.lower()]}"
-        raise InputError(msg)
+        raise InputError(f"unknown scene input '{name}': {OTHERWISE[name.lower()]}")
     short = {n.rsplit(".", 1)[-1] for n in INPUTS}
     raise unknown("scene input", name, short | INPUTS.keys())
 
@@ -108,8 +145,7 @@ def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]
     for name, value in given:
         full = full_name(name)
         if full in out:
-            msg = f"{where} names {full} twice, once as {name}"
-            raise InputError(msg)
+            raise InputError(f"{where} names {full} twice, once as {name}")
         out[full] = _signless(value)
     return out
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from hpcwhirl.errors import shown
 from hpcwhirl.scene.quantity import quantity_of
-from hpcwhirl.scene.rule import Rule
-from hpcwhirl.scene.rules import AS_THE_REST
+from hpcwhirl.scene.rules import AS_THE_REST, Rule
 from hpcwhirl.scene.units import in_si, measure
 
 
@@ -41,6 +42,45 @@ def _own_ratio(value: float) -> float:
 
 
 OwnRatio = Annotated[Finite, AfterValidator(_own_ratio)]
+
+
+def anchored(file: str, folder: Path | str = "") -> str:
+    """Return the absolute path of a file whose name is relative to `folder`.
+
+    "" stays "".
+
+    Raises
+    ------
+    ValueError
+        if no file can have such a name, or the path is not printable UTF-8
+    """
+    if not file:
+        return ""
+    try:
+        path = str((Path(folder) / file).resolve())
+        path.encode()  # results store it as UTF-8
+    except UnicodeEncodeError:
+        raise ValueError(f"a path must be UTF-8, got {shown(file)}") from None
+    except (OSError, RuntimeError, ValueError) as failed:  # circular links, NUL
+        raise ValueError(f"no file can be named {shown(file)}: {failed}") from None
+    return printable(path)
+
+
+def printable(text: str) -> str:
+    """Return a text unchanged after checking that all its characters are printable.
+
+    Raises
+    ------
+    ValueError
+        if it has control or other unprintable characters
+    """
+    if not text.isprintable():
+        raise ValueError(f"must have no control characters, got {shown(text)}")
+    return text
+
+
+Label = Annotated[str, AfterValidator(printable)]
+FileName = Annotated[str, AfterValidator(anchored)]
 
 
 def _converted(name: str, value: Any, unit: str) -> Any:

@@ -1,4 +1,7 @@
-"""The inputs of a case as frozen, validated data in SI units."""
+"""The inputs of a case as frozen, validated data in SI units.
+
+A row is an input: its default, unit and meaning, then its symbol and limits.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,12 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ValidationError
 
 from hpcwhirl.scene import contact_laws
-from hpcwhirl.scene.casing_inputs import Casing
+from hpcwhirl.scene.engine_parts import Engine
 from hpcwhirl.scene.history import checked
-from hpcwhirl.scene.input_types import Finite, Inputs, NonNegative, Positive
-from hpcwhirl.scene.over_time import table_over_time
+from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Positive
+from hpcwhirl.scene.kept_tables import table_over_time
 from hpcwhirl.scene.quantity import given
-from hpcwhirl.scene.resolve_path import anchored, printable
-from hpcwhirl.scene.rotor_inputs import Rotor
-from hpcwhirl.scene.rules import OF_ENGINE, OF_SCENE, end_time
+from hpcwhirl.scene.rules import OF_SCENE, end_time
 from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
 
 
@@ -28,115 +29,61 @@ def gap_over_time(text: str) -> str:
     return table_over_time(text, "gap")
 
 
-class Engine(Inputs):
-    """Rotor and casing; the default is the engine `four_motions`."""
-
-    RULES = OF_ENGINE
-
-    name: Annotated[str, AfterValidator(printable)] = given(
-        "four_motions",
-        "name of the engine; a label without control characters",
-        max_length=200,
-    )
-    file: Annotated[str, AfterValidator(anchored)] = given(
-        "",
-        "HDF5 file of a reduced rotor that replaces the built-in one; its layout is "
-        "that of `hpcwhirl export-model`; a regular file of at most 2 GiB; a relative "
-        "path starts at the TOML file that names it, with --set at the working "
-        "directory",
-    )
-    rotation: Literal["none", "full", "auto"] = given(
-        "none",
-        "effects of rotation on the rotor; none: none, as in the paper; full: "
-        "Coriolis terms, centrifugal stiffening and softening, and supports that "
-        "stand still; a rotor from file must have these terms; `gap_at` says at which "
-        "speed `gap` is measured; auto: none if the centre is clamped and no wave "
-        "changes by more than 1 % or `accuracy`, else full",
-    )
-    rotor: Rotor = Rotor()
-    casing: Casing = Casing()
-
-
 class Solver(Inputs):
     """Inputs of the reduction and of the time integration."""
 
-    scheme: SchemeName = given(DEFAULT, f"integrator; {MEANINGS}")
-    time_step: Positive = given(
-        1e-6,
-        "time step; if it is unstable it is refused, and the message gives the limit",
-        "s",
-    )
-    accuracy: NonNegative = given(
-        0.0,
+    # fmt: off
+    scheme: SchemeName = given(DEFAULT, "1",
+        f"integrator; {MEANINGS}")
+    time_step: Positive = given(1e-6, "s",
+        "time step; if it is unstable it is refused, and the message gives the limit")
+    accuracy: NonNegative = given(0.0, "1",
         "if > 0: largest relative error of the rotor's damped frequencies; sets the "
-        "time step, to at most 0.9 of what stability, pulse and speed allow",
-    )
-    truncation: NonNegative = given(
-        0.0,
+        "time step, to at most 0.9 of what stability, pulse and speed allow")
+    truncation: NonNegative = given(0.0, "1",
         "if > 0: estimated relative error of motions due to modes left out; sets "
         "modes, and for a ring of harmonics also harmonics and families; without "
         "effect for unequal sectors, for rings of elements and for rotors given by "
-        "modes only",
-    )
-    modes: int = given(
-        110,
+        "modes only")
+    modes: int = given(110, "1",
         "number eta of fixed-interface modes in the Craig-Bampton reduction; a rotor "
         "from file has its own number, of which truncation takes a part",
-        symbol="η",
-        ge=0,
-    )
-    plan: Literal["lean", "everything"] = given(
-        "lean",
+        symbol="η", ge=0)
+    plan: Literal["lean", "everything"] = given("lean", "1",
         "what is computed; lean: only what the scene requires; everything: all of it; "
-        "`--explain` says what is left out, and why",
-    )
-    until: Literal["end", "certain", "decided"] = given(
-        "end",
+        "`--explain` says what is left out, and why")
+    until: Literal["end", "certain", "decided"] = given("end", "1",
         "when a run ends; end: after its duration; certain: (scheme modal) as soon as "
         "its word is proved; decided: after its duration, but an undecided case goes "
         "on to twice its time, again and again, until it is decided or has reached "
-        "`longest`",
-    )
-    longest: Positive = given(
-        20.0,
-        "with until = decided: engine time of a case at most; not below duration",
-        "s",
-    )
-    amplitude_limit: Positive = given(
-        0.1,
-        "tip displacement over R_bd at which a run ends; its radial and "
-        "tangential parts together, as a vector",
-    )
+        "`longest`")
+    longest: Positive = given(20.0, "s",
+        "with until = decided: engine time of a case at most; not below duration")
+    amplitude_limit: Positive = given(0.1, "1",
+        "tip displacement over R_bd at which a run ends; its radial and tangential "
+        "parts together, as a vector")
+    # fmt: on
 
 
 class Output(Inputs):
     """Inputs on which results of a run are kept, in which detail."""
 
-    traces: Literal["summary", "blades", "orbit", "full"] = given(
-        "orbit",
+    # fmt: off
+    traces: Literal["summary", "blades", "orbit", "full"] = given("orbit", "1",
         "what is kept of a run; summary: numbers only; blades: also amplitude numbers "
         "of the blades, from the tips' positions at every interval; orbit: centre, "
         "energy, work and losses over time; full: also all tips, each blade's impulse "
-        "and the casing; words do not depend on it",
-    )
-    interval: Positive = given(
-        2e-4, "time between samples of the traces; words do not depend on it", "s"
-    )
-    windows: int = given(
-        20,
+        "and the casing; words do not depend on it")
+    interval: Positive = given(2e-4, "s",
+        "time between samples of the traces; words do not depend on it")
+    windows: int = given(20, "1",
         "number of windows of equal time into which a run whose speed or gap changes "
-        "is divided; each window gets words by the same rules",
-        ge=1,
-        le=200,
-        later=True,
-    )
-    chaos: NonNegative = given(
-        0.0,
+        "is divided; each window gets words by the same rules", ge=1, le=200)
+    chaos: NonNegative = given(0.0, "1",
         "if > 0: number of revolutions after the end of a sustained case over which "
         "its largest Lyapunov exponent, period and 0-1 test are measured; this takes "
-        "two more runs of that length; at least 40, some 200 for a word",
-        later=True,
-    )
+        "two more runs of that length; at least 40, some 200 for a word")
+    # fmt: on
 
 
 class _Told(type(Inputs)):  # type: ignore[misc]
@@ -146,7 +93,7 @@ class _Told(type(Inputs)):  # type: ignore[misc]
         try:
             return super().__call__(*args, **inputs)
         except ValidationError as failed:
-            from hpcwhirl.scene.input_errors import told_by  # imports this module
+            from hpcwhirl.scene.plain_data import told_by  # imports this module
 
             raise told_by(failed) from None
 
@@ -156,175 +103,95 @@ class Scene(Inputs, metaclass=_Told):
 
     RULES = OF_SCENE
 
+    # fmt: off
     engine: Engine = Engine()
-    speed: Finite = given(
-        410.0,
+    speed: Finite = given(410.0, "rad/s",
         "rotational speed Omega; negative turns clockwise; per step, the rotor must "
-        "turn by less than half the casing's shortest wave",
-        "rad/s",
-        symbol="Ω",
-    )
-    nodal_diameter: int = given(
-        1,
+        "turn by less than half the casing's shortest wave", symbol="Ω")
+    nodal_diameter: int = given(1, "1",
         "number of lobes k of the loading; the pulse squeezes the casing at k lobes; "
         "at most the highest harmonic of the ring, or half its elements",
-        symbol="k",
-        ge=0,
-    )
-    gap: NonNegative = given(1.28e-4, "blade-tip clearance; at most 10 tip radii", "m")
-    gap_at: Literal["speed", "rest"] = given(
-        "speed",
+        symbol="k", ge=0)
+    gap: NonNegative = given(1.28e-4, "m", "blade-tip clearance; at most 10 tip radii")
+    gap_at: Literal["speed", "rest"] = given("speed", "1",
         "speed at which the gap is measured; speed: the running speed; rest: at rest, "
         "and the radial growth of the tips then reduces the clearance; rest only with "
-        "engine.rotation full",
-        later=True,
-    )
-    friction: NonNegative = given(
-        0.1, "Coulomb coefficient mu of friction between tips and casing", symbol="μ"
-    )
-    friction_law: contact_laws.FrictionName = given(
-        contact_laws.FRICTION_NAMES[0],
-        f"coefficient of friction; {contact_laws.FRICTIONS}",
-        later=True,
-    )
-    friction_at_rest: NonNegative = given(
-        0.2, "coefficient of Stribeck's law without sliding", symbol="μ_s", later=True
-    )
-    friction_speed: Positive = given(
-        10.0,
+        "engine.rotation full")
+    friction: NonNegative = given(0.1, "1",
+        "Coulomb coefficient mu of friction between tips and casing", symbol="μ")
+    friction_law: contact_laws.FrictionName = given(contact_laws.FRICTION_NAMES[0], "1",
+        f"coefficient of friction; {contact_laws.FRICTIONS}")
+    friction_at_rest: NonNegative = given(0.2, "1",
+        "coefficient of Stribeck's law without sliding", symbol="μ_s")
+    friction_speed: Positive = given(10.0, "m/s",
         "sliding speed over which friction falls by 1/e, of Stribeck's law",
-        "m/s",
-        symbol="v_s",
-        later=True,
-    )
-    force: NonNegative = given(
-        75e3,
-        "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau",
-        "N",
-        symbol="F",
-    )
-    pulse: Positive = given(
-        6.3e-4, "pulse duration tau; 10 time steps at least", "s", symbol="τ"
-    )
-    direction: Literal["squeeze", "stretch"] = given(
-        "squeeze",
+        symbol="v_s")
+    force: NonNegative = given(75e3, "N",
+        "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau", symbol="F")
+    pulse: Positive = given(6.3e-4, "s",
+        "pulse duration tau; 10 time steps at least", symbol="τ")
+    direction: Literal["squeeze", "stretch"] = given("squeeze", "1",
         "sense of the pulse at theta = 0; squeeze: the casing moves inward there; "
-        "stretch: outward",
-    )
-    unbalance: NonNegative = given(
-        0.0,
+        "stretch: outward")
+    unbalance: NonNegative = given(0.0, "kg m",
         "unbalance m e of the rotor at the disk's centre, mass times radius; causes a "
         "force m e Omega^2 that turns with the rotor; only with engine.rotation full "
-        "and a free centre",
-        "kg m",
-        symbol="m e",
-        later=True,
-    )
-    unbalance_phase: Finite = given(
-        0.0,
-        "angle from blade 0 to the unbalance, in the direction of theta",
-        "rad",
-        later=True,
-    )
-    start_energy: NonNegative = given(
-        0.0,
+        "and a free centre", symbol="m e")
+    unbalance_phase: Finite = given(0.0, "rad",
+        "angle from blade 0 to the unbalance, in the direction of theta")
+    start_energy: NonNegative = given(0.0, "J",
         "energy of the initial motion, in modes of both bodies; 0: at rest; the pulse "
-        "acts in addition, unless `force` is 0; not with an unbalance",
-        "J",
-        symbol="E_0",
-        later=True,
-    )
-    start_modes: Annotated[str, AfterValidator(printable)] = given(
-        "rotor 1F 1",
+        "acts in addition, unless `force` is 0; not with an unbalance", symbol="E_0")
+    start_modes: Label = given("rotor 1F 1", "1",
         "modes that share start_energy; by body, family and nodal diameter as in "
         "`hpcwhirl model`, or by some of these three, and several separated by commas: "
-        "rotor suspension, casing 2",
-        max_length=200,
-        later=True,
-    )
-    start_draw: NonNegative = given(
-        0.0,
+        "rotor suspension, casing 2", max_length=200)
+    start_draw: NonNegative = given(0.0, "1",
         "number that determines the random shares of modes in start_energy; uniform "
         "over the shell of that energy; sweep whole numbers, or draw it by [sample], "
-        "uniform from 0 to 1",
-        later=True,
-    )
-    start_as: Literal["velocities", "both"] = given(
-        "velocities",
+        "uniform from 0 to 1")
+    start_as: Literal["velocities", "both"] = given("velocities", "1",
         "initial values of the modes; velocities: velocities alone, so that all gaps "
         "are open; both: velocities and displacements, and a case in which these close "
-        "a gap is refused",
-        later=True,
-    )
-    branch: Annotated[str, AfterValidator(printable)] = given(
-        "",
+        "a gap is refused")
+    branch: Label = given("", "1",
         "direction in which the input of [branch] was swept to this case; up or down; "
-        "set by [branch]",
-        max_length=100,
-        later=True,
-    )
-    history: Annotated[str, AfterValidator(checked)] = given(
-        "",
-        "cases that precede this one on its branch; an input and its values: the "
-        "first of them began with its pulse, each later one with the last state of the "
-        "one before; set by [branch]",
-        later=True,
-    )
-    acceleration: Finite = given(
-        0.0,
+        "set by [branch]", max_length=100)
+    history: Annotated[str, AfterValidator(checked)] = given("", "1",
+        "cases that precede this one on its branch; an input and its values: the first "
+        "of them began with its pulse, each later one with the last state of the one "
+        "before; set by [branch]")
+    acceleration: Finite = given(0.0, "rad/s^2",
         "rate at which the speed changes from `speed` on, a run-up or run-down; of a "
         "smooth change the mean rate, of a decay the first; 0: constant speed",
-        "rad/s^2",
-        symbol="dΩ/dt",
-        later=True,
-    )
-    ramp: Literal["linear", "smooth", "decay"] = given(
-        "linear",
+        symbol="dΩ/dt")
+    ramp: Literal["linear", "smooth", "decay"] = given("linear", "1",
         "how the speed changes; linear: to speed_to where that lies ahead, else to the "
         "end; smooth: half a cosine to speed_to; decay: speed_to is approached "
-        "exponentially, with the time constant (speed_to - speed) / acceleration, as by"
-        " windmilling",
-        later=True,
-    )
-    speed_to: Finite = given(
-        0.0, "speed at the end of the change; see `ramp`", "rad/s", later=True
-    )
-    speed_table: Annotated[str, AfterValidator(speed_over_time)] = given(
-        "",
+        "exponentially, with the time constant (speed_to - speed) / acceleration, as "
+        "by windmilling")
+    speed_to: Finite = given(0.0, "rad/s", "speed at the end of the change; see `ramp`")
+    speed_table: Annotated[str, AfterValidator(speed_over_time)] = given("", "1",
         "table of the speed, instead of acceleration; a CSV file of columns time, s, "
         "and speed, rad/s, or such rows in one line; linear between rows, then held; "
-        "kept as text",
-        later=True,
-    )
-    gap_closure: Finite = given(
-        0.0,
+        "kept as text")
+    gap_closure: Finite = given(0.0, "m",
         "part Delta of the gap that closes in time, as by heat; gap(t) = gap - Delta "
-        "(1 - exp(-t/gap_time)); < 0: it opens",
-        "m",
-        symbol="Δ",
-        later=True,
-    )
-    gap_time: Positive = given(
-        1.0, "time constant of the gap's closure", "s", symbol="τ_g", later=True
-    )
-    gap_table: Annotated[str, AfterValidator(gap_over_time)] = given(
-        "",
-        "table of the gap, instead of gap_closure; a CSV file of columns time, s,"
-        " and gap, m, or such rows in one line; its first gap is `gap`; linear between "
-        "rows, then held; kept as text",
-        later=True,
-    )
-    duration: Positive = given(
-        2.5,
+        "(1 - exp(-t/gap_time)); < 0: it opens", symbol="Δ")
+    gap_time: Positive = given(1.0, "s",
+        "time constant of the gap's closure", symbol="τ_g")
+    gap_table: Annotated[str, AfterValidator(gap_over_time)] = given("", "1",
+        "table of the gap, instead of gap_closure; a CSV file of columns time, s, and "
+        "gap, m, or such rows in one line; its first gap is `gap`; linear between "
+        "rows, then held; kept as text")
+    duration: Positive = given(2.5, "s",
         "engine time of the run; unless revolutions > 0; its last 40 % decide the "
-        "words",
-        "s",
-    )
-    revolutions: NonNegative = given(
-        0.0, "if > 0: engine time of the run in revolutions, not s"
-    )
+        "words")
+    revolutions: NonNegative = given(0.0, "1",
+        "if > 0: engine time of the run in revolutions, not s")
     solver: Solver = Solver()
     output: Output = Output()
+    # fmt: on
 
     @property
     def end_time(self) -> float:

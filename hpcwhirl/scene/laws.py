@@ -25,8 +25,8 @@ class Law(TableModel):
     RELATIVE: ClassVar[tuple[str, ...]] = ()  # parameters without the input's unit
     distribution: str
 
-    def frozen(self) -> Any:
-        """Return the distribution of SciPy with these parameters."""
+    def frozen(self, stats: Any) -> Any:
+        """Return the distribution with these parameters; stats : `scipy.stats`."""
         raise NotImplementedError
 
 
@@ -34,30 +34,24 @@ class _Uniform(Law):
     low: float = key(...)
     high: float = key(...)
 
-    def frozen(self) -> Any:
-        from scipy.stats import uniform
-
-        return uniform(self.low, self.high - self.low)
+    def frozen(self, stats: Any) -> Any:
+        return stats.uniform(self.low, self.high - self.low)
 
 
 class _Loguniform(Law):
     low: float = key(..., gt=0)
     high: float = key(...)
 
-    def frozen(self) -> Any:
-        from scipy.stats import loguniform
-
-        return loguniform(self.low, self.high)
+    def frozen(self, stats: Any) -> Any:
+        return stats.loguniform(self.low, self.high)
 
 
 class _Normal(Law):
     mean: float = key(...)
     deviation: float = key(..., gt=0)
 
-    def frozen(self) -> Any:
-        from scipy.stats import norm
-
-        return norm(self.mean, self.deviation)
+    def frozen(self, stats: Any) -> Any:
+        return stats.norm(self.mean, self.deviation)
 
 
 class _Lognormal(Law):
@@ -65,10 +59,8 @@ class _Lognormal(Law):
     median: float = key(..., gt=0)
     deviation: float = key(..., "of the logarithm", gt=0)
 
-    def frozen(self) -> Any:
-        from scipy.stats import lognorm
-
-        return lognorm(self.deviation, scale=self.median)
+    def frozen(self, stats: Any) -> Any:
+        return stats.lognorm(self.deviation, scale=self.median)
 
 
 class _TruncatedNormal(Law):
@@ -77,11 +69,9 @@ class _TruncatedNormal(Law):
     low: float = key(...)
     high: float = key(...)
 
-    def frozen(self) -> Any:
-        from scipy.stats import truncnorm
-
+    def frozen(self, stats: Any) -> Any:
         ends = ((end - self.mean) / self.deviation for end in (self.low, self.high))
-        return truncnorm(*ends, self.mean, self.deviation)
+        return stats.truncnorm(*ends, self.mean, self.deviation)
 
 
 LAWS: dict[str, type[Law]] = {
@@ -119,8 +109,7 @@ def law_of(name: str, given: Any) -> Law:
     law = LAWS[word].read(values, where, lambda key: f"{where}: {key}")
     ends = getattr(law, "low", 0.0), getattr(law, "high", 1.0)
     if not ends[0] < ends[1]:
-        msg = f"{where}: high must be > low, got {ends[0]} and {ends[1]}"
-        raise InputError(msg)
+        raise InputError(f"{where}: high must be > low, got {ends[0]} and {ends[1]}")
     return law
 
 
@@ -145,5 +134,6 @@ def drawn(law: Law, unit: Floats) -> Floats:
     unit : any shape, probabilities in [0, 1)
     """
     import numpy as np  # not needed to list the tables
+    from scipy import stats
 
-    return np.asarray(law.frozen().ppf(np.maximum(unit, LEAST)), dtype=float)
+    return np.asarray(law.frozen(stats).ppf(np.maximum(unit, LEAST)), dtype=float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from pydantic import BaseModel
@@ -36,153 +37,143 @@ def _as_given(*names: str) -> dict[str, Quantity]:
 
 
 def _table(kind: str, unit: str, **names: str) -> dict[str, Quantity]:
+    """Return {name: quantity} of a type and unit; names : their meanings."""
     return {name: Quantity(unit, told, kind=kind) for name, told in names.items()}
 
 
+def _text(kind: str, **names: str) -> dict[str, Quantity]:
+    return _table(kind, "1", **names)
+
+
+_real, _count, _word = (
+    partial(_table, "f8"),
+    partial(_text, "i8"),
+    partial(_text, "enum"),
+)
+
+
 ROW: dict[str, Quantity] = {
-    **_table("enum", "1", outcome="how the integration ended"),
-    **_table("enum", "1", regime="kind of motion"),
-    **_table("enum", "1", whirl="direction of the shaft's precession, static frame"),
-    **_table("enum", "1", stop="why the integration ended"),
+    **_word(outcome="how the integration ended"),
+    **_word(regime="kind of motion"),
+    **_word(whirl="direction of the shaft's precession, static frame"),
+    **_word(stop="why the integration ended"),
     **_as_given("speed", "nodal_diameter", "gap", "friction", "force", "pulse"),
-    **_table("f8", "s", duration="planned engine time"),
+    **_real("s", duration="planned engine time"),
     **_as_given("solver.time_step"),
-    **_table("f8", "s", sample_interval="time between samples"),
-    **_table("i8", "1", modes="number eta of fixed-interface modes, input"),
-    **_table("S16", "1", scheme="time-integration scheme, input"),
-    **_table("i8", "1", folds="number of equal sectors, of which one is integrated"),
-    **_table("i8", "1", steps="number of time steps"),
-    **_table("i8", "1", contacts="number of times that a blade began to touch"),
-    **_table("f8", "N s", contact_impulse="sum of the normal impulses of all contacts"),
-    **_table(
-        "f8", "m", orbit_radius="rms distance of the centre from its mean position"
-    ),
-    **_table(
-        "f8", "m", centre_peak="largest displacement of the centre in the evidence"
-    ),
-    **_table("f8", "s", last_contact="time of the last contact, -1 for none"),
-    **_table("f8", "s", end_time="time of the last step", window="length of window"),
-    **_table("f8", "1/s", growth_rate="growth rate of ln sqrt(energy) over the window"),
-    **_table("f8", "1/s", growth_error="standard error of growth_rate"),
-    **_table("f8", "1/s", growth_rotor="as growth_rate, of the rotor's energy"),
-    **_table("f8", "1/s", growth_casing="as growth_rate, of the casing's energy"),
-    **_table(
-        "f8", "1/s", growth_centre="growth rate of the centre's ln rms displacement"
-    ),
-    **_table("f8", "1/s", growth_last="as growth_rate, last quarter of the window"),
-    **_table("f8", "1", summit="ln of rotor amplitude at the end over highest before"),
-    **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-) of forward, backward power"),
-    **_table(
-        "f8", "m2/s", orbit_area="area swept per second by the centre, forward > 0"
-    ),
-    **_table("f8", "rad/s", line_frequency="strongest line of the centre, forward > 0"),
-    **_table("f8", "J", late_fed="work of rotation and friction in the window"),
-    **_table("f8", "J", late_friction="work of friction in the window"),
-    **_table("f8", "J", late_rotation="work of transport over the ring in the window"),
-    **_table("f8", "J", late_lost="damping and impact loss in the window"),
-    **_table("f8", "J", late_energy="mean energy in the window"),
-    **_table("f8", "s", load_end="end of the pulse, 0 for none"),
-    **_table("i8", "1", late_contacts="1 if the window has contact"),
-    **_table(
-        "f8", "s", certificate="time from which no contact can recur, -1 for none"
-    ),
-    **_table(
-        "f8", "m", certificate_reach="upper bound of displacements after it, or 0"
-    ),
-    **_table(
-        "f8", "1", ledger_error="largest error of the energy ledger, over throughput"
-    ),
-    **_table("f8", "1", step_share="time step over the stability limit"),
-    **_table("f8", "1", gap_error="relative difference of gaps in solver and bodies"),
-    **_table(
-        "f8",
+    **_real("s", sample_interval="time between samples"),
+    **_count(modes="number eta of fixed-interface modes, input"),
+    **_text("S16", scheme="time-integration scheme, input"),
+    **_count(folds="number of equal sectors, of which one is integrated"),
+    **_count(steps="number of time steps"),
+    **_count(contacts="number of times that a blade began to touch"),
+    **_real("N s", contact_impulse="sum of the normal impulses of all contacts"),
+    **_real("m", orbit_radius="rms distance of the centre from its mean position"),
+    **_real("m", centre_peak="largest displacement of the centre in the evidence"),
+    **_real("s", last_contact="time of the last contact, -1 for none"),
+    **_real("s", end_time="time of the last step", window="length of window"),
+    **_real("1/s", growth_rate="growth rate of ln sqrt(energy) over the window"),
+    **_real("1/s", growth_error="standard error of growth_rate"),
+    **_real("1/s", growth_rotor="as growth_rate, of the rotor's energy"),
+    **_real("1/s", growth_casing="as growth_rate, of the casing's energy"),
+    **_real("1/s", growth_centre="growth rate of the centre's ln rms displacement"),
+    **_real("1/s", growth_last="as growth_rate, last quarter of the window"),
+    **_real("1", summit="ln of rotor amplitude at the end over highest before"),
+    **_real("1", whirl_ratio="(P+ - P-)/(P+ + P-) of forward, backward power"),
+    **_real("m2/s", orbit_area="area swept per second by the centre, forward > 0"),
+    **_real("rad/s", line_frequency="strongest line of the centre, forward > 0"),
+    **_real("J", late_fed="work of rotation and friction in the window"),
+    **_real("J", late_friction="work of friction in the window"),
+    **_real("J", late_rotation="work of transport over the ring in the window"),
+    **_real("J", late_lost="damping and impact loss in the window"),
+    **_real("J", late_energy="mean energy in the window"),
+    **_real("s", load_end="end of the pulse, 0 for none"),
+    **_count(late_contacts="1 if the window has contact"),
+    **_real("s", certificate="time from which no contact can recur, -1 for none"),
+    **_real("m", certificate_reach="upper bound of displacements after it, or 0"),
+    **_real("1", ledger_error="largest error of the energy ledger, over throughput"),
+    **_real("1", step_share="time step over the stability limit"),
+    **_real("1", gap_error="relative difference of gaps in solver and bodies"),
+    **_real(
         "1",
         slip_ratio="largest velocity of a tip in contact relative to the casing, "
         "without Omega R, over Omega R; from 1 on a tip may have slid backward",
     ),
-    **_table(
-        "f8",
+    **_real(
         "m",
         tip_growth="largest radial growth of a tip by rotation; 0 if rotation is none",
     ),
-    **_table("f8", "m", gap_scale="length to which the threshold whirl_floor refers"),
-    **_table("f8", "J", ledger_energy="kinetic and strain energy at the end"),
-    **_table("f8", "J", ledger_damping="energy lost in modal damping"),
-    **_table("f8", "J", ledger_pulse="work of the pulse"),
-    **_table("f8", "J", ledger_impact="energy lost in impacts"),
-    **_table("f8", "J", ledger_friction="work of friction on both bodies"),
-    **_table("f8", "J", ledger_rotation="work of the rotation through the contacts"),
-    **_table("f8", "J", ledger_residual="residual of the energy ledger"),
+    **_real("m", gap_scale="length to which the threshold whirl_floor refers"),
+    **_real("J", ledger_energy="kinetic and strain energy at the end"),
+    **_real("J", ledger_damping="energy lost in modal damping"),
+    **_real("J", ledger_pulse="work of the pulse"),
+    **_real("J", ledger_impact="energy lost in impacts"),
+    **_real("J", ledger_friction="work of friction on both bodies"),
+    **_real("J", ledger_rotation="work of the rotation through the contacts"),
+    **_real("J", ledger_residual="residual of the energy ledger"),
 }
 # variables of campaigns with output.traces = "blades" or "full"
 BLADES: dict[str, Quantity] = {
-    **_table("f8", "m", blade_amplitude="rms distance of a tip from its mean in the"
+    **_real("m", blade_amplitude="rms distance of a tip from its mean in the"
              " window, largest of all blades"),
-    **_table("f8", "m", blade_peak="largest displacement of any tip in any sample"),
-    **_table("f8", "1", localisation="N sum a^4 / (sum a^2)^2 of the blades' rms: 1 if"
+    **_real("m", blade_peak="largest displacement of any tip in any sample"),
+    **_real("1", localisation="N sum a^4 / (sum a^2)^2 of the blades' rms: 1 if"
              " all move alike, N if one moves alone"),
 }  # fmt: skip
 # variables of campaigns with output.chaos > 0; measured in sustained cases only
 CHAOS: dict[str, Quantity] = {
-    **_table("enum", "1", motion="kind of a sustained motion"),
-    **_table("f8", "1/s", exponent="largest Lyapunov exponent"),
-    **_table("f8", "1/s", exponent_error="half the width of its 95 % interval"),
-    **_table("i8", "1", period="revolutions after which the motion recurs best"),
-    **_table(
-        "f8", "1", return_distance="distance after a period, over the size of motion"
-    ),
-    **_table("f8", "1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
+    **_word(motion="kind of a sustained motion"),
+    **_real("1/s", exponent="largest Lyapunov exponent"),
+    **_real("1/s", exponent_error="half the width of its 95 % interval"),
+    **_count(period="revolutions after which the motion recurs best"),
+    **_real("1", return_distance="distance after a period, over the size of motion"),
+    **_real("1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
 # variables of campaigns in which speed or gap change in time
 OVER_SPEED: dict[str, Quantity] = {
-    **_table("S4096", "1", words_over_speed="words by windows: times, s, speeds, rad/s,"
+    **_text("S4096", words_over_speed="words by windows: times, s, speeds, rad/s,"
              " regime, whirl; one interval after the other"),
 }  # fmt: skip
 # variables of campaigns with a layer on the casing that wears
 WORN: dict[str, Quantity] = {
-    **_table("f8", "J", ledger_wear="work of wear of a layer on the casing"),
-    **_table("f8", "m", wear_depth="largest worn depth of the layer"),
-    **_table("f8", "m3", wear_volume="volume that is worn or pressed down"),
-    **_table("i8", "1", wear_lobes="strongest harmonic of the worn depth over the"
+    **_real("J", ledger_wear="work of wear of a layer on the casing"),
+    **_real("m", wear_depth="largest worn depth of the layer"),
+    **_real("m3", wear_volume="volume that is worn or pressed down"),
+    **_count(wear_lobes="strongest harmonic of the worn depth over the"
              " angle, 0 if none was worn"),
-    **_table("f8", "J", wear_turning="work of the rotation on rods that tips slid onto,"
+    **_real("J", wear_turning="work of the rotation on rods that tips slid onto,"
              " part of ledger_rotation"),
 }  # fmt: skip
 # variables of cases whose tuned counterpart was computed, too
 TUNED: dict[str, Quantity] = {
-    **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
+    **_real("1", amplification="blade_amplitude over that of the tuned engine"
              " with the same other inputs, modes and step"),
 }  # fmt: skip
 PERFORMANCE: dict[str, Quantity] = {
-    **_table("f8", "s", seconds="wall time in the kernel"),
-    **_table("f8", "us", microseconds_per_step="wall time per step"),
-    **_table("i8", "1", rank="rank that computed the case"),
-    **_table("S64", "1", host="host that computed the case"),
+    **_real("s", seconds="wall time in the kernel"),
+    **_real("us", microseconds_per_step="wall time per step"),
+    **_count(rank="rank that computed the case"),
+    **_text("S64", host="host that computed the case"),
 }
 # use of time of each rank of each run, over the dimension `worker`
 SHARES: dict[str, Quantity] = {
-    **_table("f8", "1", busy_fraction="worker_busy over worker_span"),
-    **_table("f8", "s", worker_busy="time for computing and storing cases"),
-    **_table(
-        "f8", "s", worker_span="from the first case of any rank to the end of all"
-    ),
-    **_table(
-        "i8", "1", worker_run="run of the campaign", worker_rank="rank in the run"
-    ),
-    **_table("i8", "1", worker_cases="number of cases finished by the rank"),
-    **_table("S64", "1", worker_host="host of the rank"),
+    **_real("1", busy_fraction="worker_busy over worker_span"),
+    **_real("s", worker_busy="time for computing and storing cases"),
+    **_real("s", worker_span="from the first case of any rank to the end of all"),
+    **_count(worker_run="run of the campaign", worker_rank="rank in the run"),
+    **_count(worker_cases="number of cases finished by the rank"),
+    **_text("S64", worker_host="host of the rank"),
 }
 STATUS: dict[str, Quantity] = {
-    **_table("enum", "1", status="whether the case gave a result"),
-    **_table("S240", "1", message="reason for no result, or a remark"),
+    **_word(status="whether the case gave a result"),
+    **_text("S240", message="reason for no result, or a remark"),
 }
 # variables of the cases of a refined campaign
 REFINED: dict[str, Quantity] = {
-    **_table("S16", "1", preset="preset whose inputs the case has"),
-    **_table("i8", "1", final="1 unless a case of higher fidelity here has a word"),
-    **_table("i8", "1", fidelity="0: first fidelity, 1: confirmation"),
-    **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
-    **_table("i8", "1", panel="number of the combination of unrefined inputs"),
+    **_text("S16", preset="preset whose inputs the case has"),
+    **_count(final="1 unless a case of higher fidelity here has a word"),
+    **_count(fidelity="0: first fidelity, 1: confirmation"),
+    **_count(level="bisections after which the point appears, 0: coarse"),
+    **_count(panel="number of the combination of unrefined inputs"),
 }
 # time histories of cases, of shape (case, time, *axes) or (case, sample, *axes)
 TRACES: dict[str, Quantity] = {
@@ -193,9 +184,7 @@ TRACES: dict[str, Quantity] = {
     "rubbed": Quantity("J", "cumulative work of friction"),
     "lost": Quantity("J", "cumulative damping and impact loss"),
     "tips": Quantity(
-        "m",
-        "tips, rotating frame: radial, tangential",
-        axes=("blade", "component"),
+        "m", "tips, rotating frame: radial, tangential", axes=("blade", "component")
     ),
     "blade_impulse": Quantity(
         "N s", "cumulative contact impulse of each blade", axes=("blade",)
@@ -225,73 +214,54 @@ TRACES: dict[str, Quantity] = {
 }
 # quantities that commands and figures derive from these
 DERIVED: dict[str, Quantity] = {
-    **_table("f8", "Hz", frequency="frequency of a line or a mode"),
-    **_table("f8", "W", power="work per second"),
-    **_table(
-        "f8", "N/m", blade_stiffness="stiffness k_blade of a blade clamped at its root"
-    ),
-    **_table("f8", "rad/s", critical_speed="speed at which Eq. 13 holds"),
-    **_table("f8", "s", time_step_limit="largest stable step of central differences"),
-    **_table(
-        "f8", "1", centre_share="share of a mode's strain energy in the shaft's springs"
-    ),
-    **_table(
-        "f8",
+    **_real("Hz", frequency="frequency of a line or a mode"),
+    **_real("W", power="work per second"),
+    **_real("N/m", blade_stiffness="stiffness k_blade of a blade clamped at its root"),
+    **_real("rad/s", critical_speed="speed at which Eq. 13 holds"),
+    **_real("s", time_step_limit="largest stable step of central differences"),
+    **_real("1", centre_share="share of a mode's strain energy in the shaft's springs"),
+    **_real(
         "1",
         clearance_consumption="radial amplitude of a mode's tips over the whole one",
     ),
 }
 # arrays of a model's file, by the last part of their names
 ARRAYS: dict[str, Quantity] = {
-    **_table("f8", "kg", mass="reduced mass matrix"),
-    **_table("f8", "N/m", stiffness="reduced stiffness matrix"),
-    **_table("f8", "N s/m", damping="modal damping, D"),
-    **_table("f8", "kg", coriolis="C, skew-symmetric; forces are -2 Omega C x'"),
-    **_table("f8", "kg m", centrifugal_load="force per unit Omega^2"),
-    **_table("f8", "kg", stress_stiffness="stiffening by tension, per unit Omega^2"),
-    **_table(
-        "f8", "kg", softening="in-plane mass matrix, subtracted from stress_stiffness"
-    ),
-    **_table("f8", "rad/s", speeds="the two speeds of stiffness_a and stiffness_b"),
-    **_table("f8", "N/m", stiffness_a="stiffness matrix at the first of two speeds"),
-    **_table("f8", "N/m", stiffness_b="stiffness matrix at the second of two speeds"),
-    **_table(
-        "f8", "N s/m", centre_damping="damping of the shaft's non-rotating support"
-    ),
-    **_table("f8", "1/sqrt(kg)", shapes="mass-orthonormal mode shapes, by columns"),
-    **_table("f8", "rad/s", omega="frequencies of the shapes"),
-    **_table("f8", "1", damping_ratio="xi of each shape"),
-    **_table("i8", "1", nodal_diameter="nodal diameter of each shape"),
-    **_table("i8", "1", tip_radial="index of each tip's radial coordinate"),
-    **_table("i8", "1", tip_tangential="index of each tip's tangential coordinate"),
-    **_table("i8", "1", centre="indices of x_o and y_o; empty if clamped"),
-    **_table("f8", "m", tip_station="axial position of each contact point of a tip"),
-    **_table("f8", "rad", tip_angle="angle of each contact point from its blade's"),
-    **_table("f8", "m", tip_gap="clearance of each contact point less the gap"),
-    **_table("f8", "Pa/m", stress="stress at named points, of unit coordinates"),
-    **_table("S60", "1", stress_name="names of these points"),
-    **_table("f8", "m", station="axial positions of modal_radial, modal_tangential"),
-    **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
-    **_table(
-        "f8", "1/sqrt(kg)", modal_tip_tangential="tangential displacement of tips"
-    ),
-    **_table("f8", "1/sqrt(kg)", modal_centre="displacement of the centre"),
-    **_table("f8", "1", radial_rows="casing coordinates to w at blades, Omega t = 0"),
-    **_table(
-        "f8", "1", tangential_rows="casing coordinates to u at blades, Omega t = 0"
-    ),
-    **_table(
-        "i8",
-        "1",
-        modal_harmonic="harmonic h of each mode (or pair) of a round casing",
-    ),
-    **_table("f8", "rad/s", modal_omega="frequency of each mode"),
-    **_table("f8", "1", modal_damping_ratio="xi of each mode"),
-    **_table("f8", "1/sqrt(kg)", modal_radial="W of w = W cos(h theta)"),
-    **_table(
-        "f8",
-        "1/sqrt(kg)",
-        modal_tangential="U of u = U sin(h theta); for h = 0 a rotation",
+    **_real("kg", mass="reduced mass matrix"),
+    **_real("N/m", stiffness="reduced stiffness matrix"),
+    **_real("N s/m", damping="modal damping, D"),
+    **_real("kg", coriolis="C, skew-symmetric; forces are -2 Omega C x'"),
+    **_real("kg m", centrifugal_load="force per unit Omega^2"),
+    **_real("kg", stress_stiffness="stiffening by tension, per unit Omega^2"),
+    **_real("kg", softening="in-plane mass matrix, subtracted from stress_stiffness"),
+    **_real("rad/s", speeds="the two speeds of stiffness_a and stiffness_b"),
+    **_real("N/m", stiffness_a="stiffness matrix at the first of two speeds"),
+    **_real("N/m", stiffness_b="stiffness matrix at the second of two speeds"),
+    **_real("N s/m", centre_damping="damping of the shaft's non-rotating support"),
+    **_real("1/sqrt(kg)", shapes="mass-orthonormal mode shapes, by columns"),
+    **_real("rad/s", omega="frequencies of the shapes"),
+    **_real("1", damping_ratio="xi of each shape"),
+    **_count(nodal_diameter="nodal diameter of each shape"),
+    **_count(tip_radial="index of each tip's radial coordinate"),
+    **_count(tip_tangential="index of each tip's tangential coordinate"),
+    **_count(centre="indices of x_o and y_o; empty if clamped"),
+    **_real("m", tip_station="axial position of each contact point of a tip"),
+    **_real("rad", tip_angle="angle of each contact point from its blade's"),
+    **_real("m", tip_gap="clearance of each contact point less the gap"),
+    **_real("Pa/m", stress="stress at named points, of unit coordinates"),
+    **_text("S60", stress_name="names of these points"),
+    **_real("m", station="axial positions of modal_radial, modal_tangential"),
+    **_real("1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
+    **_real("1/sqrt(kg)", modal_tip_tangential="tangential displacement of tips"),
+    **_real("1/sqrt(kg)", modal_centre="displacement of the centre"),
+    **_real("1", radial_rows="casing coordinates to w at blades, Omega t = 0"),
+    **_real("1", tangential_rows="casing coordinates to u at blades, Omega t = 0"),
+    **_count(modal_harmonic="harmonic h of each mode (or pair) of a round casing"),
+    **_real("rad/s", modal_omega="frequency of each mode"),
+    **_real("1", modal_damping_ratio="xi of each mode"),
+    **_real("1/sqrt(kg)", modal_radial="W of w = W cos(h theta)"),
+    **_real(
+        "1/sqrt(kg)", modal_tangential="U of u = U sin(h theta); for h = 0 a rotation"
     ),
 }
 AXES = {

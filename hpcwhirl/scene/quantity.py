@@ -20,8 +20,6 @@ class Quantity:
     kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
     axes : axes of a trace in addition to case and sample
     rules : further explanation of an input, or ""
-    later : whether an input was added after the first release: it is part of a digest
-        only if it is not the default, so that older cases keep their digests
     """
 
     unit: str
@@ -30,7 +28,6 @@ class Quantity:
     kind: str = "f8"
     axes: tuple[str, ...] = ()
     rules: str = ""
-    later: bool = False
 
     def labelled(self, name: str) -> str:
         """Return a name followed by the unit, if there is one."""
@@ -43,26 +40,20 @@ def with_unit(text: str, unit: str, sign: str = ", ") -> str:
 
 
 def given(
-    default: Any,
-    told: str,
-    unit: str = "1",
-    *,
-    symbol: str = "",
-    later: bool = False,
-    **limits: Any,
+    default: Any, unit: str, told: str, *, symbol: str = "", **limits: Any
 ) -> Any:
     """Return the pydantic field of an input, with its `Quantity` as metadata.
 
     Parameters
     ----------
     default : default value
+    unit, symbol : see `Quantity`
     told : meaning and, after a semicolon, further explanation
-    unit, symbol, later : see `Quantity`
     limits : arguments of `pydantic.Field` such as ``gt=0``
     """
     meaning, _, rules = told.partition("; ")
     field = Field(default, description=told, **limits)
-    field.metadata.append(Quantity(unit, meaning, symbol, rules=rules, later=later))
+    field.metadata.append(Quantity(unit, meaning, symbol, rules=rules))
     return field
 
 

@@ -130,28 +130,15 @@ _LOAD = _Remark(
 )  # fmt: skip
 
 
-def load_remarks(cases: Many | Scene) -> list[str]:
-    """Return a list of one warning if the pulse moves the casing by many gaps.
-
-    Parameters
-    ----------
-    cases : valid cases, or one scene
-    """
-    return _all_told((_LOAD,), cases)
-
-
-def remarks(cases: Many | Scene) -> list[str]:
+def remarks(cases: Many | Scene, *, load: bool = False) -> list[str]:
     """Return the warnings of inputs that look as if given in another unit, a line each.
 
     Parameters
     ----------
     cases : valid cases, or one scene
+    load : whether to warn if the pulse moves the casing by many gaps, too
     """
-    return _all_told(_REMARKS, cases)
-
-
-def _all_told(table: tuple[_Remark, ...], cases: Many | Scene) -> list[str]:
-    """Return the texts of those warnings in `table` that apply to at least one case."""
+    table = (_LOAD, *_REMARKS) if load else _REMARKS
     many = Many(cases, Table.of([{}])) if isinstance(cases, Scene) else cases
     with np.errstate(over="ignore"):
         return [line for remark in table if (line := _line(remark, many))]

@@ -9,18 +9,65 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 from hpcwhirl.errors import shown
-from hpcwhirl.scene import contact_laws
-from hpcwhirl.scene.rule import Rule
+from hpcwhirl.scene.contact_laws import RIGID, is_known, refused, rods_around
 from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
 
 AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
 MOST_STEPS = 1e13  # largest number of steps of a case
 MOST_GAP = 10.0  # largest gap over tip radius
+MOST_RODS = 10**6  # largest number of rods around a casing
+TILTING = 3  # fewest blades of a disk that tilts
+STANDING = (  # inputs of supports that must be 0 unless rotation is full
+    "cross_coupling",
+    "stiffness_difference",
+    "damping_difference",
+    "film_viscosity",
+)
+WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
+    ("shaft", "springs"),
+    ("lost_blade", NO_BLADE),
+    ("bearing", ""),
+)
+LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
+# inputs by which speed or gap change in time, and their values where they do not
+CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
+SPEED = ("acceleration", "speed_table")  # those of the speed
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A condition on several inputs of a table, or of tables inside it.
+
+    Attributes
+    ----------
+    inputs : dotted names of the inputs, relative to the table
+    holds : function from their values, scalars or (cases,), to whether they are
+        allowed; a list is passed as its length
+    message : function from the values of a case that breaks the rule to the text of
+        its error
+    """
+
+    inputs: tuple[str, ...]
+    holds: Callable[..., Any]
+    message: Callable[..., str]
+
+    @cached_property
+    def _read(self) -> attrgetter[tuple[Any, ...]]:
+        return attrgetter(*self.inputs)
+
+    def check(self, table: object) -> None:
+        """Raise ValueError if the inputs of a table, an object, break the rule."""
+        values = [len(v) if isinstance(v, tuple) else v for v in self._read(table)]
+        if not self.holds(*values):
+            raise ValueError(self.message(*values))
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:
@@ -60,9 +107,77 @@ def last_end(
     return choose(longer, longest, end)
 
 
-def _is_one(scheme: Any, names: Sequence[str]) -> Any:
-    """Return whether a scheme is one of `names`; scheme : one, or (cases,)."""
-    return functools.reduce(operator.or_, (scheme == name for name in names))
+class Unless(NamedTuple):
+    """A condition on other inputs under which an input may have any value.
+
+    Attributes
+    ----------
+    told : text for the case in which it does not hold; {} stands for the inputs' values
+    inputs, holds : names of these inputs; function from their values to whether it does
+    """
+
+    told: str
+    inputs: tuple[str, ...]
+    holds: Callable[..., Any]
+
+
+def must_be(
+    usual: Any,
+    name: str,
+    unless: Unless,
+    *,
+    so: str = "",
+    note: str = "",
+    got: Callable[[Any], str] = shown,
+) -> Rule:
+    """Return the rule that an input must be `usual` unless other inputs allow more.
+
+    Parameters
+    ----------
+    usual, name, unless : the value, the input's name, and what allows others
+    so, note : parts of the message: what follows from the value; advice at the end
+    got : function from the refused value to its text
+    """
+    told = f"{name} must be {'empty' if usual == '' else usual}{so}"
+    return Rule(
+        (*unless.inputs, name),
+        lambda *values: unless.holds(*values[:-1]) | (values[-1] == usual),
+        lambda *values: (
+            f"{told} {unless.told.format(*values)}, got {got(values[-1])}{note}"
+        ),
+    )
+
+
+def _scheme_of(names: Sequence[str], unless: Unless) -> Rule:
+    """Return the rule that a scheme must be one of `names`; see `must_be`."""
+    return Rule(
+        (*unless.inputs, "solver.scheme"),
+        lambda *values: functools.reduce(
+            operator.or_,
+            (values[-1] == name for name in names),
+            unless.holds(*values[:-1]),
+        ),
+        lambda *values: (
+            f"scheme must be {either(names)} {unless.told}, got '{values[-1]}'"
+        ),
+    )
+
+
+def _constant(acceleration: Any, table: Any) -> Any:
+    return (acceleration == 0.0) & (table == "")
+
+
+def _unchanged(rate: Any, table: Any, closure: Any, gaps: Any) -> Any:
+    return _constant(rate, table) & (closure == 0.0) & (gaps == "")
+
+
+def _is(usual: Any) -> Callable[[Any], Any]:
+    """Return the function whether a value is `usual`."""
+    return lambda value: value == usual
+
+
+def _is_not(word: str) -> Callable[[Any], Any]:
+    return lambda value: value != word
 
 
 def _most_lobes(discretization: Any, elements: Any, harmonics: Any) -> Any:
@@ -78,326 +193,153 @@ def _lobes_refused(
     return f"nodal_diameter must be <= {most} on a ring of {what}, got {lobes}"
 
 
-STANDING = (  # inputs of supports that must be 0 unless rotation is full
-    "cross_coupling",
-    "stiffness_difference",
-    "damping_difference",
-    "film_viscosity",
-)
-
-
-def _told(usual: str | int) -> str | int:
-    return "empty" if usual == "" else usual
-
-
-def _of_turning(name: str, usual: str | int) -> Rule:
-    """Return the rule that a rotor's input must be `usual` if rotation is none."""
-    return Rule(
-        ("rotation", f"rotor.{name}"),
-        lambda rotation, value: (rotation != "none") | (value == usual),
-        lambda _, value: (
-            f"rotor.{name} must be {_told(usual)} where rotation is none, got"
-            f" {shown(value)}"
-        ),
-    )
-
-
-def _of_beams(name: str, usual: str | int) -> Rule:
-    """Return the rule that a rotor's input must be `usual` with a rotor from file."""
-    return Rule(
-        ("file", f"rotor.{name}"),
-        lambda file, value: (file == "") | (value == usual),
-        lambda _, value: (
-            f"rotor.{name} must be {_told(usual)} with a rotor from file, got"
-            f" {shown(value)}"
-        ),
-    )
-
-
-def _of_moving(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input must be `usual` if the centre is clamped."""
-    return Rule(
-        ("centre", name),
-        lambda centre, value: (centre != "clamped") | (value == usual),
-        lambda _, value: (
-            f"{name} must be {_told(usual)} where centre is clamped, got {shown(value)}"
-        ),
-    )
-
-
-def _beside_a_table(name: str, usual: str | int) -> Rule:
-    """Return the rule that an input must be `usual` with a bearing's table."""
-    return Rule(
-        ("bearing", name),
-        lambda bearing, value: (bearing == "") | (value == usual),
-        lambda _, value: f"{name} must be {usual} with a bearing, got {value}",
-    )
-
-
-WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
-    ("shaft", "springs"),
-    ("lost_blade", NO_BLADE),
-    ("bearing", ""),
-)
-TILTING = 3  # fewest blades of a disk that tilts
-LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
-OF_ROTOR = (
-    Rule(
-        ("mistuning", "blades"),
-        lambda count, blades: (count == 0) | (count == blades),
-        lambda count, blades: (
-            f"mistuning must be [] or {blades} numbers, one a blade, got {count}"
-        ),
-    ),
-    Rule(
-        ("disk_radius", "radius"),
-        lambda rim, tip: rim < tip,
-        lambda rim, tip: f"disk_radius must be < radius ({tip} m), got {rim}",
-    ),
-    *(_of_moving(name, 0) for name in STANDING[1:]),
-    *(_of_moving(*one) for one in WHOLE),
-    *(_beside_a_table(name, 0) for name in STANDING),
-    _beside_a_table("shaft", "springs"),
-    Rule(
-        ("lost_blade", "blades"),
-        lambda lost, blades: lost < blades,
-        lambda lost, blades: f"lost_blade must be < blades ({blades}), got {lost}",
-    ),
-    Rule(
-        ("blades", "shaft"),
-        lambda blades, shaft: (blades >= TILTING) | (shaft == "springs"),
-        lambda _, shaft: (
-            f"shaft must be springs with fewer than {TILTING} blades, got {shaft}"
-        ),
-    ),
-)
-OF_CASING = (
-    Rule(
-        ("families", "discretization"),
-        lambda families, kind: (
-            (families == "all") | (kind == "fourier") | (kind == "shell")
-        ),
-        lambda families, kind: (
-            f"families must be all on a ring of {kind}, got {families}"
-        ),
-    ),
-    Rule(
-        ("profile_release", "profile_rise"),
-        lambda time, rise: (time == 0.0) | (time >= rise),
-        lambda time, rise: (
-            f"profile_release must be 0 or >= profile_rise ({rise} s), got {time}"
-        ),
-    ),
-    Rule(
-        ("profile_release", "kind", "discretization"),
-        lambda time, kind, by: (time == 0.0) | ((kind == "ring") & (by == "fourier")),
-        lambda time, kind, by: (
-            "profile_release must be 0 where the casing is no ring of harmonics "
-            f"(kind {kind}, discretization {by}), got {time}"
-        ),
-    ),
-)
-OF_ENGINE = (
-    *(_of_turning(name, 0) for name in STANDING),
-    *(_of_beams(*one) for one in WHOLE),
-    *(_of_turning(*one) for one in WHOLE),
-    Rule(
-        ("rotation", "rotor.suspension_damping", "rotor.damping"),
-        lambda rotation, own, least: (
-            (rotation == "none") | (own == AS_THE_REST) | (own >= least)
-        ),
-        lambda _, own, least: (
-            f"rotor.suspension_damping must be >= damping ({least}), "
-            "or -1, where rotation is not none: the excess is due to a damper that "
-            f"does not rotate, got {own}"
-        ),
-    ),
-    Rule(
-        ("file", "rotor.mistuning"),
-        lambda file, count: (file == "") | (count == 0),
-        lambda file, _: (
-            f"rotor.mistuning must be [] with a rotor from file, got {file}"
-        ),
-    ),
-    Rule(
-        ("casing.discretization", "file"),
-        lambda kind, file: (kind != "file") | (file != ""),
-        lambda *_: "file must be named where casing.discretization is file, got none",
-    ),
-)
-# inputs by which speed or gap change in time, and their values where they do not
-CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
-
-
-def _constant(acceleration: Any, table: Any) -> Any:
-    return (acceleration == 0.0) & (table == "")
-
-
-def _at_constant_speed(name: str, usual: Any) -> Rule:
-    """Return the rule that an input must be `usual` where the speed changes."""
-    return Rule(
-        ("acceleration", "speed_table", name),
-        lambda rate, table, value: _constant(rate, table) | (value == usual),
-        lambda _, __, value: (
-            f"{name} must be {_told(usual)} where the speed changes (acceleration, "
-            f"speed_table), got {shown(value)}"
-        ),
-    )
-
-
-def _unchanged(name: str, usual: Any, note: str = "") -> Rule:
-    """Return the rule that an input must be `usual` where speed or gap change.
-
-    note : advice at the end of the message
-    """
-    return Rule(
-        (*CHANGING, name),
-        lambda rate, table, closure, gaps, value: (
-            (_constant(rate, table) & (closure == 0.0) & (gaps == ""))
-            | (value == usual)
-        ),
-        lambda *values: (
-            f"{name} must be {_told(usual)} where speed or gap change in time "
-            f"({', '.join(CHANGING)}), got {shown(values[-1])}{note}"
-        ),
-    )
-
-
 def _leads(rate: Any, ramp: Any, speed: Any, end: Any) -> Any:
     return (rate == 0.0) | (ramp == "linear") | ((end - speed) * rate > 0.0)
 
 
+CLAMPED = Unless("where centre is clamped", ("centre",), _is_not("clamped"))
+BY_TABLE = Unless("with a bearing", ("bearing",), _is(""))
+AT_REST = Unless("where rotation is none", ("rotation",), _is_not("none"))
+FROM_FILE = Unless("with a rotor from file", ("file",), _is(""))
+STEADY = Unless("where the speed changes", SPEED, _constant)
+STEADY_TOLD = STEADY._replace(told=f"{STEADY.told} ({', '.join(SPEED)})")
+STILL = Unless("where speed or gap change in time", (*CHANGING,), _unchanged)
+STILL_TOLD = STILL._replace(told=f"{STILL.told} ({', '.join(CHANGING)})")
+LAW = "engine.casing.contact_law"
+NO_LAYER = Unless("where casing.contact_law is {}", (LAW,), _is(RIGID))
+# fmt: off
+OF_ROTOR = (
+    Rule(("mistuning", "blades"),
+        lambda count, blades: (count == 0) | (count == blades),
+        lambda count, blades:
+            f"mistuning must be [] or {blades} numbers, one a blade, got {count}"),
+    Rule(("disk_radius", "radius"),
+        lambda rim, tip: rim < tip,
+        lambda rim, tip: f"disk_radius must be < radius ({tip} m), got {rim}"),
+    *(must_be(0, name, CLAMPED) for name in STANDING[1:]),
+    *(must_be(usual, name, CLAMPED) for name, usual in WHOLE),
+    *(must_be(0, name, BY_TABLE) for name in STANDING),
+    must_be("springs", "shaft", BY_TABLE, got=str),
+    Rule(("lost_blade", "blades"),
+        lambda lost, blades: lost < blades,
+        lambda lost, blades: f"lost_blade must be < blades ({blades}), got {lost}"),
+    must_be("springs", "shaft", Unless(f"with fewer than {TILTING} blades",
+        ("blades",), lambda blades: blades >= TILTING), got=str),
+)
+OF_CASING = (
+    must_be("all", "families", Unless("on a ring of {}", ("discretization",),
+        lambda by: (by == "fourier") | (by == "shell")), got=str),
+    Rule(("profile_release", "profile_rise"),
+        lambda time, rise: (time == 0.0) | (time >= rise),
+        lambda time, rise:
+            f"profile_release must be 0 or >= profile_rise ({rise} s), got {time}"),
+    must_be(0, "profile_release", Unless(
+        "where the casing is no ring of harmonics (kind {}, discretization {})",
+        ("kind", "discretization"),
+        lambda kind, by: (kind == "ring") & (by == "fourier"))),
+)
+OF_ENGINE = (
+    *(must_be(0, f"rotor.{name}", AT_REST) for name in STANDING),
+    *(must_be(usual, f"rotor.{name}", FROM_FILE) for name, usual in WHOLE),
+    *(must_be(usual, f"rotor.{name}", AT_REST) for name, usual in WHOLE),
+    Rule(("rotation", "rotor.suspension_damping", "rotor.damping"),
+        lambda rotation, own, least:
+            (rotation == "none") | (own == AS_THE_REST) | (own >= least),
+        lambda _, own, least: (
+            f"rotor.suspension_damping must be >= damping ({least}), "
+            "or -1, where rotation is not none: the excess is due to a damper that "
+            f"does not rotate, got {own}")),
+    Rule(("file", "rotor.mistuning"),
+        lambda file, count: (file == "") | (count == 0),
+        lambda file, _:
+            f"rotor.mistuning must be [] with a rotor from file, got {file}"),
+    Rule(("casing.discretization", "file"),
+        lambda kind, file: (kind != "file") | (file != ""),
+        lambda *_: "file must be named where casing.discretization is file, got none"),
+)
 OF_SCENE = (
-    _at_constant_speed("revolutions", 0),
-    _unchanged("output.chaos", 0),
-    _unchanged("history", "", "; leave out [branch]"),
-    Rule(
-        ("history", "engine.casing.profile", "engine.casing.profile_scale",
+    must_be(0, "revolutions", STEADY_TOLD),
+    must_be(0, "output.chaos", STILL_TOLD),
+    must_be("", "history", STILL_TOLD, note="; leave out [branch]"),
+    must_be("", "history", Unless("where the casing is not round (profile, offset)",
+        ("engine.casing.profile", "engine.casing.profile_scale",
          "engine.casing.offset"),
-        lambda begun, table, scale, offset: (
-            (begun == "") | (((table == "") | (scale == 0.0)) & (offset == 0.0))
-        ),
-        lambda begun, *_: (
-            "history must be empty where the casing is not round (profile, offset), "
-            f"got {shown(begun)}; leave out [branch]"
-        ),
-    ),
-    Rule(
-        ("acceleration", "speed_table", "engine.rotation"),
+        lambda table, scale, offset:
+            ((table == "") | (scale == 0.0)) & (offset == 0.0)),
+        note="; leave out [branch]"),
+    Rule((*SPEED, "engine.rotation"),
         lambda rate, table, rotation: _constant(rate, table) | (rotation != "auto"),
-        lambda *_: "engine.rotation must be none or full where the speed changes, got "
-        "auto",
-    ),
-    Rule(
-        ("acceleration", "speed_table", "solver.until"),
-        lambda rate, table, until: _constant(rate, table) | (until == "end"),
-        lambda _, __, until: (
-            f"solver.until must be end where the speed changes, got {until}"
-        ),
-    ),
-    Rule(
-        ("acceleration", "speed_table"),
-        lambda rate, table: (rate == 0.0) | (table == ""),
-        lambda rate, _: f"acceleration must be 0 with a speed_table, got {rate}",
-    ),
-    Rule(
-        ("gap_closure", "gap_table"),
-        lambda closure, table: (closure == 0.0) | (table == ""),
-        lambda closure, _: f"gap_closure must be 0 with a gap_table, got {closure}",
-    ),
-    Rule(
-        (*CHANGING, "solver.scheme"),
-        lambda rate, table, closure, gaps, scheme: (
-            _constant(rate, table) & (closure == 0.0) & (gaps == "")
-        )
-        | _is_one(scheme, STEPWISE),
-        lambda *given: f"scheme must be {either(STEPWISE)} where speed or gap change "
-        f"in time, got '{given[-1]}'",
-    ),
-    Rule(
-        ("engine.casing.profile_release", "solver.scheme"),
-        lambda time, scheme: (time == 0.0) | _is_one(scheme, STEPWISE),
-        lambda _, scheme: f"scheme must be {either(STEPWISE)} where a casing is let go "
-        f"(profile_release), got '{scheme}'",
-    ),
-    Rule(
-        ("acceleration", "speed_table", "solver.scheme", "engine.rotation"),
-        lambda rate, table, scheme, rotation: _constant(rate, table)
-        | _is_one(scheme, TURNING)
-        | (rotation == "none"),
-        lambda *given: f"scheme must be {either(TURNING)} where the speed changes and "
-        f"engine.rotation is full, got '{given[2]}'",
-    ),
-    Rule(
-        ("acceleration", "ramp", "speed", "speed_to"),
+        lambda *_:
+            "engine.rotation must be none or full where the speed changes, got auto"),
+    must_be("end", "solver.until", STEADY, got=str),
+    must_be(0, "acceleration", Unless("with a speed_table", SPEED[1:], _is(""))),
+    must_be(0, "gap_closure", Unless("with a gap_table", ("gap_table",), _is(""))),
+    _scheme_of(STEPWISE, STILL),
+    _scheme_of(STEPWISE, Unless("where a casing is let go (profile_release)",
+        ("engine.casing.profile_release",), _is(0.0))),
+    _scheme_of(TURNING, Unless("where the speed changes and engine.rotation is full",
+        (*SPEED, "engine.rotation"),
+        lambda rate, table, rotation: _constant(rate, table) | (rotation == "none"))),
+    Rule(("acceleration", "ramp", "speed", "speed_to"),
         _leads,
         lambda rate, ramp, speed, end: (
             f"speed_to must lie ahead of speed ({speed} rad/s) in the direction of "
-            f"acceleration ({rate} rad/s^2) where ramp is {ramp}, got {end}"
-        ),
-    ),
-    Rule(
-        ("engine.casing.kind", "engine.casing.discretization",
+            f"acceleration ({rate} rad/s^2) where ramp is {ramp}, got {end}")),
+    Rule(("engine.casing.kind", "engine.casing.discretization",
          "engine.casing.elements", "engine.casing.harmonics", "nodal_diameter"),
-        lambda kind, by, elements, harmonics, lobes: (kind != "ring")
-        | (lobes <= _most_lobes(by, elements, harmonics)),
-        _lobes_refused,
-    ),
-    *contact_laws.RULES,
-    _at_constant_speed("friction_law", "constant"),
-    Rule(
-        ("engine.rotation", "gap_at"),
-        lambda rotation, at: (rotation != "none") | (at == "speed"),
-        lambda _, at: (
-            "gap_at must be speed where engine.rotation is none, in which tips do not "
-            f"grow, got {at}"
-        ),
-    ),
-    Rule(
-        ("engine.rotation", "unbalance"),
-        lambda rotation, load: (rotation != "none") | (load == 0.0),
-        lambda _, load: (
-            "unbalance must be 0 where engine.rotation is none, which has no critical "
-            f"speed of an unbalance, got {load}"
-        ),
-    ),
-    Rule(
-        ("engine.rotor.centre", "unbalance"),
-        lambda centre, load: (centre != "clamped") | (load == 0.0),
-        lambda _, load: (
-            f"unbalance must be 0 where engine.rotor.centre is clamped, got {load}"
-        ),
-    ),
-    Rule(
-        ("start_energy", "unbalance", "engine.rotor.lost_blade"),
-        lambda energy, load, lost: (
-            (energy == 0.0) | ((load == 0.0) & (lost == NO_BLADE))
-        ),
-        lambda energy, *_: (
-            "start_energy must be 0 with an unbalance or a lost blade, which set the "
-            f"initial motion, got {energy}"
-        ),
-    ),
-    Rule(
-        ("revolutions", "speed"),
+        lambda kind, by, elements, harmonics, lobes:
+            (kind != "ring") | (lobes <= _most_lobes(by, elements, harmonics)),
+        _lobes_refused),
+    Rule((LAW, "solver.scheme"), is_known, refused),
+    Rule((LAW, "engine.casing.layer_edge", "engine.rotor.radius",
+         "engine.rotor.blades"),
+        lambda law, edge, radius, blades:
+            (law == RIGID) | (edge * blades <= math.pi * radius),
+        lambda _, edge, radius, blades: (
+            f"layer_edge must be <= {math.pi * radius / blades:.4g} m, half the "
+            f"distance of two tips, got {edge}")),
+    Rule((LAW, "engine.casing.layer_edge", "engine.rotor.radius",
+         "engine.casing.layer_rods"),
+        lambda law, edge, radius, rods:
+            (law == RIGID) | (rods_around(edge, radius, rods) <= MOST_RODS),
+        lambda _, edge, radius, rods: (
+            f"layer_rods must be <= {int(MOST_RODS * edge / radius / 6.3)}"
+            f" with a layer_edge of {edge} m, got {rods}")),
+    Rule((LAW, "engine.casing.layer_edge", "engine.rotor.radius", "speed",
+         "solver.time_step"),
+        lambda law, edge, radius, speed, step:
+            (law == RIGID) | (radius * abs(speed) * step <= edge),
+        lambda _, edge, radius, speed, step: (
+            f"time_step must be <= {edge / (radius * abs(speed)):.4g} s, in which a "
+            f"tip moves by layer_edge, got {step}")),
+    must_be(0, "output.chaos", NO_LAYER),
+    must_be("", "history", NO_LAYER, so=", so no [branch],"),
+    must_be("constant", "friction_law", STEADY_TOLD),
+    must_be("speed", "gap_at", Unless(
+        "where engine.rotation is none, in which tips do not grow",
+        ("engine.rotation",), _is_not("none")), got=str),
+    must_be(0, "unbalance", Unless(
+        "where engine.rotation is none, which has no critical speed of an unbalance",
+        ("engine.rotation",), _is_not("none"))),
+    must_be(0, "unbalance", Unless("where engine.rotor.centre is clamped",
+        ("engine.rotor.centre",), _is_not("clamped"))),
+    must_be(0, "start_energy", Unless(
+        "with an unbalance or a lost blade, which set the initial motion",
+        ("unbalance", "engine.rotor.lost_blade"),
+        lambda load, lost: (load == 0.0) & (lost == NO_BLADE))),
+    Rule(("revolutions", "speed"),
         lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
-        lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0",
-    ),
-    Rule(
-        (*LASTS, "solver.time_step"),
+        lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0"),
+    Rule((*LASTS, "solver.time_step"),
         lambda *given: last_end(*given[:-1]) <= MOST_STEPS * given[-1],
-        lambda *given: f"time_step must be >= {last_end(*given[:-1]) / MOST_STEPS:.3g}"
-        f" s ({MOST_STEPS:g} steps), got {given[-1]}",
-    ),
-    Rule(
-        LASTS,
+        lambda *given:
+            f"time_step must be >= {last_end(*given[:-1]) / MOST_STEPS:.3g}"
+            f" s ({MOST_STEPS:g} steps), got {given[-1]}"),
+    Rule(LASTS,
         lambda *given: (given[3] != "decided") | (given[4] >= end_time(*given[:3])),
         lambda *given: f"longest must be >= {end_time(*given[:3]):g} s (duration), "
-        f"got {given[4]:g}",
-    ),
-    Rule(
-        ("gap", "engine.rotor.radius"),
+            f"got {given[4]:g}"),
+    Rule(("gap", "engine.rotor.radius"),
         lambda gap, radius: gap <= MOST_GAP * radius,
-        lambda gap, radius: f"gap must be <= {MOST_GAP * radius:g} m, got {gap}",
-    ),
-)  # fmt: skip
+        lambda gap, radius: f"gap must be <= {MOST_GAP * radius:g} m, got {gap}"),
+)

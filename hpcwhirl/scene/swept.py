@@ -43,8 +43,7 @@ KEYS = {  # {table: documentation of its keys, which are any inputs}
 
 def _bounded(value: float) -> float:
     if not abs(value) < LARGEST:
-        msg = f"must be a finite number, got {shown(value)}"
-        raise ValueError(msg)
+        raise ValueError(f"must be a finite number, got {shown(value)}")
     return value
 
 
@@ -63,14 +62,12 @@ class Range(TableModel):
     def _leads_somewhere(self) -> Self:
         got = shown(self.model_dump(exclude_unset=True))
         if (self.step is None) == (self.num is None):
-            msg = f"takes start, stop and either step or num, got {got}"
-            raise ValueError(msg)
+            raise ValueError(f"takes start, stop and either step or num, got {got}")
         width = self.stop - self.start
         if self.step is not None and not (
             self.step and 0 <= width / self.step <= MOST_CASES
         ):
-            msg = f"needs a step that leads from start to stop, got {got}"
-            raise ValueError(msg)
+            raise ValueError(f"needs a step that leads from start to stop, got {got}")
         return self
 
     def values(self) -> list[Value]:
@@ -139,12 +136,10 @@ def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> lis
 
     lengths = {name: len(values) for name, values in zipped.items()}
     if len(set(lengths.values())) > 1:
-        msg = f"[zip] lists must have one length, got {lengths}"
-        raise InputError(msg)
+        raise InputError(f"[zip] lists must have one length, got {lengths}")
     both = sorted(grid.keys() & zipped.keys())
     if both:
-        msg = f"{both[0]} is in [sweep] and in [zip]"
-        raise InputError(msg)
+        raise InputError(f"{both[0]} is in [sweep] and in [zip]")
     total = math.prod(float(len(v)) for v in grid.values())
     check_count(total, "[sweep] asks for")
     axes = [Axis((name,), (column_of(values),)) for name, values in grid.items()]

@@ -150,8 +150,7 @@ def _factor(given: str, wanted: str) -> Decimal:
 
     allowed = f"in {wanted} or a unit of the same kind" if wanted != "1" else "a number"
     if len(given) > SHOWN:
-        msg = f"must be {allowed}, got a unit of {len(given)} characters"
-        raise ValueError(msg)
+        raise ValueError(f"must be {allowed}, got a unit of {len(given)} characters")
     name = CYCLES.get(given, given) if wanted == ANGULAR else given
     try:
         source = Unit(name)

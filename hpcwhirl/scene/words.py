@@ -92,10 +92,7 @@ ENUMS = {
 
 
 NO_REGIME = ("unstable", "overloaded")  # outcomes of cases without a regime
-OPEN = (
-    "undecided",
-    "divergent",
-)  # regimes that may change in a longer run, see is_open
+OPEN = ("undecided", "divergent")  # may change in a longer run, see is_open
 TOLD = {  # {outcome: message for a case}
     "overloaded": "the swing of the pulse, not growth, moved the tips to the amplitude "
     "limit; lower force or pulse, or raise amplitude_limit"
@@ -149,6 +146,7 @@ KEPT_UP = (
     "late_lost >= replaced * late_fed",
 )
 # In each list the first rule whose conditions all hold gives the word.
+# fmt: off
 RULES = {
     # Unstable: numbers not finite, no solution of the contact problem, a ledger that
     # does not close or an energy below zero, which a stable scheme does not have, gaps
@@ -175,31 +173,15 @@ RULES = {
         Rule("damped", ("certificate >= 0",)),
         Rule("damped", ("late_energy == 0",)),
         # no contact, the energy falling significantly and every part falling
-        Rule(
-            "damped",
-            (
-                "late_contacts == 0",
-                "clear",
-                "growth_rate < 0",
-                "growth_rotor <= 0",
-                "growth_casing <= 0",
-                "growth_shaft <= 0",
-            ),
-        ),
+        Rule("damped", (
+            "late_contacts == 0", "clear", "growth_rate < 0", "growth_rotor <= 0",
+            "growth_casing <= 0", "growth_shaft <= 0")),
         Rule("undecided", ("late_contacts == 0",)),
         # fed by rotation and friction, and grown, no slower in the last quarter, the
         # rotor too, to the highest of the run; contact that grows moves casing or shaft
-        Rule(
-            "divergent",
-            (
-                "clear",
-                "rise_of_both > rise",
-                "growth_last >= onward * growth_rate",
-                "summit > above",
-                "late_fed > 0",
-                "not steady_rub",
-            ),
-        ),
+        Rule("divergent", (
+            "clear", "rise_of_both > rise", "growth_last >= onward * growth_rate",
+            "summit > above", "late_fed > 0", "not steady_rub")),
         # contact feeds what is lost, losses turn the energy over, and nothing changes
         Rule("sustained", ("clear", "largest_change <= drift", *KEPT_UP)),
         Rule("sustained", ("not clear", "largest_change <= unclear", *KEPT_UP)),
@@ -226,24 +208,14 @@ MOTION_RULES = (
     Rule("untold", ("not (zero_one <= 1)",)),
     # neighbouring motions diverge: the exponent is above zero with its interval, and
     # the walk of the 0-1 test diffuses
-    Rule(
-        "chaotic",
-        (
-            "exponent - exponent_error > 0",
-            "(exponent - exponent_error) * turn > calm",
-            "zero_one > diffuse",
-        ),
-    ),
+    Rule("chaotic", (
+        "exponent - exponent_error > 0", "(exponent - exponent_error) * turn > calm",
+        "zero_one > diffuse")),
     # neighbouring motions stay together, and the section is a few points, or a curve
     Rule("periodic", ("return_distance <= returns", "exponent * turn <= calm")),
-    Rule(
-        "quasi-periodic",
-        (
-            "zero_one < bounded",
-            "exponent * turn <= calm",
-            "(exponent + exponent_error) * turn >= -calm",
-            "exponent_error * turn <= sharp",
-        ),
-    ),
+    Rule("quasi-periodic", (
+        "zero_one < bounded", "exponent * turn <= calm",
+        "(exponent + exponent_error) * turn >= -calm",
+        "exponent_error * turn <= sharp")),
     Rule("untold"),
 )

@@ -39,7 +39,7 @@ from hpcwhirl.dynamics.kernels.contact import TOUCHED
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.scene.toml_text import load_document
+from hpcwhirl.scene.documents import load_document
 
 PAGE = Path(__file__).with_suffix(".md")
 STEPS = 1.25e-6, 1e-6, 5e-7  # s

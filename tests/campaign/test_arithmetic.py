@@ -16,7 +16,14 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.errors import InputError, StoreError, one_line, shown
 from hpcwhirl.planner.kinds import at_boundary
-from hpcwhirl.scene import Scene, apply_settings, batch_validation, digest, flatten
+from hpcwhirl.scene import (
+    Scene,
+    apply_settings,
+    batch_validation,
+    digest,
+    engine_parts,
+    flatten,
+)
 from hpcwhirl.scene import inputs as scene_inputs
 from hpcwhirl.scene.batch_validation import RULES, Many
 from hpcwhirl.scene.input_names import full_name
@@ -326,8 +333,9 @@ def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):
 
 
 def test_no_model_has_rules_that_columns_do_not_know():
-    kinds = [c for _, c in inspect.getmembers(scene_inputs, inspect.isclass)]
-    models = [c for c in kinds if issubclass(c, scene_inputs.Inputs)]
+    rooms = scene_inputs, engine_parts
+    kinds = [c for m in rooms for _, c in inspect.getmembers(m, inspect.isclass)]
+    models = {c for c in kinds if issubclass(c, scene_inputs.Inputs)}
     assert {
         name
         for kind in models

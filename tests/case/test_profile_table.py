@@ -8,7 +8,7 @@ import pytest
 from hpcwhirl.case.profile import departure, is_round, shape_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Scene, apply_settings, digest, load_scene, to_toml
-from hpcwhirl.scene.profile import ANGLES, HARMONICS, profile_table
+from hpcwhirl.scene.kept_tables import ANGLES, HARMONICS, profile_table
 
 CSV = "harmonic, amplitude, phase\n2, 1e-5, 0.5\n3, 2e-6, -1\n"
 TEXT = "harmonic,amplitude,phase;2.0,1e-05,0.5;3.0,2e-06,-1.0"

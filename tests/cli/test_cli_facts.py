@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
-from hpcwhirl.cli import main
+from hpcwhirl.cli import main, options
 from hpcwhirl.cli import run as run_command
 from hpcwhirl.cli.model import folded, spans_of
 from hpcwhirl.cli.options import print_json
@@ -184,7 +184,7 @@ def test_a_case_at_rest_and_a_case_of_one_step_can_be_drawn(tmp_path):
 
 
 def test_progress_without_a_terminal_is_plain_lines(capsys, monkeypatch):
-    monkeypatch.setattr(run_command, "PLAIN_EVERY", 0.0)
+    monkeypatch.setattr(options, "EVERY", 0.0)
     assert main(["run", *SHORT]) == 0
     err = capsys.readouterr().err
     shares = [int(li.split()[1]) for li in err.splitlines()]
@@ -195,7 +195,7 @@ def test_progress_without_a_terminal_is_plain_lines(capsys, monkeypatch):
 
 
 def test_quiet_says_nothing_but_the_summary(capsys, monkeypatch):
-    monkeypatch.setattr(run_command, "PLAIN_EVERY", 0.0)
+    monkeypatch.setattr(options, "EVERY", 0.0)
     assert main(["run", "--quiet", *SHORT]) == 0
     out, err = capsys.readouterr()
     assert err == ""

@@ -8,10 +8,9 @@ import pytest
 from launch import launch
 
 from hpcwhirl.cli import main
-from hpcwhirl.cluster.doctor import facts as facts_of
-from hpcwhirl.cluster.doctor.facts import vector_bits
-from hpcwhirl.cluster.doctor.findings import BREAKS, FINE, SLOW, findings
-from hpcwhirl.cluster.doctor.place import filesystem, place_facts
+from hpcwhirl.cluster import facts as facts_of
+from hpcwhirl.cluster.facts import filesystem, place_facts, vector_bits
+from hpcwhirl.cluster.findings import BREAKS, FINE, SLOW, findings
 from hpcwhirl.launch import family, launched_ranks
 
 HEALTHY = {

@@ -10,8 +10,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.supports import bearing_of, planar
 from hpcwhirl.reduction.waves import unbalance_speeds, wave_lines
 from hpcwhirl.scene import Scene, apply_settings, digest, load_scene, to_toml
-from hpcwhirl.scene.bearing import HEAD, bearing_table
-from hpcwhirl.scene.kept_table import kept_rows
+from hpcwhirl.scene.kept_tables import HEAD, bearing_table, kept_rows
 
 STIFFNESS = MASS * OWN**2
 CSV = """frequency, kxx, kyy, kxy, kyx, cxx

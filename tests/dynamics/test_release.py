@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hpcwhirl.case.profile import departure, profile_of
-from hpcwhirl.case.release import held_displacement
+from hpcwhirl.case.profile import departure, held_displacement, profile_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import USUAL
 from hpcwhirl.dynamics.march import March

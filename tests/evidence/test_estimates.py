@@ -11,7 +11,7 @@ from evidence.estimates_drawn import of_accuracy, touched_engine
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import with_truncation
 from hpcwhirl.scene import preset_bounds, preset_inputs, preset_loss, preset_names
-from hpcwhirl.scene.presets import ELSEWHERE
+from hpcwhirl.scene.named import ELSEWHERE
 
 pytestmark = pytest.mark.evidence
 

@@ -19,8 +19,8 @@ from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError, MissingFileError, WhirlError, one_line, shown
 from hpcwhirl.launch import parse_shard
 from hpcwhirl.scene.campaign_tables import walltime_seconds
+from hpcwhirl.scene.documents import parse_setting
 from hpcwhirl.scene.quantities import LEAVES
-from hpcwhirl.scene.toml_text import parse_setting
 from hpcwhirl.store.reading.results_file import count_statuses
 
 LONGEST = 2300  # characters of any message

@@ -43,8 +43,8 @@ from hpcwhirl.scene.case_digest import PHYSICS_VERSION, read_as
 from hpcwhirl.scene.case_list import listed_cases
 from hpcwhirl.scene.digests import CaseDigests, Digests
 from hpcwhirl.scene.input_names import FILE, Value, full_name
+from hpcwhirl.scene.input_types import anchored
 from hpcwhirl.scene.quantities import WHOLE
-from hpcwhirl.scene.resolve_path import anchored
 from hpcwhirl.scene.swept import check_count, swept_values
 from hpcwhirl.scene.table import Block, OfCases, Table, listed
 from hpcwhirl.store.directory.manifest import (

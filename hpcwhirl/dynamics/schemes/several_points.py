@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.case.release import NEVER, release_step
+from hpcwhirl.case.profile import NEVER, release_step
 from hpcwhirl.case.speed import angle_at, law_of
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.casing_trace import waves_of_modes

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from hpcwhirl.errors import InputError, as_table, shown, unknown
+from hpcwhirl.scene.documents import load_document
 from hpcwhirl.scene.input_names import is_number, is_whole
-from hpcwhirl.scene.toml_text import load_document
 from hpcwhirl.store.models.engine_file import (
     AT_SPEEDS,
     BY_PARTS,

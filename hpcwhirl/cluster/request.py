@@ -6,7 +6,7 @@ import re
 import shlex
 from dataclasses import dataclass, fields
 
-from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS
+from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.launch import MOST_SHARDS, parse_shard
 
@@ -105,8 +105,7 @@ class Request:
             given = getattr(self, name)
             for value in (given,) if isinstance(given, str) else given:
                 if value and not pattern.fullmatch(value):
-                    msg = f"--{name} must be {what}, got {value!r}"
-                    raise InputError(msg)
+                    raise InputError(f"--{name} must be {what}, got {value!r}")
             if given and self.scheduler != "slurm":
                 msg = f"--{name} is for slurm, got {self.scheduler}: add the directive "
                 raise InputError(msg + "to the script by hand")
@@ -137,13 +136,11 @@ class Request:
             msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"
             raise InputError(f"{msg}, got {self.launcher!r}")
         if self.mpi and self.starts_with != "srun":
-            msg = "--mpi is for --launcher srun"
-            raise InputError(msg)
+            raise InputError("--mpi is for --launcher srun")
         if self.shard:
             parse_shard(self.shard)
         if self.shard and self.array:
-            msg = "--array makes the shards itself: leave --shard out"
-            raise InputError(msg)
+            raise InputError("--array makes the shards itself: leave --shard out")
         if self.scheduler == "sge" and self.nodes:
             msg = "--nodes: in Grid Engine the parallel environment decides, see --pe"
             raise InputError(msg)
@@ -164,8 +161,7 @@ class Request:
         """Time limit, s."""
         match = TIME.fullmatch(self.time)
         if match is None:
-            msg = f"--time must be [D-]HH:MM:SS, got {self.time!r}"
-            raise InputError(msg)
+            raise InputError(f"--time must be [D-]HH:MM:SS, got {self.time!r}")
         days, hours, minutes, seconds = (int(part or 0) for part in match.groups())
         total = ((24 * days + hours) * 60 + minutes) * 60 + seconds
         if not 60 <= total <= LONGEST:
@@ -194,15 +190,13 @@ class Request:
 def _check_path(name: str, value: str) -> None:
     what = name if name.startswith("--") or name == "file" else f"--{name}"
     if name in {"file", "out", "--module"} and not value:
-        msg = f"{what} must not be empty"
-        raise InputError(msg)
+        raise InputError(f"{what} must not be empty")
     odd = [character for character in value if not character.isprintable()]
     if odd:
         msg = f"{what} must have no line breaks or control characters, got {value!r}"
         raise InputError(msg)
     if value.startswith("-"):
-        msg = f"{what} must not begin with '-', got {value!r}"
-        raise InputError(msg)
+        raise InputError(f"{what} must not begin with '-', got {value!r}")
 
 
 def _allowed(pattern: re.Pattern[str]) -> str:

@@ -2,10 +2,12 @@
 
 import pytest
 
-from hpcwhirl.scene.bearing import bearing_table
-from hpcwhirl.scene.kept_table import MOST_BYTES
-from hpcwhirl.scene.over_time import table_over_time
-from hpcwhirl.scene.profile import profile_table
+from hpcwhirl.scene.kept_tables import (
+    MOST_BYTES,
+    bearing_table,
+    profile_table,
+    table_over_time,
+)
 
 READERS = {
     "bearing": bearing_table,

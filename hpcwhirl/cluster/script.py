@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from shlex import quote
 
-from hpcwhirl.cluster.jobs.request import Request
-from hpcwhirl.cluster.jobs.schedulers import SCHEDULERS, Lines, Scheduler
+from hpcwhirl.cluster.request import Request
+from hpcwhirl.cluster.schedulers import SCHEDULERS, Lines, Scheduler
 
 PRINTED = "# Printed by: "
 ENVIRONMENT = """\

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hpcwhirl.cluster.jobs.request import Request
+    from hpcwhirl.cluster.request import Request
 
 Lines = list[str]
 
@@ -99,18 +99,21 @@ def _slurm_launch(request: Request) -> str:
     return f'srun{f" --mpi={request.mpi}" if request.mpi else ""} {options} -n "$ranks"'
 
 
+def _unless_used_up(used: str, *lines: str) -> Lines:
+    """Return shell lines that run `lines` if fewer requeues than allowed are used."""
+    return [
+        f'if [ "{used}" -lt "$most_requeues" ]; then',
+        *(f"  {line}" for line in lines),
+        *("else", "  used_up", "fi"),
+    ]
+
+
 def _slurm_again(request: Request) -> Lines:
     # in an array, SLURM_JOB_ID of one of the elements is the number of the whole array
     job = '"$SLURM_JOB_ID"'
     if request.array:
         job = '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"'
-    return [
-        'if [ "${SLURM_RESTART_COUNT:-0}" -lt "$most_requeues" ]; then',
-        f"  scontrol requeue {job}",
-        "else",
-        "  used_up",
-        "fi",
-    ]
+    return _unless_used_up("${SLURM_RESTART_COUNT:-0}", f"scontrol requeue {job}")
 
 
 def _pbs(request: Request) -> Lines:
@@ -144,17 +147,15 @@ def _timed(request: Request) -> str:
 def _pbs_again(request: Request) -> Lines:
     if not request.script:
         return ["used_up"]
-    variables = '"HPCWHIRL_REQUEUES=$((used + 1))'
+    shard = ",HPCWHIRL_SHARD=$shard" if request.array else ""
     return [
         "used=${HPCWHIRL_REQUEUES:-0}",
-        'if [ "$used" -lt "$most_requeues" ]; then',
-        "  # qrerun is for operators: submit a new job, of an array this element",
-        f"  sed '/^#PBS -J /d' {shlex.quote(request.script)} |",
-        f"    qsub -v {variables}"
-        + (',HPCWHIRL_SHARD=$shard"' if request.array else '"'),
-        "else",
-        "  used_up",
-        "fi",
+        *_unless_used_up(
+            "$used",
+            "# qrerun is for operators: submit a new job, of an array this element",
+            f"sed '/^#PBS -J /d' {shlex.quote(request.script)} |",
+            f'  qsub -v "HPCWHIRL_REQUEUES=$((used + 1)){shard}"',
+        ),
     ]
 
 
@@ -235,12 +236,11 @@ def _flux_again(request: Request) -> Lines:
     script = shlex.quote(request.script) if request.script else '"$0"'
     return [
         "used=${HPCWHIRL_REQUEUES:-0}",
-        'if [ "$used" -lt "$most_requeues" ]; then',
-        "  export HPCWHIRL_REQUEUES=$((used + 1))",
-        f"  flux --parent batch {script}",
-        "else",
-        "  used_up",
-        "fi",
+        *_unless_used_up(
+            "$used",
+            "export HPCWHIRL_REQUEUES=$((used + 1))",
+            f"flux --parent batch {script}",
+        ),
     ]
 
 
