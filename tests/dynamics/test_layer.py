@@ -252,6 +252,18 @@ def test_stribeck_friction_falls_from_that_at_rest():
     assert np.array_equal(by_law.centre, plain.centre)
 
 
+@pytest.mark.parametrize("lobes", [1, 2])
+def test_stribeck_friction_of_one_sector_is_that_of_all(lobes):
+    law = {"friction_law": "stribeck", "friction_at_rest": 0.3, "friction_speed": 200.0}
+    own = {"duration": 4e-3, "scheme": "modal", "nodal_diameter": lobes, "gap": 2e-5}
+    by_law, plain = (
+        March(resolve(apply_settings(named_scene("table2"), own | given))).run()
+        for given in (law, {"friction": 0.1 + 0.2 * math.exp(-205.0 / 200.0)})
+    )
+    assert (plain.folds, plain.contacts > 0) == (lobes, True)
+    assert by_law.ledger == plain.ledger
+
+
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
