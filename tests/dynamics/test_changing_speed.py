@@ -353,6 +353,14 @@ def test_a_critical_speed_is_crossed_when_the_speed_is_there(passage):
             {"acceleration": 5.0, "rotation": "full", "stiffness_difference": 1e5},
             "supports differ by direction",
         ),
+        (
+            {
+                "speed_table": "time,speed;0,410;1,420",
+                "rotation": "full",
+                "stiffness_difference": 1e5,
+            },
+            "have a film, got 'time,speed;0.0,410.0;1.0,420.0'",
+        ),
     ],
 )
 def test_what_cannot_change_is_refused_in_one_line(settings, told):
