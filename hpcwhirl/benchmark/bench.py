@@ -74,13 +74,6 @@ def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
     return march
 
 
-def restore(march: March, saved: Sequence[object]) -> None:
-    """Set the state of a march to saved arrays."""
-    for array, value in zip(march.state, saved, strict=True):
-        array[...] = value
-    march.recall()
-
-
 @dataclass(frozen=True)
 class Asked:
     """A timing to make: scene, scheme, whether blades touch; else the gap is `FAR`."""
@@ -113,7 +106,7 @@ def time_marches(
     spent: list[list[float]] = [[] for _ in marches]
     for _ in range(repeats):
         for march, state, times in zip(marches, saved, spent, strict=True):
-            restore(march, state)
+            march.put(state)
             start = time.process_time()
             march.advance(STEPS)
             times.append(1e6 * (time.process_time() - start) / STEPS)
@@ -131,7 +124,7 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
 
 def _touching(march: March, saved: Any) -> float:
     """Return the mean number of blades in contact in a step with contact."""
-    restore(march, saved)
+    march.put(saved)
     counter, counts = march.counter, []
     for _ in range(STEPS):
         march.advance(1)

@@ -30,6 +30,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
@@ -245,6 +246,10 @@ def edge(
             "an edge is followed at constant speed and gap: acceleration, gap_closure "
         )
         raise InputError(f"{msg}must be 0, speed_table, gap_table empty")
+    law = scene.engine.casing.contact_law
+    if law != RIGID:
+        msg = "no edge is followed between casings that differ by wear: "
+        raise InputError(f"{msg}casing.contact_law must be {RIGID}, got {law}")
     start = how.begin or AFTER * scene.pulse
     longer = how.span + LOOKS * how.look
     march, other = (_begun(scene, force, start, longer) for force in (low, high))

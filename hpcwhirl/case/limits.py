@@ -55,6 +55,7 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_step(model, scene)
     check_loading(scene)
     check_turn(model, scene)
+    check_layer(scene)
     check_wall(scene)
     check_change(scene, model)
     check_release(model, scene)
@@ -306,6 +307,27 @@ def check_turn(model: Model, scene: Scene) -> None:
         )
 
 
+def longest_over_layer(scene: Scene) -> float:
+    """Return the time in which a tip moves by its edge on a layer, s; inf without."""
+    engine, fastest = scene.engine, abs(extremes(scene)[1])
+    if engine.casing.contact_law == RIGID or fastest == 0.0:
+        return math.inf
+    return float(engine.casing.layer_edge / (engine.rotor.radius * fastest))
+
+
+def check_layer(scene: Scene) -> None:
+    """Raise InputError if a tip passes over rods of a layer in a step, at any speed."""
+    longest, step = longest_over_layer(scene), scene.solver.time_step
+    if not step <= longest:
+        fastest = extremes(scene)[1]
+        msg = (
+            f"speed must be <= {abs(fastest) * longest / step:.6g} rad/s with this "
+            "time_step (a tip would move by more than layer_edge in a step), got "
+            f"{fastest:.6g}"
+        )
+        raise InputError(msg)
+
+
 def frequency_error(phase: float, ratio: float = 0.0) -> float:
     """Return the relative error of a mode's frequency by central differences.
 
@@ -373,8 +395,9 @@ def step_asked(model: Model, scene: Scene) -> float:
 
     The step keeps `frequency_error` below `accuracy` for every mode of the rotor, with
     terms of rotation for every wave, see `turned`, and is at most `SAFE` of the limits
-    by stability of both bodies, pulse, rotation and wall. Modes above `reach`, which
-    only a basis for all speeds has, need no accuracy: for them omega counts as `reach`.
+    by stability of both bodies, pulse, rotation, layer and wall. Modes above `reach`,
+    which only a basis for all speeds has, need no accuracy: for them omega counts as
+    `reach`.
     """
     rotor, accuracy = model.rotor, scene.solver.accuracy
     phases = [longest_phase(accuracy, float(ratio)) for ratio in rotor.ratios]
@@ -384,7 +407,8 @@ def step_asked(model: Model, scene: Scene) -> float:
         omega = turned(omega, extremes(scene)[1])
         stiffer = max(1.0, model.limits(0.0)["rotor"] / bodies["rotor"])
     step = 1.0 / float((stiffer * omega / phases).max())
-    limits = [*bodies.values(), longest_turn(model, scene)]
+    turns = longest_turn(model, scene), longest_over_layer(scene)
+    limits = [*bodies.values(), *turns]
     if scene.is_loaded:
         limits.append(scene.pulse / FEWEST_IN_PULSE)
     limits += [limit for limit in wall_limits(scene).values() if limit > 0.0]

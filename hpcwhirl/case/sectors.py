@@ -123,7 +123,8 @@ def folded_model(whole: Model, folds: int) -> Model:
 def folded_scene(scene: Scene, folds: int) -> Scene:
     """Return the scene of one of g sectors: speed g Omega, k / g lobes, force F / g.
 
-    Its engine is still that of the whole model, of which only the radius is used.
+    Its friction is the coefficient at Omega. Its engine is still that of the whole
+    model, of which only the radius is used.
     """
     return scene.model_copy(
         update={
@@ -133,6 +134,8 @@ def folded_scene(scene: Scene, folds: int) -> Scene:
             "speed_table": scaled(scene.speed_table, folds),
             "nodal_diameter": scene.nodal_diameter // folds,
             "force": scene.force / folds,
+            "friction": scene.coefficient,
+            "friction_law": "constant",
             "duration": scene.end_time,
             "revolutions": 0.0,
         }

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import kept_rows
@@ -380,7 +380,9 @@ def _check_law(scene: Scene, model: Model, law: SpeedLaw) -> None:
         )
     spin = model.rotor.spin
     if spin is not None and (spin.released is not None or not spin.support.is_plain):
+        table = scene.speed_table
+        got = shown(table) if table else f"{scene.acceleration:.6g}"
         raise InputError(
-            "acceleration must be 0 where a blade is lost, or supports differ by "
-            f"direction or have a film, got {scene.acceleration:.6g}"
+            "acceleration must be 0, and speed_table empty, where a blade is lost, or "
+            f"supports differ by direction or have a film, got {got}"
         )

@@ -198,7 +198,7 @@ class Load(NamedTuple):
     def of(cls, scene: Scene) -> Load:
         """Return the load of a scene; without a force, one of infinite duration."""
         pulse = scene.pulse if scene.force else math.inf
-        return cls(scene.nodal_diameter, pulse, scene.friction)
+        return cls(scene.nodal_diameter, pulse, scene.coefficient)
 
 
 @lru_cache(maxsize=1024)

@@ -45,13 +45,9 @@ def put_between(march: March, a: Any, b: Any, share: float) -> None:
         if the states have different steps or shapes, or a run has ended
     """
     _check(march, a, b)
-    for target, array in zip(march.state, a, strict=True):
-        target[:] = array
+    march.put(a)
     left = _residual(march)
-    for target, array in zip(
-        march.state, _mixed(a, b, 1.0 - share, share), strict=True
-    ):
-        target[:] = array
+    march.put(_mixed(a, b, 1.0 - share, share))
     march.state.ledger[contact.PULSE] += _residual(march) - left
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -95,15 +95,20 @@ class March:
         self.lean = lean
         with representable("the step"):
             self.scheme = scheme_of(lean.model, lean.scene, self.beat)
-        if self.start is not None and not self.scheme.begin(self.start):
+        self.state = self.scheme.state
+        if self.start is not None and not self._started(self.start):
             self._begin(self.case.whole)
             return
-        self.state = self.scheme.state
         self._refresh(self.state)
         self.tracks = self._empty_tracks()
         self.stresses = self._empty_stresses()
         self.coast = self._coast()
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
+
+    def _started(self, start: Motion) -> bool:
+        """Set the state to a start, by arrays of the first interval; as `begin`."""
+        self._refresh(None)
+        return self.scheme.begin(start)
 
     def _refresh(self, state: Any) -> None:
         """Set speed, wall, arrays to this interval; adapt `state` unless it is None."""
@@ -138,6 +143,12 @@ class March:
     def recall(self) -> None:
         """Set the arrays to a restored state's interval, see `snapshot.restore`."""
         self._refresh(None)
+
+    def put(self, state: Iterable[Floats]) -> None:
+        """Set the state to a state of this scene, perhaps at another step."""
+        for target, array in zip(self.state, state, strict=True):
+            target[...] = array
+        self.recall()
 
     def _coast(self) -> FreeDecay | None:
         """Return the search for a certificate of free decay; None if impossible."""

@@ -26,7 +26,6 @@ from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.contact_laws import FRICTION
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 LANES = 4  # modes that the kernel sums at a time; arrays are padded with modes at rest
@@ -43,12 +42,9 @@ def _padded(array: Floats, axis: int) -> Floats:
 def friction_with_sign(scene: Scene) -> float:
     """Return mu sign(Omega): friction opposes the rotation and is 0 at Omega = 0.
 
-    mu is that of the scene's law at the sliding speed |Omega| R.
+    mu is the coefficient of the scene's friction law at its speed.
     """
-    law = FRICTION[scene.friction_law]
-    sliding = scene.speed * scene.engine.rotor.radius
-    own = scene.friction, scene.friction_at_rest, scene.friction_speed
-    return float(law.coefficient(*own, sliding) * np.sign(scene.speed))
+    return float(scene.coefficient * np.sign(scene.speed))
 
 
 def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:

@@ -119,8 +119,7 @@ def _gone_on(case: Case, ended: March) -> March:
     if march.lean.model.folds != ended.lean.model.folds:
         march.unfold()
     march.coast, march.watched = None, 0
-    for target, array in zip(march.state, ended.state, strict=True):
-        target[:] = array
+    march.put(ended.state)
     march.counter[contact.JUDGED] = march.steps // march.beat
     march.counter[contact.SAMPLE] = 0
     march.counter[contact.CERTIFIED] = -1

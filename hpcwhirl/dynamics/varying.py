@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
 from hpcwhirl.dynamics.kernels.body_types import CoupledBody
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
 from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
@@ -238,6 +239,13 @@ class DrivenSteps:
         """Return the conversion for y, on which f_0 does not act."""
         keep, pull, _ = self.rotor.dense(self.body)
         return FreeSteps(keep, pull, self.step)
+
+    def set_out(self, state: BodiesState, v: Floats) -> None:
+        """Set a state's increments for velocities v (m,) of y; r is at rest."""
+        own, modes = self.rotor, len(v)
+        rise = self.increments(own.whole(state.q_b), v)
+        state.d_b[:modes] = self.unforced().increments(state.q_b[:modes], v)
+        state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
         """Return x' from x and d = x_n - x_{n-1}."""

@@ -17,7 +17,7 @@ from hpcwhirl.reduction.modes import (
     Spin,
     highest_of,
     reduction_basis,
-    reference_speed,
+    speed_of_basis,
 )
 from hpcwhirl.reduction.supports import planar
 from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
@@ -123,6 +123,19 @@ def boundary_of(structure: CyclicStructure) -> Indices:
     return np.concatenate([tips.ravel(), centre], dtype=np.intp)
 
 
+def _reference_speed(structure: CyclicStructure) -> float:
+    """Return the reference speed of a basis, rad/s, by the mean of all sectors.
+
+    It is that of equal sectors (`modes.reference_speed`), whichever is counted first.
+    """
+    n, d = structure.sectors, structure.sector_size
+    mean = (
+        a[: n * d, : n * d].reshape(n, d, n, d).sum(axis=(0, 2)) / n
+        for a in (structure.mass, structure.stiffness)
+    )
+    return speed_of_basis(*mean)
+
+
 def _basis(
     structure: CyclicStructure,
     boundary: Indices,
@@ -137,7 +150,7 @@ def _basis(
         raise InputError(msg)
     taut = None
     if rotation is not None:
-        squared = reference_speed(structure) ** 2
+        squared = _reference_speed(structure) ** 2
         taut = structure.stiffness + squared * rotation.stiffening
     matrices = structure.mass, structure.stiffness
     return np.asarray(reduction_basis(*matrices, (boundary, eta), taut, near))

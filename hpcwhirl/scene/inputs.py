@@ -213,6 +213,14 @@ class Scene(Inputs, metaclass=_Told):
         return tuple(times)
 
     @property
+    def coefficient(self) -> float:
+        """Coefficient of friction by its law, at the sliding speed |Omega| R."""
+        law = contact_laws.FRICTION[self.friction_law]
+        sliding = self.speed * self.engine.rotor.radius
+        own = self.friction, self.friction_at_rest, self.friction_speed
+        return float(law.coefficient(*own, sliding))
+
+    @property
     def has_harmonics(self) -> bool:
         """Whether the casing's modes are harmonics: not a ring of elements."""
         casing = self.engine.casing

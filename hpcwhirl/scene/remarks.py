@@ -50,7 +50,8 @@ def _pushed(get: Columns) -> Any:
     """Estimate how far the pulse alone moves a built-in ring by its end, m.
 
     The mode w = cos k theta, u = -sin k theta / k has m = pi R rho A (1 + 1 / k^2) and
-    omega^2 = (k^2 - 1)^2 k^2 / (k^2 + 1) E I / (rho A R^4) + omega_c1^2 of the support.
+    omega^2 = (k^2 - 1)^2 k^2 / (k^2 + 1) E I / (rho A R^4) + omega_c1^2 of the support;
+    that of k = 0 has m = 2 pi R rho A and omega^2 = E / (rho R^2) + omega_c1^2.
     F sin(pi t / tau) moves a free mass by F tau^2 / (pi m), and a mass on a spring by
     at most 1.77 F / (m omega^2); the estimate is the smaller one.
     """
@@ -62,10 +63,12 @@ def _pushed(get: Columns) -> Any:
     k, radius = of("nodal_diameter"), of("engine.rotor.radius")
     thick, pulse = of(ring + "thickness"), of("pulse")
     line = of(ring + "density") * of(ring + "width") * thick
-    mass = math.pi * radius * line * (1.0 + k**-2.0)
+    breathes = k == 0
+    mass = math.pi * radius * line * (1.0 + np.where(breathes, 1.0, k) ** -2.0)
     bend = of(ring + "young") * of(ring + "width") * thick**3 / 12.0
     stiff = (k**2 - 1.0) ** 2 * k**2 / (k**2 + 1.0) * bend / (line * radius**4)
-    stiff = stiff + of(ring + "support_frequency") ** 2
+    hoop = of(ring + "young") / (of(ring + "density") * radius**2)
+    stiff = np.where(breathes, hoop, stiff) + of(ring + "support_frequency") ** 2
     free = of("force") * pulse**2 / (math.pi * mass)
     with np.errstate(divide="ignore"):
         return np.minimum(free, 1.77 * of("force") / (mass * stiff))

@@ -59,6 +59,11 @@ def test_no_edge_is_followed_where_speed_or_gap_change(change):
         edge(four(**change), 3e4, 1.2e5, QUICK)
 
 
+def test_no_edge_is_followed_with_a_layer_that_wears():
+    with pytest.raises(InputError, match=r"contact_law must be rigid, got archard$"):
+        edge(four(contact_law="archard"), 3e4, 1.2e5, QUICK)
+
+
 def test_pulses_of_one_word_have_no_edge():
     with pytest.raises(InputError, match="no edge: pulses of 20000 and 25000 N lead to "
                        "the same word, damped"):  # fmt: skip

@@ -46,6 +46,7 @@ KINDS = {
     "unequal": RUB | UNEQUAL,
     "elements": RUB | {"casing.discretization": "elements", "time_step": 3e-6},
     "driven": RUB | {"rotation": "full", "unbalance": 2e-3},
+    "started": RUB | {"rotation": "full", "start_energy": 5.0, "start_as": "both"},
 }
 
 
@@ -72,11 +73,11 @@ def test_a_decay_has_its_rate_at_first_and_its_time_constant():
     assert float(law.speed(2.0)) == pytest.approx(20.0 + 80.0 / np.e, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["cyclic", "driven"])
+@pytest.mark.parametrize("kind", ["cyclic", "driven", "started"])
 def test_a_speed_that_hardly_changes_is_a_constant_one(kind):
     given = KINDS[kind] | {"duration": 0.02}
     still = given | {"acceleration": 0.0}
-    if kind == "driven":
+    if kind != "cyclic":
         still["scheme"] = "general"
     (moving, held) = (
         march_of(**s).run() for s in (given | {"acceleration": 1e-9}, still)
@@ -351,6 +352,14 @@ def test_a_critical_speed_is_crossed_when_the_speed_is_there(passage):
         (
             {"acceleration": 5.0, "rotation": "full", "stiffness_difference": 1e5},
             "supports differ by direction",
+        ),
+        (
+            {
+                "speed_table": "time,speed;0,410;1,420",
+                "rotation": "full",
+                "stiffness_difference": 1e5,
+            },
+            "have a film, got 'time,speed;0.0,410.0;1.0,420.0'",
         ),
     ],
 )

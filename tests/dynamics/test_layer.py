@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene import Scene, apply_settings, named_scene
 
 
 @njit
@@ -252,6 +252,18 @@ def test_stribeck_friction_falls_from_that_at_rest():
     assert np.array_equal(by_law.centre, plain.centre)
 
 
+@pytest.mark.parametrize("lobes", [1, 2])
+def test_stribeck_friction_of_one_sector_is_that_of_all(lobes):
+    law = {"friction_law": "stribeck", "friction_at_rest": 0.3, "friction_speed": 200.0}
+    own = {"duration": 4e-3, "scheme": "modal", "nodal_diameter": lobes, "gap": 2e-5}
+    by_law, plain = (
+        March(resolve(apply_settings(named_scene("table2"), own | given))).run()
+        for given in (law, {"friction": 0.1 + 0.2 * math.exp(-205.0 / 200.0)})
+    )
+    assert (plain.folds, plain.contacts > 0) == (lobes, True)
+    assert by_law.ledger == plain.ledger
+
+
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
@@ -269,6 +281,18 @@ def test_stribeck_friction_falls_from_that_at_rest():
 def test_what_a_layer_does_not_allow_is_refused(settings, text):
     with pytest.raises(InputError, match=text):
         apply_settings(named_scene("table2"), {"contact_law": "abradable", **settings})
+
+
+def test_no_tip_passes_over_rods_in_a_step_at_any_speed():
+    own = {"contact_law": "abradable", "layer_edge": 1e-3, "modes": 0, "speed": 400.0}
+    case = resolve(apply_settings(Scene(), own | {"solver.accuracy": 0.1}))
+    case.check()
+    assert case.step == pytest.approx(0.9 * 1e-3 / (0.5 * 400.0), rel=1e-12)
+    faster = {"acceleration": 5e3, "duration": 0.1, "time_step": 2.5e-6}
+    with pytest.raises(
+        InputError, match=r"^speed must be <= 800 rad/s with .* got 900"
+    ):
+        resolve(apply_settings(Scene(), own | faster)).check()
 
 
 def test_lobes_are_the_strongest_harmonic_of_the_depth():

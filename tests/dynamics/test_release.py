@@ -6,8 +6,11 @@ import pytest
 from hpcwhirl.case.profile import departure, held_displacement, profile_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import USUAL
+from hpcwhirl.dynamics.blend import copy_of, put_between
+from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
+from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError
@@ -105,6 +108,30 @@ def test_the_ledger_closes_and_slices_change_no_bit(kind):
         for name, array in snapshot(whole).items():
             if name != "seconds":
                 assert array.tobytes() == snapshot(other)[name].tobytes(), name
+
+
+@pytest.mark.parametrize("kind", ["cyclic", "general"])
+def test_what_goes_on_from_a_state_has_the_casing_of_that_state(kind):
+    given = TIGHT | KINDS[kind] | {"duration": 3e-3, "force": 4e5}
+    march, longer = march_of(**given), march_of(**given | {"duration": 5e-3})
+    march.reach(AT - 1000)
+    held, touched = copy_of(march), [march.counter[contact.TOUCHED]]
+    march.reach(AT)
+    touched.append(march.counter[contact.TOUCHED])
+    march.reach(march.total)
+    ends = march.displacements()
+    put_between(march, held, held, 0.0)
+    march.reach(march.total)
+    twins = SideBySide(march, 1e-3, 2e-3, 1e-9)
+    touched.append(march.counter[contact.TOUCHED])
+    twins.advance()
+    touched.append(twins.one.counter[contact.TOUCHED])
+    assert (np.diff(touched) > 0).all()  # each part has contact
+    longer.reach(twins.one.steps)
+    pairs = (march.displacements(), ends), (twins.one.displacements(),
+                                            longer.displacements())  # fmt: skip
+    for own, other in pairs:
+        assert all(map(np.array_equal, own, other))
 
 
 @pytest.mark.parametrize("kind", ["cyclic", "paper"])

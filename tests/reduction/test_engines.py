@@ -425,6 +425,17 @@ def test_relabelling_mistuned_blades_leaves_the_frequencies():
         assert frequencies(turned) == pytest.approx(base, rel=1e-9)
 
 
+def test_relabelling_blades_leaves_the_basis_for_all_speeds():
+    pattern = np.random.default_rng(1).normal(scale=0.05, size=6)
+    kinds = [{"mistuning": tuple(np.roll(pattern, n))} for n in range(3)]
+    for ways in (kinds, [{"lost_blade": n} for n in range(3)]):
+        rotors = [Rotor(blades=6, elements=3, **own) for own in ways]
+        base, *others = (rotor_model(each, 6, "full").omega for each in rotors)
+        for omega in others:
+            assert omega == pytest.approx(base, rel=1e-5)
+            assert omega[:12] == pytest.approx(base[:12], rel=1e-6)
+
+
 def test_relabelling_mistuned_blades_permutes_the_answer():
     # a rigid casing that closes alike everywhere tells no blade from another
     rigid = {"kind": "rigid", "nodal_diameter": 0, "amplitude": 2e-4}

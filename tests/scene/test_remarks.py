@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from hpcwhirl.campaign.plan.design import Design, load_design
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.scene import NAMED, Scene, apply_settings, named_scene
-from hpcwhirl.scene.remarks import remarks
+from hpcwhirl.scene.remarks import load_remarks, remarks
 
 JOBS = sorted((Path(__file__).parents[2] / "jobs").glob("*.toml"))
 WRONG = {
@@ -63,6 +64,21 @@ def test_each_wrong_unit_is_one_line(wrong):
 )
 def test_what_is_at_the_limit_or_counts_for_nothing_is_not_told(settings):
     assert remarks(apply_settings(Scene(), settings)) == []
+
+
+@pytest.mark.parametrize("lobes", [0, 1, 2])
+def test_a_load_is_told_by_how_far_it_moves_the_casing(lobes):
+    """Where it is told, the pulse moves the casing by more than two gaps."""
+    given = {"nodal_diameter": lobes, "duration": Scene().pulse, "interval": 1e-5}
+    free = {"gap": 2e-3, "traces": "full", "plan": "everything"}
+    found = simulate(apply_settings(Scene(), given | free))
+    assert found.row["contacts"] == 0
+    moved = np.hypot(*found.traces["casing"][:, lobes].T).max()
+    told = [
+        bool(load_remarks(apply_settings(Scene(), given | {"gap": moved / gaps})))
+        for gaps in (1.0, 6.0)
+    ]
+    assert told == [False, True]
 
 
 @pytest.mark.parametrize("seed", range(12))

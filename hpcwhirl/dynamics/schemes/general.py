@@ -98,7 +98,14 @@ def _driven(model: Model, scene: Scene) -> Integrator:
     whole = two_bodies(
         model, scene, arrays, (held, modal_coordinates(model.casing, step))
     )
-    modes, steady = len(own.order), circle(model, scene)
+    steady = circle(model, scene)
+
+    def begin(motion: Motion) -> bool:
+        state = whole.state
+        whole.begin(motion)
+        steps.set_out(state, held.lower() @ motion.rotor_velocity)
+        state.ledger[PULSE] = whole.balance(state).energy
+        return True
 
     def refresh(state: BodiesState | None, now: Interval) -> None:
         before = whole.balance(state).energy if state else 0.0
@@ -107,10 +114,7 @@ def _driven(model: Model, scene: Scene) -> Integrator:
         if not state:
             return
         if state.counter[STEP] == 0 and steady is not None:  # at rest, see `started`
-            q = own.whole(state.q_b)
-            rise, y = steps.increments(q, 0.0 * q), state.q_b[:modes]
-            state.d_b[:modes] = steps.unforced().increments(y, 0.0 * y)
-            state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
+            steps.set_out(state, np.zeros(len(own.order)))
         state.ledger[PULSE] += whole.balance(state).energy - before
 
     def motion(state: BodiesState, steps: int) -> Motion:
@@ -122,7 +126,7 @@ def _driven(model: Model, scene: Scene) -> Integrator:
         less = (share_at_start(model, scene) - 1.0) * still
         first = np.concatenate([less, still[own.alike]])
         whole = started(whole, model, scene, first, 0.0 * first)
-    return replace(whole, refresh=refresh, motion=motion)
+    return replace(whole, refresh=refresh, motion=motion, begin=begin)
 
 
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
