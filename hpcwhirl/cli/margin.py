@@ -19,8 +19,7 @@ from hpcwhirl.store.reading.select import UNITS
 if TYPE_CHECKING:
     import xarray
 
-    from hpcwhirl.analysis.margins import Along, FirstChange
-    from hpcwhirl.analysis.margins import SafeRange
+    from hpcwhirl.analysis.margins import Along, FirstChange, SafeRange
 
 ENDS = ("low", "high", "below", "above")
 WORDS = ("word_below", "word_above")
