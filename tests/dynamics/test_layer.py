@@ -168,7 +168,7 @@ def test_schemes_agree_and_the_ledger_closes(own):
 def test_what_nothing_else_takes_vanishes_with_the_time_step(own):
     """Rotation, wear and the tips' own work are found apart; no loss is left."""
     own = own | {"scheme": "general", "duration": 0.02}  # ends in flight
-    losses = [march(time_step=dt, **own)[1].ledger for dt in (2e-6, 5e-7)]
+    losses = [march(time_step=dt, **own)[1].ledger for dt in (1e-6, 2.5e-7)]
     coarse, fine = (one["impact"] for one in losses)
     assert 0 < fine < 0.35 * coarse
     assert coarse < 0.02 * losses[0]["wear"]

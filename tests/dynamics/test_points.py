@@ -352,7 +352,10 @@ def both_marched(file, **given):
     return one, one.run(), run(file, scheme="general", **given)
 
 
-@pytest.mark.parametrize("seed", range(5))
+MORE = (pytest.param(seed, marks=pytest.mark.evidence) for seed in range(5, 10))
+
+
+@pytest.mark.parametrize("seed", [*range(5), *MORE])
 @pytest.mark.parametrize("equal", [True, False])
 def test_drawn_stages_move_as_in_the_static_frame(drawn, seed, equal):
     file, given = drawn(seed, equal=equal)
