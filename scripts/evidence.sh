@@ -12,7 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # NAME | order of the processor's time | COMMAND | what --pages adds
 table() {
   cat <<'END'
-tests       | 15 min  | pytest -m evidence --processor=40              |
+tests       | 20 min  | pytest -m evidence --processor=40              |
 planted     | 2 hours | python scripts/evidence/planted.py             |
 mutants     | 1 hour  | python scripts/evidence/mutants.py             | --write
 extremes    | 20 min  | python scripts/extremes/decide.py              | --write

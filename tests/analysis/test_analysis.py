@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from made_up import whirl_word
 
 from hpcwhirl import simulate
 from hpcwhirl.analysis.contact_map import touches
@@ -12,7 +11,6 @@ from hpcwhirl.analysis.spectrum import (
     after_revolutions,
     amplitude_spectrum,
     cascade,
-    full_spectrum,
     strongest,
 )
 from hpcwhirl.analysis.stability import (
@@ -23,7 +21,7 @@ from hpcwhirl.analysis.stability import (
     sprung_roots,
     static_line,
 )
-from hpcwhirl.analysis.whirl import section, static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import section
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
@@ -199,20 +197,6 @@ def test_the_work_of_friction_is_read_alike_however_the_run_is_cut():
     assert a.friction[-1] == pytest.approx(a.ledger["friction"], rel=1e-9)
 
 
-def test_mirrored_runs_have_mirrored_motion_and_one_name():
-    words, spectra = [], []
-    for speed in (430.0, -430.0):
-        scene = apply_settings(SCENE, SHORT | {"speed": speed, "duration": 0.1})
-        traces = simulate(scene).traces
-        numbers = whirl_numbers(traces["time"], traces["centre"], speed)
-        words.append(whirl_word(numbers.ratio))
-        z = traces["centre"][:400] @ [1, 1j]
-        spectra.append(full_spectrum(z, INTERVAL)[1])
-    assert words[0] == words[1]
-    mirrored = np.roll(spectra[1][::-1], 1)  # the line at -pi/interval has no mirror
-    assert mirrored[1:] == pytest.approx(spectra[0][1:], rel=1e-6, abs=1e-12)
-
-
 @pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
 def test_mirrored_runs_have_one_row_of_evidence(scheme):
     settings = SHORT | {"duration": 0.02, "time_step": 2e-6, "scheme": scheme}
@@ -234,19 +218,6 @@ def test_mirrored_runs_have_one_row_of_evidence(scheme):
     assert (
         np.abs(other.traces["centre"] - mirrored).max() < 1e-7 * np.abs(mirrored).max()
     )
-
-
-def test_an_orbit_of_unequal_lines_is_named_by_the_stronger_and_an_offset_by_none():
-    time = np.arange(1, 5001) * INTERVAL
-    for sense in (1, -1):
-        lines = np.exp(1j * sense * 120 * time) + 0.5 * np.exp(-1j * sense * 100 * time)
-        orbit = 5e-3 + 1e-4 * lines
-        centre = np.column_stack([orbit.real, orbit.imag])
-        numbers = whirl_numbers(time, centre, 300.0)
-        word = whirl_word(numbers.ratio)
-        assert word == ("forward" if sense > 0 else "backward")
-        turned = static_frame(centre, -300.0 * time)  # and back: nothing is lost
-        assert static_frame(turned, 300.0 * time) == pytest.approx(centre, abs=1e-15)
 
 
 def test_waves_coincide_where_their_lines_cross():

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from scipy.stats import binom
 from synthetic import synthetic
 
 import hpcwhirl
@@ -69,15 +70,24 @@ def wells(force, pulse, **_):
 
 
 def test_an_interval_covers_a_known_basin_as_often_as_it_says():
-    inside, tries, count = 0, 400, 64
-    table = {"count": tries * count, "method": "random"}
-    data = results(cubic, sample={**table, "force": uniform(0.0, 2e3)})
-    for first in range(0, tries * count, count):  # independent draws
-        some = data.isel(case=slice(first, first + count))
-        own = basins(some).sel(regime="sustained").isel(point=0)
-        inside += float(own["share_low"]) <= 0.7 <= float(own["share_high"])
-    # 380 are expected, with a standard deviation of 4.4; intervals of 90 % hold 360
-    assert 371 <= inside <= 389, inside
+    """Of all numbers of 64 starts that may lie in a basin of 0.7, by their chance."""
+    count = 64
+
+    def as_many_as_the_point_says(friction, **_):
+        place = np.arange(len(friction)) % count  # of a point, one after the other
+        return np.where(place < np.rint(1e3 * friction), 2, 1)
+
+    data = results(
+        as_many_as_the_point_says,
+        sweep={"friction": [1e-3 * k for k in range(count + 1)]},
+        sample={"count": count, "force": uniform(0.0, 2e3)},
+    )
+    found = basins(data).sel(regime="sustained")
+    number = np.rint(1e3 * found["friction"].to_numpy())
+    assert found["share"].to_numpy() == pytest.approx(number / count)
+    inside = (found["share_low"] <= 0.7) & (found["share_high"] >= 0.7)
+    covered = binom.pmf(number, count, 0.7)[inside.to_numpy()].sum()
+    assert 371 / 400 <= covered <= 389 / 400, covered
 
 
 def test_the_basins_of_a_duffing_oscillator_are_halves():
@@ -178,8 +188,10 @@ def test_branches_and_wrong_options_are_refused():
 CENTRES = np.array([[0.0, 0, 0], [6, 0, 0], [0, 8, 0], [6, 8, 5]])
 
 
-@pytest.mark.parametrize("count", [64, 300, 3000])
-@pytest.mark.parametrize("shares", [[0.5, 0.5], [0.85, 0.15], [0.6, 0.25, 0.15]])
+@pytest.mark.parametrize(
+    ("shares", "count"),
+    [([0.5, 0.5], 300), ([0.85, 0.15], 64), ([0.6, 0.25, 0.15], 3000)],
+)
 def test_clusters_that_lie_apart_are_found(shares, count):
     rng = np.random.default_rng(count)
     own = rng.choice(len(shares), p=shares, size=count)
@@ -204,7 +216,7 @@ ALONE = {
 
 
 @pytest.mark.parametrize("law", ALONE)
-@pytest.mark.parametrize("count", [1, 5, 64, 300])
+@pytest.mark.parametrize("count", [1, 64])
 def test_one_cluster_is_not_split(law, count):
     rng = np.random.default_rng(5)
     split = [len(set(clusters(ALONE[law](rng, count)).tolist())) > 1 for _ in range(20)]

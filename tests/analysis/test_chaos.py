@@ -70,7 +70,9 @@ KNOWN = {  # name: (map, start, steps of an interval, time of one, intervals, ex
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize(
+    "name", ["logistic", "henon", pytest.param("lorenz", marks=pytest.mark.evidence)]
+)
 def test_known_exponents_are_found_within_two_percent(name):
     step, start, steps, interval, count, truth = KNOWN[name]
     pair = Pair(step, start, steps)

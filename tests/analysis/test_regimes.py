@@ -5,13 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hpcwhirl.analysis.regimes import (
-    Thresholds,
-    evidence,
-    growth,
-    growths,
-    name_regime,
-)
+from hpcwhirl.analysis.regimes import Thresholds, evidence, growth, growths, name_regime
 from hpcwhirl.analysis.whirl import whirl_numbers
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.scene import Scene, apply_settings, named_scene
@@ -213,11 +207,6 @@ def test_a_centre_at_round_off_has_no_whirl():
     assert words(replace(still, judged=quiet))[2] == "none"
 
 
-@pytest.mark.parametrize(("line", "word"), [(150.0, "forward"), (-150.0, "backward")])
-def test_whirl_is_that_of_the_static_frame(line, word):
-    assert words(made(0.0, fed=10.0, lost=10.0, line=line))[2] == word
-
-
 def orbiting(orbit, speed):
     """A steady history whose centre goes about `orbit` (n,) in the STATIC frame."""
     own = orbit * np.exp(-1j * speed * TIME)
@@ -364,9 +353,9 @@ def test_a_limit_cycle_is_sustained():
 
 
 @pytest.mark.parametrize("period", [0.5, 0.7, 1.0, 1.3])
-@pytest.mark.parametrize("swing", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("swing", [0.3, 0.9])
 def test_a_beat_that_was_as_high_before_is_no_divergence(period, swing):
-    for phase in np.linspace(0, 2 * np.pi, 24, endpoint=False):
+    for phase in np.linspace(0, 2 * np.pi, 12, endpoint=False):
         beat = 1 + swing * np.sin(2 * np.pi * TIME / period + phase)
         assert words(motion(beat, **KEPT_UP))[1] in {"undecided", "sustained"}
 

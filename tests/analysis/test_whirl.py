@@ -50,10 +50,6 @@ def test_the_power_of_an_orbit_names_it_not_the_frequency_of_its_lines():
     assert named(1e-4 * (strong + weak), 410.0)[0] == "forward"
 
 
-def test_a_straight_line_is_mixed():
-    assert named(1e-4 * np.cos(150 * TIME) + 0j, 410.0)[0] == "mixed"
-
-
 def test_rest_has_no_direction():
     _, numbers = named(np.zeros(len(TIME)) + 0j, 410.0)
     assert numbers == type(numbers)(0.0, 0.0, 0.0, 0.0)
@@ -79,13 +75,6 @@ def test_a_rotor_frame_backward_wave_is_forward_where_the_disk_is_faster():
     orbit = centre[:, 0] + 1j * centre[:, 1]
     assert np.abs(orbit - 1e-4 * np.exp(1j * (speed - own) * TIME)).max() < 1e-15
     assert named(1e-4 * np.exp(1j * 13.4 * TIME), speed)[0] == "forward"
-
-
-def test_mirrored_orbits_of_mirrored_rotation_have_one_name():
-    orbit = np.exp(1j * 100 * TIME) + 0.4 * np.exp(-1j * 30 * TIME) + 2.0
-    a, b = named(orbit, 300.0), named(orbit.conj(), -300.0)
-    assert a[0] == b[0]
-    assert a[1].ratio == pytest.approx(b[1].ratio, rel=1e-9)
 
 
 def test_spectrum_amplitude_is_the_radius_of_the_circle():

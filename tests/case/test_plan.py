@@ -82,9 +82,7 @@ def test_two_lobes_need_half_the_blades_and_no_centre():
 
 SYMMETRIC = [
     {"nodal_diameter": 4, "speed": -300.0},
-    {"nodal_diameter": 2, "speed": 0.0, "friction": 0.0},
     {"nodal_diameter": 0, "force": 2e6, "gap": 1e-5},
-    {"nodal_diameter": 11, "force": 8e6, "gap": 1e-5},
     {"nodal_diameter": 22, "harmonics": 25, "force": 2e7, "gap": 1e-5},
     {"nodal_diameter": 3, "blades": 21},
     {"nodal_diameter": 6, "blades": 9, "modes": 60, "force": 2e6, "gap": 1e-5},
@@ -92,7 +90,6 @@ SYMMETRIC = [
     {"nodal_diameter": 2, "kind": "rigid", "amplitude": 2e-4, "growth": 40.0},
     {"nodal_diameter": 2, "rotation": "full", "friction": 0.2},
     {"nodal_diameter": 4, "speed": -300.0, "rotation": "full", "scheme": "exact"},
-    {"nodal_diameter": 0, "rotation": "full", "force": 2e6, "gap": 1e-5},
     {"nodal_diameter": 11, "rotation": "full", "force": 8e6, "gap": 1e-5},
     {"nodal_diameter": 3, "blades": 21, "rotation": "full"},
 ]
@@ -201,10 +198,7 @@ def test_the_roots_give_what_the_recursion_gives():
         place = place + speed
     z = np.exp(steps * roots.log)
     size = np.abs(z) * np.hypot(*map(np.abs, roots.waves(q, d)))
-    for (a, b), found in (
-        (roots.waves(q, d), place),
-        (roots.increments(q, d), speed),
-    ):
+    for (a, b), found in ((roots.waves(q, d), place), (roots.increments(q, d), speed)):
         closed = 0.5 * ((a - 1j * b) * z + (a + 1j * b) * z.conj())
         assert (np.abs(closed - found) <= 1e-9 * size + 1e-13 * np.abs(q)).all()
 

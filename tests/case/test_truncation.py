@@ -221,6 +221,7 @@ def test_the_ring_that_came_late_for_want_of_stretching_is_within():
     assert without.error < error < truncation_error(tried)
 
 
+@pytest.mark.evidence  # of the two that were beyond it: the tests before
 @pytest.mark.slow
 def test_the_estimate_holds_for_engines_of_every_class():
     # five lobes' classes with and without friction, in turn

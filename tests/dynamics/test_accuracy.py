@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hpcwhirl.case.limits import (
-    HARDLY,
-    SAFE,
-    frequency_error,
-    longest_phase,
-    turned,
-)
+from hpcwhirl.case.limits import HARDLY, SAFE, frequency_error, longest_phase, turned
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import central_differences
@@ -30,8 +24,8 @@ def swung(omega, ratio, step):
     return np.abs(np.angle(np.linalg.eigvals(once))).max() / step
 
 
-@pytest.mark.parametrize("ratio", [0.0, 0.01, 0.1, 0.6])
-@pytest.mark.parametrize("accuracy", [1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.144, 0.2, 0.3])
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.6])
+@pytest.mark.parametrize("accuracy", [1e-5, 1e-3, 0.144, 0.3])
 def test_the_accuracy_asked_for_is_the_one_of_every_rotor_mode(accuracy, ratio):
     damping = {"rotor.damping": ratio, "rotor.suspension_damping": -1.0}
     asked = scene(accuracy=accuracy, kind="rigid", **damping)
@@ -86,7 +80,7 @@ def marched(stiffness, speed, part, step):
 
 
 @pytest.mark.parametrize("accuracy", [1e-5, 1e-3, 0.03])
-@pytest.mark.parametrize("x", [1e-3, 0.1, 0.17, 0.45, 0.6, 3.0])
+@pytest.mark.parametrize("x", [1e-3, 0.17, 0.6, 3.0])
 def test_the_step_of_a_turning_rotor_is_as_accurate_for_each_wave(accuracy, x):
     omega, speed = 1e3, 1e3 * x
     step = longest_phase(accuracy) / float(turned(np.array([omega]), speed)[0])

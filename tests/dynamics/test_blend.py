@@ -68,31 +68,18 @@ def sides(settings):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_a_state_between_two_motions_reads_as_their_mean(name):
-    one, other, between = sides(KINDS[name])
-    a, b, share = copy_of(one), copy_of(other), 0.3
-    put_between(between, a, b, share)
-    mean = (1 - share) * places(one) + share * places(other)
-    np.testing.assert_allclose(places(between), mean, atol=1e-12 * abs(mean).max())
-    put_between(between, a, b, 0.0)
-    assert distance(between, a, copy_of(between)) == pytest.approx(
-        0.0, abs=1e-12 * distance(between, a, b)
-    )
-    between.reach(between.steps + 50)
-    one.reach(between.steps)
-    np.testing.assert_allclose(
-        places(between), places(one), atol=1e-9 * abs(places(one)).max()
-    )
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_distances_are_a_norm_and_the_ledger_closes(name):
+def test_a_state_between_two_motions_is_their_mean_and_moves_on(name):
+    """By its places, by its distances from both, and with a ledger that closes."""
     one, other, between = sides(KINDS[name])
     a, b = copy_of(one), copy_of(other)
     far = distance(one, a, b)
     assert far > 0.0
+    put_between(between, a, b, 0.0)
+    near = distance(between, a, copy_of(between))
+    assert near == pytest.approx(0.0, abs=1e-12 * far)
     put_between(between, a, b, 0.25)
-    middle = copy_of(between)
+    mean, middle = 0.75 * places(one) + 0.25 * places(other), copy_of(between)
+    np.testing.assert_allclose(places(between), mean, atol=1e-12 * abs(mean).max())
     assert distance(one, a, middle) == pytest.approx(0.25 * far, rel=1e-6)
     assert distance(one, middle, b) == pytest.approx(0.75 * far, rel=1e-6)
     between.reach(between.steps + 50)
@@ -114,6 +101,15 @@ def test_the_distance_from_rest_is_the_energy_of_a_motion(name):
         energy += 0.5 * one.scene.speed**2 * float(x @ rotor.mass @ x)
     for pair in ((copy_of(rest), a), (a, copy_of(rest))):
         assert distance(one, *pair) ** 2 == pytest.approx(energy, rel=1e-10)
+
+
+def test_a_state_at_one_end_goes_on_as_that_motion():
+    one, other, between = sides(KINDS["whole"])
+    put_between(between, copy_of(one), copy_of(other), 0.0)
+    between.reach(between.steps + 50)
+    one.reach(between.steps)
+    size = abs(places(one)).max()
+    np.testing.assert_allclose(places(between), places(one), atol=1e-9 * size)
 
 
 def test_states_of_other_steps_or_sectors_are_refused():

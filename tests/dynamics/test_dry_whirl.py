@@ -238,7 +238,9 @@ def test_the_equation_of_dry_whip_is_the_one_that_is_published():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [100.0, 20.0])
+@pytest.mark.parametrize(
+    "speed", [100.0, pytest.param(20.0, marks=pytest.mark.evidence)]
+)
 def test_dry_whip_of_stiff_blades_has_black_s_frequency_and_force(folder, speed):
     # in this program's frame: the published frequency, of any speed, is off by Omega
     file = engine(folder / "stiff.h5", 60, BLACK, STIFF)
@@ -326,6 +328,7 @@ def test_below_the_published_friction_there_is_no_edge(whip):
         edge_between(motions, ends)
 
 
+@pytest.mark.evidence  # tracked, it is found by the test before
 @pytest.mark.slow
 @pytest.mark.parametrize("speed", [100.0, 300.0])
 def test_the_unstable_orbit_of_dry_whip_is_found_by_bisection(whip, speed):

@@ -28,10 +28,12 @@ MOTIONS = {
     "stopped": {"amplitude_limit": 6e-4, "duration": 0.05},
 }
 SCHEMES = [
-    "modal",
-    pytest.param("exact", marks=pytest.mark.slow),
-    pytest.param("general", marks=pytest.mark.slow),
-    pytest.param("paper", marks=pytest.mark.slow),
+    *(("modal", motion) for motion in MOTIONS),
+    *(
+        pytest.param(scheme, motion, marks=pytest.mark.slow)
+        for scheme in ("exact", "general", "paper")
+        for motion in ("certified", "stopped")
+    ),
 ]
 
 
@@ -44,8 +46,7 @@ def apart(one, other):
     return {n for n in one.keys() | other.keys() if one.get(n) != other.get(n)} - ASIDE
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize(("scheme", "motion"), SCHEMES)
 def test_no_variable_depends_on_what_is_kept(scheme, motion):
     settings = MOTIONS[motion] | {"scheme": scheme}
     if scheme in {"general", "paper"}:  # no certificate in so few steps
@@ -86,8 +87,9 @@ def test_a_run_stops_at_the_step_at_which_a_tip_is_beyond_the_limit():
         assert result_of(march.case, march.history()).row["stop"] == "amplitude"
 
 
-@pytest.mark.parametrize("blades", [12, 22])
-@pytest.mark.parametrize("stiffness", [1e6, 3.4e7, 1e9])
+@pytest.mark.parametrize(
+    ("blades", "stiffness"), [(12, 1e6), (22, 1e6), (22, 3.4e7), (12, 1e9)]
+)
 def test_evidence_resolves_every_line_that_matters(blades, stiffness):
     own = scene(blades=blades, centre_stiffness=stiffness)
     model = resolve(own).model
@@ -131,6 +133,6 @@ def test_a_word_is_monotone_in_the_growth_that_it_is_given_by():
     # 2.48 s: 100 gaps and growing ever faster, which a straight line fits badly
     words = [
         simulate(scene(**EXPLODING, duration=duration, traces="summary")).row["regime"]
-        for duration in (2.3, 2.4, 2.48, 2.5)
+        for duration in (2.4, 2.48)
     ]
-    assert words == ["divergent"] * 4
+    assert words == ["divergent"] * 2

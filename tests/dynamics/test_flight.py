@@ -202,11 +202,8 @@ def test_free_motion_is_the_same_at_any_step_and_with_any_jumps(speed):
     "given",
     [
         {"nodal_diameter": 1},
-        {"nodal_diameter": 2},
         {"nodal_diameter": 3},
         {"nodal_diameter": 1, "rotation": "full", "duration": 2e-2},
-        {"nodal_diameter": 2, "rotation": "full"},
-        {"nodal_diameter": 3, "rotation": "full"},
         {"nodal_diameter": 2, "rotation": "full", "unbalance": 2e-2},
     ],
 )
@@ -275,9 +272,7 @@ OVAL = "harmonic,amplitude,phase;2,-2e-4,0.4;5,5e-5,1;43,2e-6,2"
     ("rotation", "speed", "profile"),
     [
         ("none", 0.0, ""),
-        ("none", 410.0, ""),
         ("none", 5000.0, ""),
-        ("full", 1.0, ""),
         ("full", 1000.0, ""),
         ("none", 410.0, OVAL),
         ("full", -410.0, OVAL),
@@ -287,7 +282,7 @@ def test_no_blade_touches_within_a_jump(rotation, speed, profile):
     given = scene(rotation=rotation, speed=speed, gap=5e-4, profile=profile)
     march = March(resolve(given))
     rng, closed, jumps = np.random.default_rng(int(abs(speed))), 0, []
-    for _ in range(500):
+    for _ in range(250):
         random_state(march, rng, share=0.02)
         gap = march.scene.gap
         nearest = gap - flown(march, 0.0).min()
@@ -305,7 +300,7 @@ def test_no_blade_touches_within_a_jump(rotation, speed, profile):
         ahead = [flown(march, steps * f).min() for f in (1.5, 2, 3, 5, 8)]
         closed += steps < 1024 and min(ahead) < 0.0
     jumps = np.array(jumps)
-    assert len(jumps) > 250
+    assert len(jumps) > 125
     assert np.mean((jumps > 4) & (jumps < 1024)) > 0.3  # of use
     if not profile:  # a shape's own bound, of all harmonics at once, is careful
         assert closed > 0.02 * len(jumps)  # and not far too careful
@@ -386,7 +381,7 @@ def test_exact_says_what_it_cannot_do(settings):
 
 
 @pytest.mark.parametrize("rotation", ROTATIONS)
-@pytest.mark.parametrize("tiny", [1e-140, 1e-160, 1e-161, 1e-162, 1e-163, 5e-324])
+@pytest.mark.parametrize("tiny", [1e-140, 1e-161, 1e-163, 5e-324])
 def test_bounds_hold_where_the_squares_of_amplitudes_are_denormal(tiny, rotation):
     # the envelope's square is rounded below zero there; its root once made the bounds
     # NaN and let a jump pass over a contact

@@ -78,6 +78,7 @@ def swept(path, speeds):
     return np.array(found)
 
 
+@pytest.mark.evidence  # of 16 runs; in short: test_branch, test_unbalance -k published
 @pytest.mark.slow
 def test_sweeps_up_and_down_find_where_a_rub_ends_and_where_it_begins(tmp_path):
     up = swept(tmp_path / "up.h5", SPEEDS)

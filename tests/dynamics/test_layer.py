@@ -271,10 +271,7 @@ def test_stribeck_friction_of_one_sector_is_that_of_all(lobes):
         ({"layer_edge": 0.08}, r"layer_edge must be <= 0.0714 m, half the distance of"),
         ({"layer_edge": 1e-4}, "in which a tip moves by layer_edge"),
         ({"layer_edge": 3e-4, "layer_rods": 100}, "layer_rods must be <= 95"),
-        (
-            {"history": "speed = 300.0"},
-            r"history must be empty, so no \[branch\],",
-        ),
+        ({"history": "speed = 300.0"}, r"history must be empty, so no \[branch\],"),
         ({"output.chaos": 50}, "chaos must be 0 where casing.contact_law is abradable"),
     ],
 )

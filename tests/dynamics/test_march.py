@@ -52,9 +52,9 @@ def assert_equal_runs(one, other):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("blades", [22, 21, 12])
-@pytest.mark.parametrize("friction", [0.0, 0.3])
-@pytest.mark.parametrize("k", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("k", "friction", "blades"), [(1, 0.3, 22), (2, 0.0, 21), (3, 0.3, 12)]
+)
 def test_modal_is_paper_to_round_off(k, friction, blades):
     settings = {"nodal_diameter": k, "friction": friction, "blades": blades}
     settings |= {"time_step": 1e-6, "duration": 6e-3}
@@ -63,15 +63,7 @@ def test_modal_is_paper_to_round_off(k, friction, blades):
     assert_equal_runs(general, paper)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("k", [1, pytest.param(3, marks=pytest.mark.evidence)])
-def test_general_is_paper_on_the_ring_of_elements(k):
-    settings = {"discretization": "elements", "nodal_diameter": k, "duration": 6e-3}
-    one, other = (ended(scheme=s, **settings) for s in ("general", "paper"))
-    assert_equal_runs(one, other)
-
-
-@pytest.mark.parametrize("k", [1, 3, pytest.param(14, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("k", [3, pytest.param(14, marks=pytest.mark.slow)])
 def test_schemes_agree_on_a_growing_rigid_casing(k):
     rigid = {"kind": "rigid", "amplitude": 2e-4, "growth": 40.0, "nodal_diameter": k}
     one, other = (ended(scheme=s, **rigid) for s in ("modal", "paper"))
@@ -225,10 +217,13 @@ def slips(march):
         yield from np.abs(now[0][tips] - last[0][tips] - casing)[touching] / (2 * step)
 
 
-@pytest.mark.parametrize("speed", [410.0, -300.0])
-@pytest.mark.parametrize("scheme", SLOW_EXACT)
+@pytest.mark.parametrize(
+    ("scheme", "speed"),
+    [("modal", 410.0), ("general", -300.0), ("paper", 410.0),
+     pytest.param("exact", -300.0, marks=pytest.mark.slow)],
+)  # fmt: skip
 def test_slip_is_that_of_tips_along_the_casing(scheme, speed):
-    march = March(resolve(scene(scheme=scheme, duration=3e-3, speed=speed)))
+    march = March(resolve(scene(scheme=scheme, duration=2e-3, speed=speed)))
     largest = max(slips(march))
     # the exact flow takes the mean of both sides of an impulse for the velocity
     close = 0.05 if scheme == "exact" else 1e-8
@@ -331,24 +326,7 @@ def test_the_casing_trace_of_elements_has_the_harmonics_of_their_shape(scheme):
     assert np.abs(found[:20] - want).max() < 1e-6 * np.abs(want).max()
 
 
-@pytest.mark.parametrize("scheme", ["general", "modal"])
-def test_the_casing_trace_of_a_rigid_casing_is_its_distortion(scheme):
-    rigid = {"kind": "rigid", "amplitude": 2e-4, "growth": 40.0, "nodal_diameter": 3}
-    _, history = ended(scheme=scheme, **rigid)
-    late = history.time > 1e-3
-    grown = 2e-4 * np.exp(40.0 * history.time[late])
-    assert history.casing[late, 3, 0] == pytest.approx(-grown, rel=1e-12)
-    assert np.count_nonzero(history.casing.any(axis=0)) == 1
-
-
-@pytest.mark.parametrize(
-    ("kind", "scheme"),
-    [
-        *(("ring", scheme) for scheme in SCHEMES),
-        *(("rigid", scheme) for scheme in CENTRAL),
-        pytest.param("rigid", "exact", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("kind", "scheme"), [("ring", "exact"), ("rigid", "modal")])
 def test_without_full_traces_the_casing_is_not_kept(kind, scheme):
     settings = {"kind": kind, "duration": 1e-3, "scheme": scheme}
     _, history = ended(traces="orbit", **settings)
@@ -432,25 +410,6 @@ def test_observed_order_is_two_before_contact(scheme):
     coarse, middle, fine = (end(4e-6 / 2**n) for n in range(3))
     order = math.log2(np.abs(coarse - middle).max() / np.abs(middle - fine).max())
     assert order == pytest.approx(2.0, abs=0.2)
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_slices_and_resume_give_the_same_bits(scheme):
-    whole = March(resolve(scene(scheme=scheme, duration=2e-3)))
-    whole.advance(10**9)
-    cut = March(resolve(scene(scheme=scheme, duration=2e-3)))
-    for size in (1, 7, 100, 333, 10**9):
-        cut.advance(size)
-    again = March(resolve(scene(scheme=scheme, duration=2e-3)))
-    again.advance(500)
-    resumed = March(resolve(scene(scheme=scheme, duration=2e-3)))
-    for mine, saved in zip(resumed.state, again.state, strict=True):
-        mine[:] = saved
-    resumed.advance(10**9)
-    for other in (cut, resumed):
-        for a, b in zip(whole.state, other.state, strict=True):
-            assert np.array_equal(a, b)
-    assert np.array_equal(whole.tracks.centre, cut.tracks.centre)
 
 
 @pytest.mark.parametrize("scheme", CENTRAL)
@@ -620,8 +579,10 @@ def test_no_slice_outgrows_what_the_last_one_showed(made):
 
 
 @pytest.mark.parametrize("scheme", ["modal", "exact"])
-@pytest.mark.parametrize(("blades", "k"), [(3, 1), (8, 3), (21, 4), (36, 2)])
-@pytest.mark.parametrize("kind", ["ring", "rigid"])
+@pytest.mark.parametrize(
+    ("blades", "k", "kind"),
+    [(3, 1, "rigid"), (8, 3, "ring"), (21, 4, "rigid"), (36, 2, "ring")],
+)
 def test_one_kernel_marches_every_number_of_blades(blades, k, kind, scheme):
     # odd and even, slots with and without padding; the oracle has no slots at all
     settings = {"blades": blades, "modes": 5 * blades, "nodal_diameter": k,
@@ -651,9 +612,8 @@ def test_arrays_of_another_size_are_not_marched(name):
     cyclic.space_of(march.scheme.arrays, march.state)
 
 
-@pytest.mark.parametrize("blades", [22, 200])
-@pytest.mark.parametrize("friction", [0.0, 0.3])
-@pytest.mark.parametrize("harmonics", [[1], [0, 1], [0, 1, 2]])
+@pytest.mark.parametrize(("blades", "friction"), [(22, 0.3), (200, 0.0)])
+@pytest.mark.parametrize("harmonics", [[1], [0, 1, 2]])
 def test_contacts_of_fewer_modes_than_blades_are_opened(blades, friction, harmonics):
     # W of rank 1 to 5: the penetrating blades cannot all be closed to the point
     angle, rng = 2 * np.pi * np.arange(blades) / blades, np.random.default_rng(3)

@@ -256,12 +256,3 @@ def test_a_motion_is_not_continued_in_a_casing_that_is_not_round():
     march, _ = march_of(**OFF, duration=1e-3)
     with pytest.raises(InputError, match="only in a round casing"):
         March(resolve(scene(**OFF)), start=march.motion())
-
-
-def test_slices_do_not_change_the_motion():
-    one, _ = march_of(**OFF, **FADED, scheme="exact")
-    two = March(resolve(scene(**OFF, **FADED, scheme="exact")))
-    while not two.done:
-        two.advance(37)
-    assert np.array_equal(one.state.rotor, two.state.rotor)
-    assert np.array_equal(one.state.ring, two.state.ring)

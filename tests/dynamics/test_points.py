@@ -168,12 +168,14 @@ def repeated(arrays, gaps):
     }  # fmt: skip
 
 
+LOBES = {"kind": "rigid", "amplitude": 1.2e-4}
+
+
 @pytest.mark.parametrize(
-    "gaps",
-    [(0.0, 0.0), (0.0, 1e-3), (1e-3, 0.0), (0.0, 0.0, 0.0)],
+    ("gaps", "casing"),
+    [((0.0, 0.0), {}), ((0.0, 1e-3), LOBES), ((1e-3, 0.0), {}), ((0.0,) * 3, LOBES)],
     ids=["singular", "second away", "first away", "three"],
 )
-@pytest.mark.parametrize("casing", [{}, {"kind": "rigid", "amplitude": 1.2e-4}])
 def test_equal_points_of_a_tip_move_as_one(tmp_path, gaps, casing):
     single = one_point(by_modes(rotor()))
     one = run(written(tmp_path / "one.h5", single), scheme="general", **casing)
@@ -183,8 +185,9 @@ def test_equal_points_of_a_tip_move_as_one(tmp_path, gaps, casing):
     assert more.gap_error < 1e-9
 
 
-@pytest.mark.parametrize("apart", [1e-16, 1e-14, 1e-12, 1e-9])
-@pytest.mark.parametrize("count", [2, 5])
+@pytest.mark.parametrize(
+    ("apart", "count"), [(1e-16, 5), (1e-14, 2), (1e-12, 5), (1e-9, 2)]
+)
 def test_nearly_equal_points_of_a_tip_move_nearly_as_one(tmp_path, apart, count):
     single = one_point(by_modes(rotor()))
     near, random = repeated(single, np.zeros(count)), np.random.default_rng(1)
@@ -226,8 +229,9 @@ def test_the_order_of_a_tip_s_points_does_not_matter(tmp_path):
     assert points[1] == pytest.approx(points[0][:, order], rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
-@pytest.mark.parametrize("rotation", ["none", "full"])
+@pytest.mark.parametrize(
+    ("scheme", "rotation"), [("modal", "full"), ("general", "none"), ("paper", "none")]
+)
 def test_the_energy_account_closes_and_no_point_penetrates(tmp_path, scheme, rotation):
     file = written(tmp_path / "stage.h5", turning(rotor()))
     own = {"scheme": scheme, "rotation": rotation, "suspension_damping": -1.0}
@@ -235,14 +239,6 @@ def test_the_energy_account_closes_and_no_point_penetrates(tmp_path, scheme, rot
     assert found.contacts > 0
     assert abs(found.ledger["residual"]) < 1e-10 * found.ledger["pulse"]
     assert found.gap_error < 1e-9
-
-
-def test_with_rotation_both_schemes_agree(tmp_path):
-    file = written(tmp_path / "stage.h5", turning(rotor()))
-    own = {"rotation": "full", "unbalance": 2e-4, "suspension_damping": -1.0}
-    one, other = (run(file, scheme=s, **own) for s in ("modal", "paper"))
-    assert one.contacts == other.contacts > 0
-    same(one, other, 1e-8)
 
 
 def test_a_casing_of_one_axial_mode_moves_as_the_ring(tmp_path):
@@ -356,7 +352,10 @@ def both_marched(file, **given):
     return one, one.run(), run(file, scheme="general", **given)
 
 
-@pytest.mark.parametrize("seed", range(10))
+MORE = (pytest.param(seed, marks=pytest.mark.evidence) for seed in range(5, 10))
+
+
+@pytest.mark.parametrize("seed", [*range(5), *MORE])
 @pytest.mark.parametrize("equal", [True, False])
 def test_drawn_stages_move_as_in_the_static_frame(drawn, seed, equal):
     file, given = drawn(seed, equal=equal)

@@ -32,7 +32,9 @@ def test_its_first_frequencies_are_the_published(body):
     assert rotor37.frequencies(body) == pytest.approx(rotor37.PUBLISHED, rel=1e-4)
 
 
-@pytest.mark.parametrize("model", ["all", "modes"])
+@pytest.mark.parametrize(
+    "model", [pytest.param("all", marks=pytest.mark.evidence), "modes"]
+)
 def test_a_blade_rubs_as_full_matrices_and_pivoting_say(files, model):
     step = rotor37.STEPS[model]
     run, points, _ = rotor37.marched(files[model], step, 1.0)

@@ -173,21 +173,6 @@ def test_what_the_film_takes_is_booked_in_contact(more):
     assert np.hypot(*history.centre.T).max() < 5e-4
 
 
-@pytest.mark.parametrize("sectors", [[], [0.02, 0, 0, -0.01, 0]])
-def test_schemes_march_the_same_film(sectors):
-    given = {"duration": 0.01, "friction": 0.2, "rotor.mistuning": sectors}
-    found = [march_of(scheme=s, **given).run() for s in ("general", "paper", "modal")]
-    for history in found[1:]:
-        assert history.contacts == found[0].contacts > 5
-        assert history.centre == pytest.approx(found[0].centre, abs=1e-12)
-
-
-def test_a_mirrored_speed_gives_a_mirrored_motion():
-    there, back = (march_of(speed=s, duration=8e-3).run() for s in (410.0, -410.0))
-    assert there.contacts == back.contacts > 3
-    assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-14)
-
-
 @pytest.mark.parametrize(
     ("given", "told"),
     [

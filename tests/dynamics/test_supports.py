@@ -14,7 +14,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
-from hpcwhirl.reduction.supports import Support, planar
+from hpcwhirl.reduction.supports import planar
 from hpcwhirl.reduction.waves import (
     largest_growth,
     turning_matrices,
@@ -46,20 +46,6 @@ def directions(speed, apart=0.2, uneven=0.5):
     c = DAMPING * np.array([1 + uneven, 1 - uneven])
     load = HEAVY * speed**2 * np.array([1.0, -1j])
     return load / (k - MASS * speed**2 + 1j * speed * c)
-
-
-def test_any_bearing_is_four_complex_numbers():
-    """F = -K X of eight coefficients, as the module writes it, from random ones."""
-    draw = np.random.default_rng(3).normal
-    k, x = draw(size=(2, 2)), draw(size=2)
-    whole = complex(k[0, 0] + k[1, 1], k[1, 0] - k[0, 1]) / 2
-    apart = complex(k[0, 0] - k[1, 1], k[1, 0] + k[0, 1]) / 2
-    z = complex(*x)
-    force = whole * z + apart * z.conjugate()
-    assert [force.real, force.imag] == pytest.approx(k @ x)
-    assert planar(whole) @ x == pytest.approx([(whole * z).real, (whole * z).imag])
-    assert not Support(damping_apart=1j).is_round
-    assert Support(stiffness=1j, damping=1.0).is_round
 
 
 @pytest.mark.parametrize("share", [0.5, 0.97, 1.3])
@@ -192,28 +178,6 @@ def test_steady_motion_is_what_the_differences_come_to():
     first = march.scheme.balance(march.state).energy
     march.run()
     assert march.scheme.balance(march.state).energy < 1e-10 * first
-
-
-def test_all_schemes_march_the_same_supports():
-    given = {"duration": 0.01, "friction": 0.2}
-    found = [march_of(scheme=s, **given).run() for s in ("general", "paper", "modal")]
-    alike = march_of(stiffness_difference=0.0, damping_difference=0.0, **given).run()
-    for history in found[1:]:
-        assert history.contacts == found[0].contacts > 5
-        impulse = history.contact_impulse
-        assert impulse == pytest.approx(found[0].contact_impulse, rel=1e-8)
-        assert history.centre == pytest.approx(found[0].centre, abs=1e-12)
-    assert found[0].contact_impulse != pytest.approx(alike.contact_impulse, rel=1e-3)
-    for history in found:
-        assert abs(history.ledger["residual"]) < 1e-9 * history.ledger["pulse"]
-        assert history.gap_error < 1e-12
-
-
-def test_a_mirrored_speed_gives_a_mirrored_motion():
-    there, back = (march_of(speed=s, duration=8e-3).run() for s in (410.0, -410.0))
-    assert there.contacts == back.contacts > 3
-    assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
-    assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-14)
 
 
 def test_free_motion_in_the_static_frame_is_of_two_directions():

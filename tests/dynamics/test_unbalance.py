@@ -26,7 +26,6 @@ from hpcwhirl.case.unbalance import CLEAR, centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import casing_model
@@ -61,7 +60,7 @@ def centre_at(scene):
     return centre_of(model, circle(model, scene))
 
 
-@pytest.mark.parametrize("share", [0.3, 0.9, 1.0, 1.1, 2.0])
+@pytest.mark.parametrize("share", [0.3, 1.0, 2.0])
 def test_the_circle_is_that_of_a_jeffcott_rotor(share):
     speed = share * OWN
     z = centre_at(stiff(8, speed=speed, unbalance_phase=0.7))
@@ -221,6 +220,7 @@ def test_a_full_annular_rub_keeps_its_published_radius(tmp_path):
     assert history.judged.rotor.max() < 0.0  # beyond the critical speed
 
 
+@pytest.mark.evidence  # begun near it: the test before
 @pytest.mark.slow
 def test_a_full_annular_rub_comes_to_its_published_radius(tmp_path):
     """From where a run begins, 155 degrees away; 200 blades, whose polygon chatters."""
@@ -230,8 +230,7 @@ def test_a_full_annular_rub_comes_to_its_published_radius(tmp_path):
     check_rub(march, 0.12, 3e-3)
 
 
-@pytest.mark.parametrize("scheme", ["general", "modal"])
-@pytest.mark.parametrize("load", [1e-2, 2e-2])
+@pytest.mark.parametrize(("scheme", "load"), [("general", 1e-2), ("modal", 2e-2)])
 def test_schemes_march_the_same_unbalanced_rotor(scheme, load):
     """These in modes or waves about the circle, `paper` in places under the force."""
     given = {"unbalance": load, "duration": 0.012, "traces": "full"}
@@ -247,24 +246,6 @@ def test_schemes_march_the_same_unbalanced_rotor(scheme, load):
     for history in (found, paper):
         assert abs(history.ledger["residual"]) < 1e-9 * history.ledger["pulse"]
         assert history.gap_error < 1e-12
-
-
-@pytest.mark.parametrize(
-    "given",
-    [{"rotor.mistuning": [0.05, -0.02, 0.0, 0.01, 0.03]},
-     {"discretization": "elements", "casing.elements": 20},
-     {"blades": 2},
-     {"casing.kind": "rigid", "casing.amplitude": 2e-4, "nodal_diameter": 2},
-     {"speed": 0.0}],
-)  # fmt: skip
-def test_an_unbalance_loads_engines_of_every_kind(given):
-    own = {"unbalance": 1e-2, "duration": 6e-3} | given
-    modal, paper = (small(scheme=s, **own).run() for s in ("modal", "paper"))
-    assert modal.contacts == paper.contacts > 1
-    assert modal.contact_impulse == pytest.approx(paper.contact_impulse, rel=1e-8)
-    for history in (modal, paper):
-        through = sum(map(abs, history.ledger.values()))
-        assert abs(history.ledger["residual"]) < 1e-10 * through
 
 
 @pytest.mark.parametrize("speed", [200.0, -200.0])
@@ -321,26 +302,6 @@ def test_words_are_of_the_motion_about_the_circle():
     radius = abs(complex(*history.circle[0]))
     assert facts["orbit_radius"] == pytest.approx(radius, rel=1e-3)
     assert name_regime(facts, Thresholds()) == ("completed", "damped", "forward")
-
-
-def test_a_mirrored_speed_gives_a_mirrored_motion_of_an_unbalanced_rotor():
-    there, back = (
-        small(speed=s, unbalance_phase=p, duration=6e-3).run()
-        for s, p in ((410.0, 0.3), (-410.0, -0.3))
-    )
-    assert there.contacts == back.contacts > 3
-    assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
-    assert there.centre == pytest.approx(back.centre * [1.0, -1.0], abs=1e-13)
-
-
-@pytest.mark.parametrize("scheme", ["modal", "exact", "general", "paper"])
-def test_an_unbalanced_march_goes_on_from_a_snapshot_bit_for_bit(scheme):
-    given = {"duration": 6e-3, "scheme": scheme}
-    whole, first, second = (small(**given) for _ in range(3))
-    whole = whole.run()
-    first.advance(1234)
-    assert restore(second, snapshot(first))
-    assert np.array_equal(second.run().centre, whole.centre)
 
 
 @pytest.mark.parametrize(

@@ -140,7 +140,7 @@ def test_the_jobs_are_the_same_in_whatever_order_they_end(kind, of, stages):
     twins = TWINS[of]
     first = run(planner_of(kind, twins, stages), 0)
     assert len(first) >= len(ROWS)
-    for seed in range(1, 6):
+    for seed in range(1, 4):
         planner = planner_of(kind, twins, stages)
         assert run(planner, seed) == first
         assert not planner.open.any()
@@ -210,7 +210,7 @@ def test_a_fold_is_bisected_from_the_side_that_the_branch_comes_from():
     ]
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(some.lists(some.sampled_from(range(8)), unique=True), some.data())
 def test_a_plain_campaign_at_once_is_that_one_by_one(ended, data):
     ok = np.array(data.draw(some.lists(some.booleans(), min_size=8, max_size=8)))
@@ -293,6 +293,7 @@ def test_refined_jobs_are_those_of_the_rule():
     }
 
 
+@settings(max_examples=50)
 @given(some.integers(0, 10**30), some.integers(0, 1000), some.integers(0, 100))
 def test_a_job_is_known_by_its_number(case, twin, stage):
     code = JobCode(10**30 + 1, 1000)

@@ -1,10 +1,13 @@
 """Finite elements to an engine: laws, known truths, and files that are wrong."""
 
+import io
 import json
 import os
 import re
 import tomllib
 import zipfile
+from contextlib import redirect_stdout
+from functools import partial
 
 import h5py
 import numpy as np
@@ -166,11 +169,19 @@ def write(path, document, changed):
     return path
 
 
-def imported(path, capsys):
+def imported(path):
     """Return (what is told, the engine's file) of a TOML."""
     out = path.with_suffix(".h5")
-    assert main(["import-model", str(path), "--out", str(out), "--json"]) == 0
-    return json.loads(capsys.readouterr().out), out
+    with redirect_stdout(io.StringIO()) as told:
+        assert main(["import-model", str(path), "--out", str(out), "--json"]) == 0
+    return json.loads(told.getvalue()), out
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """Return {kind: (what is told, the engine's file)} of the wheel and its sector."""
+    place = tmp_path_factory.mktemp("plain")
+    return {"wheel": imported(wheel(place)), "sector": imported(sector(place))}
 
 
 def told_wrong(path, capsys):
@@ -184,9 +195,8 @@ def told_wrong(path, capsys):
     return line
 
 
-def test_a_wheel_has_the_frequencies_of_its_own_reduction(tmp_path, capsys):
-    truth = own_reduction()
-    told, out = imported(wheel(tmp_path), capsys)
+def test_a_wheel_has_the_frequencies_of_its_own_reduction(plain):
+    truth, (told, out) = own_reduction(), plain["wheel"]
     assert told["modes"] == truth.kept
     np.testing.assert_allclose(
         told["frequencies_hz"], truth.omega / (2 * np.pi), rtol=1e-8
@@ -201,9 +211,9 @@ def test_a_wheel_has_the_frequencies_of_its_own_reduction(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("plane", [False, True])
-def test_a_sector_gives_its_wheel(tmp_path, capsys, plane):
-    whole, _ = imported(wheel(tmp_path), capsys)
-    told, out = imported(sector(tmp_path, plane=plane), capsys)
+def test_a_sector_gives_its_wheel(plain, tmp_path, plane):
+    whole, _ = plain["wheel"]
+    told, out = imported(sector(tmp_path, plane=True)) if plane else plain["sector"]
     np.testing.assert_allclose(
         told["frequencies_hz"], whole["frequencies_hz"], rtol=1e-8
     )
@@ -220,22 +230,31 @@ def own_lines(model, speed, most=3000.0):
     return [(x.nodal_diameter, x.rotating) for x in found if abs(x.rotating) < most]
 
 
+def with_rotation(place, kind, **changed):
+    """Write a wheel or a sector that turns, with changed keys; return its TOML."""
+    terms = (turning_wheel if kind == "wheel" else turning_sector)(place)
+    keys = {f"{kind}__{name}": file for name, file in terms.items()} | changed
+    return (wheel if kind == "wheel" else sector)(place, **keys)
+
+
 @pytest.fixture
 def turned(tmp_path):
-    """Return a function that writes a wheel or a sector with changed keys."""
+    return partial(with_rotation, tmp_path)
 
-    def written(kind, **changed):
-        terms = (turning_wheel if kind == "wheel" else turning_sector)(tmp_path)
-        keys = {f"{kind}__{name}": file for name, file in terms.items()} | changed
-        return (wheel if kind == "wheel" else sector)(tmp_path, **keys)
 
-    return written
+@pytest.fixture(scope="module")
+def turning(tmp_path_factory):
+    """Return {kind: (what is told, the engine's file)} of those that turn."""
+    return {
+        kind: imported(with_rotation(tmp_path_factory.mktemp(kind), kind))
+        for kind in ("wheel", "sector")
+    }
 
 
 @pytest.mark.parametrize("kind", ["wheel", "sector"])
-def test_a_wheel_turns_as_its_whole_matrices_do(turned, capsys, kind):
+def test_a_wheel_turns_as_its_whole_matrices_do(turning, kind):
     """One basis serves all speeds: frequencies to a thousandth."""
-    facts, out = imported(turned(kind), capsys)
+    facts, out = turning[kind]
     assert facts["turns"]
     found = rotor_from(str(out), N, 0.0, turns=True)
     still = {"damping": 0.0, "suspension_damping": 0.0}
@@ -252,11 +271,11 @@ def test_a_wheel_turns_as_its_whole_matrices_do(turned, capsys, kind):
     )
 
 
-def test_a_shaft_s_mass_is_part_of_all_terms(turned, capsys):
+def test_a_shaft_s_mass_is_part_of_all_terms(turned, turning):
     path = turned("wheel", centre__mass=20.0)
-    found = rotor_from(str(imported(path, capsys)[1]), N, 0.0, turns=True)
+    found = rotor_from(str(imported(path)[1]), N, 0.0, turns=True)
     hub = 2 * N
-    with h5py.File(imported(turned("wheel"), capsys)[1]) as file:
+    with h5py.File(turning["wheel"][1]) as file:
         bare = {name: file[f"rotor/{name}"][()] for name in ("coriolis", "mass")}
     assert found.spin.coriolis[hub + 1, hub] == pytest.approx(
         bare["coriolis"][hub + 1, hub] + 20.0
@@ -264,10 +283,10 @@ def test_a_shaft_s_mass_is_part_of_all_terms(turned, capsys):
     assert found.mass[hub, hub] == pytest.approx(bare["mass"][hub, hub] + 20.0)
 
 
-def test_a_wheel_told_at_two_speeds_is_the_same(turned, tmp_path, capsys):
+def test_a_wheel_told_at_two_speeds_is_the_same(turned, turning, tmp_path):
     """To what both bases may lack, `sparse_modes.LACKING` of the energy of a mode."""
     disk, added = bladed_disk(ROTOR), rotation_of(ROTOR)
-    one = rotor_from(str(imported(turned("wheel"), capsys)[1]), N, 0.0, turns=True)
+    one = rotor_from(str(turning["wheel"][1]), N, 0.0, turns=True)
     keys = {"speeds": [200.0, 500.0], "stress_stiffness": None, "softening": None}
     for name, speed in zip("ab", keys["speeds"], strict=True):
         at = disk.stiffness + speed**2 * (added.stiffening - disk.mass)
@@ -275,7 +294,7 @@ def test_a_wheel_told_at_two_speeds_is_the_same(turned, tmp_path, capsys):
         mmwrite(tmp_path / f"{name}.mtx", at, symmetry="symmetric", precision=17)
         keys[f"stiffness_{name}"] = f"{name}.mtx"
     path = turned("wheel", **{f"wheel__{name}": value for name, value in keys.items()})
-    other = rotor_from(str(imported(path, capsys)[1]), N, 0.0, turns=True)
+    other = rotor_from(str(imported(path)[1]), N, 0.0, turns=True)
     for speed in (0.0, 350.0, 700.0):
         lines = [own_lines(model, speed) for model in (one, other)]
         assert np.array(lines[1]) == pytest.approx(np.array(lines[0]), rel=2e-4)
@@ -317,35 +336,24 @@ def test_wrong_terms_of_rotation_are_one_line(turned, capsys, changed, told):
     assert told in told_wrong(turned("wheel", **keys), capsys)
 
 
-def test_lanczos_and_dense_modes_are_the_same(tmp_path, capsys, monkeypatch):
-    files = [wheel(tmp_path), sector(tmp_path)]
-    dense = [imported(path, capsys)[0] for path in files]
+@pytest.mark.parametrize("make", [wheel, sector])
+def test_lanczos_and_large_factors_give_the_same_rotor(
+    plain, tmp_path, monkeypatch, make
+):
+    path, wanted = make(tmp_path), plain[make.__name__][0]["frequencies_hz"]
     monkeypatch.setattr(sparse_modes, "DENSE", 0)
-    for path, told in zip(files, dense, strict=True):
-        again = imported(path, capsys)[0]
-        np.testing.assert_allclose(
-            again["frequencies_hz"], told["frequencies_hz"], rtol=1e-9
-        )
-
-
-def test_a_large_factor_gives_the_same_rotor(tmp_path, capsys, monkeypatch):
+    found = imported(path)[0]["frequencies_hz"]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
     for name in factors.LIBRARIES:
         pytest.importorskip(name, reason=f"pip install {name}")
-    files = [wheel(tmp_path), sector(tmp_path)]
-    monkeypatch.setattr(sparse_modes, "DENSE", 0)
-    small = [imported(path, capsys)[0] for path in files]
     monkeypatch.setattr(factors, "SMALL", 0)
     used, first = [], factors._cholesky
     monkeypatch.setattr(
         factors, "_cholesky", lambda *given: used.append(given) or first(*given)
     )
-    for path, told in zip(files, small, strict=True):
-        again = imported(path, capsys)[0]
-        np.testing.assert_allclose(
-            again["frequencies_hz"], told["frequencies_hz"], rtol=1e-10
-        )
-        assert used
-        used.clear()
+    again = imported(path)[0]["frequencies_hz"]
+    np.testing.assert_allclose(again, found, rtol=1e-10)
+    assert used
 
 
 def test_modes_that_the_first_search_misses_are_found_by_the_second(monkeypatch):
@@ -369,11 +377,11 @@ def test_modes_that_the_first_search_misses_are_found_by_the_second(monkeypatch)
 
 
 @pytest.mark.slow
-def test_a_twin_is_never_left_behind(tmp_path, capsys):
+def test_a_twin_is_never_left_behind(tmp_path):
     split = 0
-    for modes in (22, 23, 26, 27):  # of two in a row, one parts a pair
-        told, _ = imported(wheel(tmp_path, wheel__modes=modes), capsys)
-        again, _ = imported(sector(tmp_path, sector__modes=modes), capsys)
+    for modes in (22, 23):  # of two in a row, one parts a pair
+        told, _ = imported(wheel(tmp_path, wheel__modes=modes))
+        again, _ = imported(sector(tmp_path, sector__modes=modes))
         assert modes - 1 <= told["modes"] <= modes
         split += told["modes"] < modes
         np.testing.assert_allclose(
@@ -382,9 +390,9 @@ def test_a_twin_is_never_left_behind(tmp_path, capsys):
     assert split > 0
 
 
-def test_a_wheel_may_lie_at_any_angle(tmp_path, capsys):
-    straight, out = imported(wheel(tmp_path), capsys)
-    turned, other = imported(wheel(tmp_path, "turned", turned=0.7), capsys)
+def test_a_wheel_may_lie_at_any_angle(plain, tmp_path):
+    straight, out = plain["wheel"]
+    turned, other = imported(wheel(tmp_path, "turned", turned=0.7))
     np.testing.assert_allclose(
         turned["frequencies_hz"], straight["frequencies_hz"], rtol=1e-8
     )
@@ -393,8 +401,8 @@ def test_a_wheel_may_lie_at_any_angle(tmp_path, capsys):
         assert abs(miss).max() <= 1e-9 * a["rotor/stiffness"][()].max()
 
 
-def test_a_free_wheel_has_rigid_modes_and_its_mass(tmp_path, capsys):
-    told, _ = imported(sector(tmp_path, centre__stiffness=0.0), capsys)
+def test_a_free_wheel_has_rigid_modes_and_its_mass(tmp_path):
+    told, _ = imported(sector(tmp_path, centre__stiffness=0.0))
     assert told["rigid_modes"] == 2  # rotation is blocked in the sector's hub
     disk = bladed_disk(ROTOR)
     along = np.zeros(len(disk.mass))
@@ -404,12 +412,12 @@ def test_a_free_wheel_has_rigid_modes_and_its_mass(tmp_path, capsys):
         along[(SIZE * np.arange(N)[:, None] + nodes).ravel()] = share.repeat(len(nodes))
     along[disk.centre[0]] = 1.0
     assert told["mass"] == pytest.approx(along @ disk.mass @ along, rel=1e-9)
-    heavy, _ = imported(sector(tmp_path, centre__mass=50.0), capsys)
+    heavy, _ = imported(sector(tmp_path, centre__mass=50.0))
     assert heavy["mass"] == pytest.approx(told["mass"] + 50.0, rel=1e-9)
     assert heavy["rigid_modes"] == 0
 
 
-def test_a_wheel_of_tips_and_centre_alone_stays_as_it_is(tmp_path, capsys):
+def test_a_wheel_of_tips_and_centre_alone_stays_as_it_is(tmp_path):
     angle, hub = 2 * np.pi * np.arange(N) / N, 2 * N + np.arange(2)
     rigid = np.eye(2 * N + 2)
     rigid[0 : 2 * N : 2, hub] = -np.column_stack([np.cos(angle), np.sin(angle)])
@@ -428,16 +436,16 @@ def test_a_wheel_of_tips_and_centre_alone_stays_as_it_is(tmp_path, capsys):
         "tips": dict(zip(("radial", "tangential"), tips, strict=True)),
         "centre": dict(zip("xy", hub.tolist(), strict=True)),
     }
-    _, out = imported(write(tmp_path / "springs.toml", document, {}), capsys)
+    _, out = imported(write(tmp_path / "springs.toml", document, {}))
     with h5py.File(out) as file:
         for name, matrix in zip(("mass", "stiffness"), matrices, strict=True):
             miss = abs(file[f"rotor/{name}"][()] - matrix).max()
             assert miss <= 1e-15 * abs(matrix).max()
 
 
-def test_what_is_held_is_left_out(tmp_path, capsys):
+def test_what_is_held_is_left_out(tmp_path):
     hub = bladed_disk(ROTOR).centre
-    told, _ = imported(wheel(tmp_path, wheel__held=list(hub), centre=None), capsys)
+    told, _ = imported(wheel(tmp_path, wheel__held=list(hub), centre=None))
     clamped = modal_model(
         bladed_disk(ROTOR.model_copy(update={"centre": "clamped"})), 0.0, MODES
     )
@@ -447,13 +455,10 @@ def test_what_is_held_is_left_out(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".h5"])
-def test_every_kind_of_file_tells_the_same(tmp_path, capsys, suffix):
-    told, _ = imported(wheel(tmp_path), capsys)
-    names = compressed(tmp_path, suffix)
-    again, _ = imported(wheel(tmp_path, **names), capsys)
-    np.testing.assert_allclose(
-        again["frequencies_hz"], told["frequencies_hz"], rtol=1e-9
-    )
+def test_every_kind_of_file_tells_the_same(plain, tmp_path, suffix):
+    told, _ = imported(wheel(tmp_path, **compressed(tmp_path, suffix)))
+    wanted = plain["wheel"][0]["frequencies_hz"]
+    np.testing.assert_allclose(told["frequencies_hz"], wanted, rtol=1e-9)
 
 
 def compressed(place, suffix):
@@ -725,9 +730,13 @@ def test_a_file_without_end_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_the_imported_rotor_is_marched(tmp_path, capsys):
-    _, out = imported(sector(tmp_path), capsys)
-    settings = [f"file={out}", f"blades={N}", "duration=0.002", "preset=draft"]
+def test_the_imported_rotor_is_marched(plain, capsys):
+    settings = [
+        f"file={plain['sector'][1]}",
+        f"blades={N}",
+        "duration=0.002",
+        "preset=draft",
+    ]
     words = [w for s in settings[:3] for w in ("--set", s)]
     assert main(["run", *words, "--preset", "draft", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["outcome"] == "completed"

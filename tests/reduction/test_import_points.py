@@ -1,5 +1,8 @@
 """Finite elements with several contact points a tip: a wheel and its sector agree."""
 
+import io
+from contextlib import redirect_stdout
+
 import numpy as np
 import pytest
 import tomli_w
@@ -44,16 +47,23 @@ def wheel(place, turned=(0.0, 0.0)):
     return place / "turned.toml"
 
 
-def reduced(toml, tmp_path):
-    out = tmp_path / "rotor.h5"
+def reduced(toml):
+    out = toml.with_suffix(".h5")
     assert main(["import-model", str(toml), "--out", str(out)]) == 0
     return rotor_from(str(out), N, 0.01)
 
 
-def test_a_wheel_and_its_sector_have_the_same_points(tmp_path):
-    whole = wheel(tmp_path)
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return (rotor of the wheel, what is told of it)."""
+    with redirect_stdout(io.StringIO()) as told:
+        rotor = reduced(wheel(tmp_path_factory.mktemp("wheel")))
+    return rotor, told.getvalue()
+
+
+def test_a_wheel_and_its_sector_have_the_same_points(whole, tmp_path):
     one = sector(tmp_path, tips=by_axis(1, ("radial", "tangential")) | PLACES)
-    rotors = [reduced(toml, tmp_path) for toml in (whole, one)]
+    rotors = whole[0], reduced(one)
     for rotor in rotors:
         assert rotor.points.count == 2
         assert rotor.points.station == pytest.approx(PLACES["station"])
@@ -67,26 +77,21 @@ def test_a_wheel_and_its_sector_have_the_same_points(tmp_path):
         assert np.abs(a - b).max() < 1e-7 * np.abs(a).max()
 
 
-def test_the_summary_counts_tips_points_and_modes(tmp_path, capsys):
-    reduced(wheel(tmp_path), tmp_path)
-    told = f"{N} tips of 2 contact points, {MODES} fixed-interface modes"
-    assert told in capsys.readouterr().out
+def test_the_summary_counts_tips_points_and_modes(whole):
+    assert f"{N} tips of 2 contact points, {MODES} fixed-interface modes" in whole[1]
 
 
-def test_the_axes_of_a_point_are_those_at_its_angle(tmp_path):
-    plain, other = (
-        contact_rows(reduced(wheel(tmp_path, turned=t), tmp_path), N)
-        for t in ((0.0, 0.0), (0.0, 0.3))
-    )
+def test_the_axes_of_a_point_are_those_at_its_angle(whole, tmp_path):
+    turned = reduced(wheel(tmp_path, turned=(0.0, 0.3)))
+    plain, other = (contact_rows(rotor, N) for rotor in (whole[0], turned))
     c, s = np.cos(0.3), np.sin(0.3)
     expected = c * plain[0] + s * plain[1]
     norms = [np.abs(rows[1::2] @ rows[1::2].T) for rows in (expected, other[0])]
     assert norms[0] == pytest.approx(norms[1], rel=1e-6, abs=1e-9)
 
 
-def test_points_do_not_change_the_wheel(tmp_path):
-    plain = reduced(plain_wheel(tmp_path), tmp_path)
-    more = reduced(wheel(tmp_path), tmp_path)
+def test_points_do_not_change_the_wheel(whole, tmp_path):
+    plain, more = reduced(plain_wheel(tmp_path)), whole[0]
     assert more.omega[:12] == pytest.approx(plain.omega[:12], rel=1e-3)
 
 

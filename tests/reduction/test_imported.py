@@ -187,7 +187,6 @@ def called(marched):
 
 
 BUILT = (
-    SMALL,
     SMALL | {"nodal_diameter": 2},
     SMALL | {"scheme": "exact", "nodal_diameter": 3, "friction": 0.3},
     SMALL | {"centre": "clamped"},
@@ -257,7 +256,9 @@ def test_its_suspension_is_called_so(exported, arrays, written):
         assert sum(line.family == "suspension" for line in found) == 1
 
 
-@pytest.mark.parametrize("preset", ["draft", "standard"])
+@pytest.mark.parametrize(
+    "preset", ["draft", pytest.param("standard", marks=pytest.mark.evidence)]
+)
 def test_presets_leave_out_what_they_leave_out_of_the_built_in(tmp_path, preset):
     inputs = preset_inputs(preset)
     path = tmp_path / "finest.h5"  # all modes that an estimate looks at
@@ -318,8 +319,7 @@ def test_what_neither_tips_nor_centre_see_is_left_out(arrays, written, round_off
     assert found.omega == pytest.approx(rotor_of().omega, rel=1e-9)
 
 
-@pytest.mark.parametrize("k", [1, 2, 3])
-@pytest.mark.parametrize("stagger", [0.4, -0.4, 0.0])
+@pytest.mark.parametrize(("stagger", "k"), [(0.4, 1), (-0.4, 2), (0.4, 3), (0.0, 2)])
 def test_a_wheel_without_a_mirror_turns_as_its_matrices_do(written, stagger, k):
     """The dense scheme knows no nodal diameters, no phases and no direction."""
     file = written(staggered(stagger, loss=1e-5))
@@ -413,11 +413,7 @@ def odd_mode(wheel):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
-    [
-        (unequal_shaft, "at "),
-        (odd_mode, "cannot all be paired"),
-    ],
+    ("spoil", "told"), [(unequal_shaft, "at "), (odd_mode, "cannot all be paired")]
 )
 def test_what_looks_equal_but_is_not_is_found(written, spoil, told):
     wheel = staggered(0.2)
@@ -525,11 +521,6 @@ def test_a_file_without_damping_is_damped_as_the_scene_says(arrays, written):
     assert rotor_of(both, **ratios).ratios == pytest.approx(rotor_of().ratios, rel=1e-9)
 
 
-def test_modes_alone_bring_their_damping(arrays, written):
-    one, other = ended(written(chosen(arrays, MODAL))), ended()
-    assert_equal_histories(one, other, 1e-9)
-
-
 @pytest.mark.parametrize(
     ("names", "news", "told"),
     [
@@ -565,7 +556,7 @@ def test_unevenly_damped_modes_of_one_frequency_keep_their_damping(written):
 # Exported, read back, at random
 
 
-@pytest.mark.parametrize("index", [0, 2, 4, 6, 8])
+@pytest.mark.parametrize("index", [0, 4])
 def test_scenes_at_random_are_the_same_when_their_rotor_is_read_back(tmp_path, index):
     record = compared(17, index, tmp_path, duration=0.1)
     assert record["kernel"]

@@ -72,8 +72,7 @@ def test_the_modes_of_a_casing_read_back_are_the_same_bits(tmp_path, settings):
 
 
 @pytest.mark.parametrize(
-    "settings",
-    [{}, {"nodal_diameter": 2}, {"scheme": "general"}, {"scheme": "exact"}],
+    "settings", [{}, {"nodal_diameter": 2}, {"scheme": "general"}, {"scheme": "exact"}]
 )
 def test_a_casing_read_back_moves_with_the_same_bits(engine, settings):
     one, other = (

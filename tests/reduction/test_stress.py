@@ -9,7 +9,7 @@ from scipy.io import mmwrite
 from stage import N as FEW
 from stage import by_modes, written
 from stage import rotor as small
-from test_import_model import ROTOR, SIZE, N, in_plane, told_wrong
+from test_import_model import ROTOR, SIZE, N, imported, in_plane, told_wrong
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
@@ -69,16 +69,23 @@ def described(place, kind, components=1):
 
 
 def reduced(toml, **settings):
-    out = toml.with_suffix(".h5")
-    assert main(["import-model", str(toml), "--out", str(out)]) == 0
-    return rotor_from(str(out), N, 0.01, **settings)
+    return rotor_from(str(imported(toml)[1]), N, 0.01, **settings)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Return {kind: the engine's file}."""
+    return {
+        kind: str(imported(described(tmp_path_factory.mktemp(kind), kind))[1])
+        for kind in ("wheel", "sector", "plane")
+    }
 
 
 @pytest.mark.parametrize("eta", [None, 12])
 @pytest.mark.parametrize("kind", ["wheel", "sector", "plane"])
-def test_a_force_at_a_tip_bends_its_blade_as_a_cantilever(tmp_path, kind, eta):
+def test_a_force_at_a_tip_bends_its_blade_as_a_cantilever(files, kind, eta):
     """F L h / 2 I at the root, whatever holds it; none in the other blades."""
-    rotor = reduced(described(tmp_path, kind), eta=eta)
+    rotor = rotor_from(files[kind], N, 0.01, eta=eta)
     assert rotor.stress.names == tuple(NAMES)
     for j in (0, 2):
         force = np.zeros(len(rotor.mass))
@@ -91,9 +98,9 @@ def test_a_force_at_a_tip_bends_its_blade_as_a_cantilever(tmp_path, kind, eta):
 
 
 @pytest.mark.parametrize("kind", ["wheel", "sector"])
-def test_modes_have_the_stress_of_the_unreduced_wheel(tmp_path, kind):
+def test_modes_have_the_stress_of_the_unreduced_wheel(files, kind):
     """The first family, to the accuracy of a reduction to 30 modes."""
-    rotor = reduced(described(tmp_path, kind))
+    rotor = rotor_from(files[kind], N, 0.01)
     disk = frame.bladed_disk(ROTOR)
     squared, shapes = frame.eigh(disk.stiffness, disk.mass, subset_by_index=(0, 5))
     assert rotor.omega[:6] ** 2 == pytest.approx(squared, rel=1e-4)
@@ -107,8 +114,8 @@ def test_modes_have_the_stress_of_the_unreduced_wheel(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", ["wheel", "sector"])
-def test_a_translation_of_the_rotor_strains_nothing(tmp_path, kind):
-    rotor = reduced(described(tmp_path, kind))
+def test_a_translation_of_the_rotor_strains_nothing(files, kind):
+    rotor = rotor_from(files[kind], N, 0.01)
     places = 2 * np.pi * np.arange(N) / N
     moved = _translation(len(rotor.mass), places)
     bent = np.zeros(len(moved))
@@ -118,8 +125,9 @@ def test_a_translation_of_the_rotor_strains_nothing(tmp_path, kind):
     assert not rotor.stress.at(np.zeros(len(moved))).any()
 
 
-def test_six_components_are_told_as_von_mises_does(tmp_path):
-    one, six = (reduced(described(tmp_path, "sector", c)) for c in (1, 6))
+def test_six_components_are_told_as_von_mises_does(files, tmp_path):
+    one = rotor_from(files["sector"], N, 0.01)
+    six = reduced(described(tmp_path, "sector", 6))
     moved = np.random.default_rng(1).normal(size=len(one.mass))
     found = [rotor.stress.at(moved) for rotor in (one, six)]
     assert found[1] == pytest.approx(np.abs(found[0]), rel=1e-6)
@@ -151,9 +159,9 @@ def test_terms_of_rotation_leave_the_stress(tmp_path):
     assert found == pytest.approx(closed_form(), rel=1e-7)
 
 
-def test_a_file_exported_again_has_its_stress(tmp_path):
-    first = reduced(described(tmp_path, "sector"))
-    own, copy = tmp_path / "sector.h5", tmp_path / "copy.h5"
+def test_a_file_exported_again_has_its_stress(files, tmp_path):
+    own, copy = files["sector"], tmp_path / "copy.h5"
+    first = rotor_from(own, N, 0.01)
     words = ["--set", f"file={own}", "--set", f"blades={N}"]
     assert main(["export-model", str(copy), "table2", *words]) == 0
     again = rotor_from(str(copy), N, 0.01)
@@ -221,9 +229,7 @@ def test_a_wrong_description_is_told_in_one_line(tmp_path, capsys, spoil, told):
     assert frame.re.search(told, line), line
 
 
-def test_the_file_says_units_of_the_stress(tmp_path):
-    toml = described(tmp_path, "sector")
-    reduced(toml)
-    with h5py.File(toml.with_suffix(".h5")) as file:
+def test_the_file_says_units_of_the_stress(files):
+    with h5py.File(files["sector"]) as file:
         assert file["rotor/stress"].attrs["units"] == "Pa/m"
         assert file["rotor/stress"].shape[:3] == (N, 2, 1)

@@ -56,6 +56,7 @@ def full(path, count):
     return np.sqrt(np.sort(squared)) / (2 * np.pi)
 
 
+@pytest.mark.evidence  # at rest: CalculiX's; turning: the next one
 def test_a_wheel_of_scikit_fem(job, tmp_path):
     pytest.importorskip("skfem", reason="pip install scikit-fem")
     whole = written(tmp_path, "wheel", job.whole(tmp_path), 440)
@@ -118,6 +119,7 @@ def test_a_wheel_of_calculix(job, tmp_path):
     np.testing.assert_allclose(got[:22], own[:22], rtol=1e-4)
 
 
+@pytest.mark.evidence  # in short: test_import_model -k "turns or two_speeds"
 @pytest.mark.parametrize("job", [PLANE], indirect=True, ids=["plane"])
 def test_a_wheel_of_calculix_turns(job, tmp_path):
     """K(Omega) has the softening, the load is CalculiX's, lines are the plane wheel's.
@@ -155,6 +157,7 @@ def test_a_wheel_of_calculix_turns(job, tmp_path):
     np.testing.assert_allclose(own[1:12], expected[1:12], rtol=0.02)
 
 
+@pytest.mark.evidence  # their sign and size in short: test_import_model -k coriolis
 @pytest.mark.parametrize("job", [FINER], indirect=True, ids=["finer"])
 def test_coriolis_forces_from_the_mass_matrix_are_those_of_calculix(job, tmp_path):
     """Of a hub of elastic nodes on springs: CalculiX errs with a rigid body."""

@@ -81,7 +81,7 @@ def test_a_load_is_told_by_how_far_it_moves_the_casing(lobes):
     assert told == [False, True]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_of_a_campaign_is_told_what_is_of_any_case_by_itself(seed, monkeypatch):
     """Drawn grids, zips and lists, in which few cases are wrong, or all, or none."""
     draw = np.random.default_rng(seed)

@@ -30,7 +30,7 @@ def varied(random):
 @pytest.mark.oracle
 def test_the_table_names_as_its_plain_twin_does():
     random, seen = np.random.default_rng(3), set()
-    for case in range(2000):
+    for case in range(1000):
         limits = Thresholds() if case % 2 else varied(random)
         numbers = made_up.evidence(random)
         named = name_regime(numbers, limits)

@@ -171,19 +171,6 @@ def test_a_rotor_taken_as_a_whole_has_the_lines_of_its_diameters():
             assert lines[0] == pytest.approx(lines[1], rel=1e-6)
 
 
-def test_blades_almost_equal_have_the_lines_of_equal_ones():
-    change = (1e-9, 0.0, 0.0, 0.0, 0.0)
-    equal, other = (
-        rotor_model(Rotor(blades=5, elements=4, mistuning=m), 20, "full")
-        for m in ((), change)
-    )
-    for k, name in ((1, "1F"), (1, "suspension"), (2, "1F")):
-        lines = [
-            [x.static for x in family(m, k, name, 300.0, 5)] for m in (equal, other)
-        ]
-        assert lines[0] == pytest.approx(lines[1], rel=1e-5)
-
-
 @pytest.mark.parametrize("ratio", [2.0, 3.0])
 def test_damping_that_turns_feeds_beyond_what_stands(ratio):
     """T3: m Z'' + (c_s + c_r) Z' + (k - i Omega c_r) Z = 0."""
