@@ -41,7 +41,7 @@ def unfinished(finished, tmp_path):
 
 def command(unfinished):
     toml, folder = unfinished
-    return main(["campaign", str(toml), "--out", str(folder)])
+    return main(["campaign", str(toml), "--out", str(folder), "--report=no"])
 
 
 def full(*_, **__):

@@ -9,6 +9,7 @@ import time
 import h5py
 import pytest
 from launch import (
+    BARE,
     ENVIRONMENT,
     LIMIT,
     ROOT,
@@ -29,21 +30,27 @@ LONG = """
 scene = {duration = 0.4}
 solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
-campaign = {save_every = 0.02}
+campaign = {save_every = 0.02, map = "no", report = "no"}
 sweep = {scheme = ["modal", "exact"], speed = [410, 430]}
 """
-SHORT = """
+SHORT = (
+    BARE
+    + """
 scene = {duration = 4e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 340, 380, 420]}
 """
-WIDE = """
+)
+WIDE = (
+    BARE
+    + """
 scene = {duration = 0.05}
 solver = {time_step = 2e-6}
 output = {interval = 2e-5, traces = "full"}
 sweep = {speed = {start = 300, stop = 500, step = 20}}
 """
+)
 # what a defect in a library would do to the second case of SHORT
 SEGFAULT = """
 import ctypes

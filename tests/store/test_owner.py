@@ -12,6 +12,7 @@ from dataclasses import asdict
 import h5py
 import pytest
 from launch import (
+    BARE,
     ENVIRONMENT,
     LIMIT,
     ROOT,
@@ -44,12 +45,15 @@ from hpcwhirl.store.results import gather as gathering
 from hpcwhirl.store.results import relabel
 from hpcwhirl.store.results.gather import gather
 
-SHORT = """
+SHORT = (
+    BARE
+    + """
 scene = {duration = 2e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 410]}
 """
+)
 # Holds a claim until its input ends, as a process of its own.
 HOLDER = """
 import sys

@@ -100,8 +100,9 @@ def _variable(file: _OneFile, data: h5py.Dataset) -> xarray.Variable:
         told |= {"zlib": data.compression == "gzip", "shuffle": data.shuffle}
         told |= {"complevel": data.compression_opts or 0}
         told |= {"preferred_chunks": dict(zip(axes, data.chunks, strict=True))}
-    lazy = CopyOnWriteArray(LazilyIndexedArray(_Stored(file, data)))
-    return xarray.Variable(axes, MemoryCachedArray(lazy), _attributes(data), told)
+    lazy: Any = LazilyIndexedArray(_Stored(file, data))
+    kept: Any = MemoryCachedArray(CopyOnWriteArray(lazy))  # type: ignore[no-untyped-call]
+    return xarray.Variable(axes, kept, _attributes(data), told)
 
 
 def _attributes(owner: h5py.HLObject) -> dict[str, Any]:
