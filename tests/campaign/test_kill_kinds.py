@@ -58,7 +58,11 @@ branch = {over = "speed", starts = [440, 500]}
 refine = {over = "speed", levels = 2, words = "branch"}
 """
 # laws of speed, gap and shape, and a casing that keeps what was rubbed off
-PLAIN = "scene = {duration = 0.02}\noutput = {interval = 1e-3}\n"
+PLAIN = """
+scene = {duration = 0.02}
+solver = {time_step = 8e-6}
+output = {interval = 1e-3}
+"""
 MOVING = """
 scene = {duration = 0.02, acceleration = 200, gap_closure = 2e-5, gap_time = 0.1}
 solver = {time_step = 8e-6}

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT, launch
+from launch import BARE, ENVIRONMENT, LIMIT, MPIRUN, ROOT, launch
 
 from hpcwhirl.campaign.run import _warm
 from hpcwhirl.campaign.work import work_of
@@ -141,7 +141,8 @@ def test_one_rank_without_mpi_answers_as_one_rank_of_mpi():
 
 def test_a_serial_campaign_begins_no_mpi(tmp_path):
     file = tmp_path / "short.toml"
-    file.write_text("scene = {duration = 1e-3}\nsweep = {speed = [300, 310]}\n")
+    text = "scene = {duration = 1e-3}\nsweep = {speed = [300, 310]}\n"
+    file.write_text(BARE + text)
     python(SERIAL, file, tmp_path / "out")
 
 

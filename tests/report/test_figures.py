@@ -53,9 +53,8 @@ speed = [410, 300, 520]
 def full(tmp_path_factory):
     place = tmp_path_factory.mktemp("full")
     (place / "full.toml").write_text(FULL)
-    assert (
-        main(["campaign", str(place / "full.toml"), "--out", str(place / "out")]) == 0
-    )
+    words = ["campaign", str(place / "full.toml"), "--out", str(place / "out")]
+    assert main([*words, "--map=no", "--report=no"]) == 0
     return place / "out"
 
 
@@ -340,7 +339,7 @@ def stiff(tmp_path_factory):
         + "[engine.rotor]\nroot_thickness = 0.085\n"
     )  # fmt: skip
     words = ["campaign", str(place / "stiff.toml"), "--out", str(place / "out")]
-    assert main(words) == 0
+    assert main([*words, "--map=no", "--report=no"]) == 0
     return place / "out"
 
 

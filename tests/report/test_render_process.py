@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import interpreter
 from hpcwhirl.report import render_process
@@ -120,8 +121,8 @@ def test_a_campaign_whose_map_is_killed_says_so_in_one_line(undrawn, finished):
     assert len(told) == 1
     assert "its process died of SIGKILL, perhaps for lack of memory" in told[0]
     assert (undrawn / "results.h5").exists()
-    again = begun(finished.parent / "short.toml", undrawn)
-    assert again.returncode == 0
+    again = ["campaign", str(finished.parent / "short.toml"), "--out", str(undrawn)]
+    assert main(again) == 0
     assert (undrawn / "map.png").exists()
 
 
