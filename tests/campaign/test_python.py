@@ -5,14 +5,13 @@ import json
 import os
 import pydoc
 import signal
-import subprocess
 import sys
 
 import made_up
 import numpy as np
 import pytest
 import xarray
-from launch import ENVIRONMENT, LIMIT, ROOT, records, root_variables, script
+from launch import ENVIRONMENT, python, records, root_variables, script
 
 import hpcwhirl
 from hpcwhirl.campaign.measure import measure_of
@@ -402,14 +401,8 @@ print(*{p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas"})
 def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():
     """OpenBLAS rounds the matrices of a step otherwise on two threads than on one."""
     free = {n: v for n, v in ENVIRONMENT.items() if not n.endswith("_NUM_THREADS")}
-    told = [
-        subprocess.run(
-            [sys.executable, "-c", THREADS, str(count)],
-            capture_output=True, text=True, timeout=LIMIT, check=True, env=free,
-            cwd=ROOT,
-        ).stdout.splitlines()
-        for count in (1, 2)
-    ]  # fmt: skip
+    ran = [python(THREADS, count, env=free, check=True) for count in (1, 2)]
+    told = [done.stdout.splitlines() for done in ran]
     assert told[0][:2] == told[1][:2]
     assert [lines[2] for lines in told] == ["1", "2"]
 

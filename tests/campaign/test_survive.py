@@ -17,6 +17,7 @@ from launch import (
     inputs,
     kill,
     launch,
+    python,
     records,
     root_variables,
     start,
@@ -254,10 +255,9 @@ def test_hdf5_on_a_full_disk_is_an_error_and_no_crash(disk):
         "except (OSError, RuntimeError) as failed:\n"
         "    print(refusal(sys.argv[1], failed))\n"
     )
-    call = [sys.executable, "-c", script, place / "x.h5"]
-    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = python(script, place / "x.h5")
     assert done.returncode == 0
-    assert done.stdout == f"cannot write {call[-1]}: No space left on device\n"
+    assert done.stdout == f"cannot write {place}/x.h5: No space left on device\n"
 
 
 @pytest.mark.slow

@@ -2,11 +2,9 @@
 
 import os
 import signal
-import subprocess
-import sys
 
 import pytest
-from launch import ENVIRONMENT, LIMIT, ROOT, launch
+from launch import LIMIT, launch, python
 from test_jobs import noted, run_bash, tools  # noqa: F401 - a fixture
 
 from hpcwhirl import early_signals
@@ -36,14 +34,6 @@ os.kill(os.getpid(), int(sys.argv[1]))
 os.execv(sys.executable, [sys.executable, "-m", "hpcwhirl", *sys.argv[2:]])
 """
 SHORT = ("--set", "duration=1e-4", "--set", "time_step=2e-6")
-
-
-def python(code, *words):
-    call = [sys.executable, "-c", code, *map(str, words)]
-    return subprocess.run(
-        call, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True,
-        timeout=LIMIT, check=False,
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Figures of real campaigns: every kind, its axes and units, and its refusals."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +8,7 @@ from types import SimpleNamespace
 import jeffcott
 import numpy as np
 import pytest
+from launch import ended
 from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
@@ -508,7 +508,7 @@ def test_the_quick_paper_is_whole_and_continues(tmp_path):
         str(tmp_path),
         "--quick",
     ]
-    done = subprocess.run(call, capture_output=True, text=True, check=True)
+    done = ended(*call, check=True)
     assert {f"fig{n:02d}.png" for n in range(4, 15)} <= {
         p.name for p in tmp_path.iterdir()
     }

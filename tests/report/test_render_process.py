@@ -8,6 +8,7 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from launch import python
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError, NoRoomError, StoreError
@@ -30,8 +31,7 @@ DIES = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
 def begun(file, out, before=""):
     """Return a campaign that a fresh process has ended, and whether it loaded much."""
     words = CAMPAIGN.format(file=str(file), out=str(out), before=before, heavy=HEAVY)
-    call = [sys.executable, "-c", words]
-    return subprocess.run(call, check=False, capture_output=True, text=True)
+    return python(words)
 
 
 @pytest.fixture

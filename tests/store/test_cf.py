@@ -8,7 +8,6 @@ in seconds. It also wants names that end in .nc.
 
 import json
 import shutil
-import subprocess
 from pathlib import Path
 
 import h5py
@@ -16,6 +15,7 @@ import made_up
 import numpy as np
 import pytest
 from journals import plan_of
+from launch import ended
 from specimen import begin
 
 from hpcwhirl.cli import main
@@ -173,12 +173,7 @@ def test_a_checker_of_others_finds_no_error_and_no_warning(made, tmp_path):
     call = ["compliance-checker", f"--test=cf:{version}", f"--skip-checks={ASIDE}"]
     files = sorted(tmp_path.glob("*.nc"))
     out = tmp_path / "found.json"
-    done = subprocess.run(
-        [*call, "--format=json_new", f"--output={out}", *files],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ended(*call, "--format=json_new", f"--output={out}", *files)
     assert done.returncode == 0, done.stdout + done.stderr
     found = json.loads(out.read_text())
     assert {Path(name).name for name in found} == {path.name for path in files}

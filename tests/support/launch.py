@@ -83,6 +83,18 @@ def held(out, count, pause=2 * LIMIT):
     return HELD.format(**own, count=count, pause=pause)
 
 
+def ended(*call, check=False, **options):
+    """Return an ended process, whatever its code, with all that it has told."""
+    own = {"env": ENVIRONMENT, "cwd": ROOT, "timeout": LIMIT} | options
+    words = [str(word) for word in call]
+    return subprocess.run(words, capture_output=True, text=True, check=check, **own)
+
+
+def python(code, *words, **options):
+    """Return a new interpreter that has run some code."""
+    return ended(sys.executable, "-c", code, *words, **options)
+
+
 def start(words, ranks=0, first="", real=None, **options):
     """Start `hpcwhirl WORDS`, under mpirun where `ranks` > 0.
 
