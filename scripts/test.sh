@@ -38,8 +38,14 @@ on_wheels() (
   pytest --processor=1 tests/dynamics/test_compiling.py -k "$warms"
   # a file's fixtures and servers of forks are made by one worker, not by both
   pytest -n 2 --dist loadfile --processor=40 -m "not mpi and not evidence" -k "not $warms"
-  pytest --processor=40 -m "mpi and not evidence"  # alone: ranks need the cores
+  with_mark mpi
+  pytest --processor=40 -m "mpi and not evidence" "${files[@]}"  # alone: ranks need cores
 )
+
+# To collect all tests takes ten seconds; tests/conftest.py checks that none is missed.
+with_mark() {  # MARK
+  mapfile -t files < <(grep -rlwF "mark.$1" tests --include='test_*.py' | sort)
+}
 
 missing_of() {  # PACKAGE...
   local name
@@ -110,7 +116,8 @@ on_mpiio() (
   . scripts/environment.sh
   has_mpiio "$HPCWHIRL_VENV" || fail "pip replaced the parallel h5py"
   export HPCWHIRL_MPIRUN=$MPIRUN HPCWHIRL_EXPECT_MPIIO=1
-  python -m pytest --processor=10 -m mpiio  # that of part one, with this h5py
+  with_mark mpiio
+  python -m pytest --processor=10 -m mpiio "${files[@]}"  # that of part one, with this h5py
 )
 
 say "part 1 of 2: the gate and all tests on wheels"

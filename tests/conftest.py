@@ -33,6 +33,17 @@ def pytest_addoption(parser):
     parser.addoption("--processor", type=int, default=0, metavar="N", help=told)
 
 
+def pytest_collection_modifyitems(items):
+    """Check that a file spells the marks by which scripts/test.sh finds it."""
+    for path in {item.path for item in items}:
+        marks = {m.name for it in items if it.path == path for m in it.iter_markers()}
+        text = path.read_text()
+        for name in {"mpi", "mpiio"} & marks:
+            if f"mark.{name}" not in text:
+                msg = f"{path} must spell mark.{name}, by which test.sh finds it"
+                raise pytest.UsageError(msg)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
     item.stash[BEGUN] = spent()

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 INTERNAL = 70
 FLAGS = ("fresh", "take_over")
-NO_OPTIONS = ("out", "report")  # keys of [campaign] that are no options here
+NO_OPTIONS = ("out", "map", "report")  # keys of [campaign] that are no options here
 OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
 
 

@@ -138,7 +138,8 @@ def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
     args.ranks = ranks_foreseen(args, ranks)
     design = design_of_call(args, settings)
     rules = rules_of(args, design.rules)
-    args.out, args.report = Path(args.out or rules.out), rules.report
+    args.out = Path(args.out or rules.out)
+    args.map, args.report = rules.map, rules.report
     directory = Directory(args.out)
     design = design if args.fresh else as_begun(design, directory.plan)
     policy = policy_of(args, design, rules)
@@ -222,7 +223,7 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory)
         print(f"hpcwhirl: {UNTOUCHED}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
-    maps = _maps(ending, args.out)
+    maps = _maps(ending, args.out) if args.map == "yes" else []
     facts["maps"] = [str(path) for path in maps]
     pages = _pages(args, ending, directory)
     facts["report"] = str(pages[0]) if pages else None

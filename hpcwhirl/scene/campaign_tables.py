@@ -119,6 +119,8 @@ class Campaign(TableModel):
     isolate: bool = _flag(
         "compute each case in a process of its own; if that crashes, the case gets "
         "status crashed, and the campaign goes on")
+    map: Literal["yes", "no"] = key("yes",
+        "draw map.png and map.svg; hpcwhirl map draws them later")
     report: Literal["auto", "yes", "no"] = key("auto",
         f"write report.html; auto: if there are at most {MOST_ON_PAGE} cases")
     # fmt: on

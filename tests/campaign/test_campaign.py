@@ -3,16 +3,12 @@
 import json
 import shutil
 import signal
-import subprocess
-import sys
 
 import h5py
 import pytest
 from launch import (
-    ENVIRONMENT,
+    BARE,
     LIMIT,
-    MPIRUN,
-    ROOT,
     SIX,
     SLOW,
     finish,
@@ -28,17 +24,23 @@ from launch import (
 
 from hpcwhirl.cli import main
 
-SHORT = """
+SHORT = (
+    BARE
+    + """
 scene = {duration = 4e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 410], gap = [1e-4, 2e-4, 3e-4]}
 """
-ONE_TOO_COARSE = """
+)
+ONE_TOO_COARSE = (
+    BARE
+    + """
 scene = {duration = 4e-3}
 output = {interval = 5e-5}
 sweep = {time_step = [2e-5, 1e-6, 2e-6]}
 """
+)
 
 
 def completed(place, text, ranks):
@@ -138,13 +140,9 @@ sys.exit(code)
 
 @pytest.mark.mpi
 def test_a_signal_after_the_end_does_not_change_the_exit_code(tmp_path):
-    words = ["campaign", inputs(tmp_path, SHORT), "--out", tmp_path / "out"]
-    call = [*MPIRUN, "-n", "2", sys.executable, "-c", TERMINATED, *map(str, words)]
-    done = subprocess.run(
-        call, capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, cwd=ROOT,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    words = ("campaign", inputs(tmp_path, SHORT), "--out", tmp_path / "out")
+    done = launch(*words, ranks=2, first=TERMINATED, real=False)
+    assert done.returncode == 0, done.err
 
 
 @pytest.mark.mpi
@@ -153,7 +151,7 @@ def test_a_signal_after_the_end_does_not_change_the_exit_code(tmp_path):
 def test_a_stopped_campaign_says_75_and_continues(undisturbed, tmp_path, ranks, wish):
     out = tmp_path / "out"
     words = ["campaign", inputs(tmp_path, SIX), "--out", out]
-    process = start(words, ranks, held(out, 1, pause=0.01), real=True)
+    process = start(words, ranks, held(out, 1, pause=0.01))
     wait_for(lambda: records(out), process)
     process.send_signal(wish)
     _, told = process.communicate(timeout=LIMIT)

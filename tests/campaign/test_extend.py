@@ -213,7 +213,9 @@ def test_the_last_shard_to_go_on_has_the_results_of_all(whole, tmp_path):
 def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):
     run(tmp_path)
     done = launch(
-        "campaign", tmp_path, "--extend", "undecided", "--to", "0.8", *words, ranks=2
+        *("campaign", tmp_path, "--extend", "undecided", "--to", "0.8"),
+        *("--map=no", "--report=no", *words),
+        ranks=2,
     )
     assert done.returncode == 0, done.err
     assert root_variables(tmp_path) == whole
@@ -221,7 +223,16 @@ def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):
 
 def test_the_directory_alone_is_enough(whole, tmp_path, capsys):
     run(tmp_path)
-    words = ("--extend", "undecided", "--to", "0.8", "--json", "--report", "no")
+    words = (
+        "--extend",
+        "undecided",
+        "--to",
+        "0.8",
+        "--json",
+        "--report",
+        "no",
+        "--map=no",
+    )
     assert main(["campaign", str(tmp_path), *words]) == 0
     assert json.loads(capsys.readouterr().out)["failed"] == 0
     assert root_variables(tmp_path) == whole
@@ -235,7 +246,7 @@ def test_a_sampled_campaign_goes_on_by_its_directory(tmp_path):
     prepare(design, Directory(tmp_path))
     run_campaign(design, Directory(tmp_path))
     before = PlanFile(tmp_path).read()
-    words = ("--extend", "undecided", "--to", "0.2", "--report", "no")
+    words = ("--extend", "undecided", "--to", "0.2", "--report", "no", "--map=no")
     assert main(["campaign", str(tmp_path), *words]) == 0
     after = PlanFile(tmp_path).read()
     assert after == replace(before, extended=[0.2])
@@ -256,7 +267,7 @@ def test_cases_of_words_alone_go_on_until_they_have_one(tmp_path):
     solver = FIRST["solver"] | {"until": "decided", "longest": 0.8}
     tables = FIRST | {"sweep": {"speed": [330.0, 430.0]}, "solver": solver}
     file.write_text(tomli_w.dumps({n: t for n, t in tables.items() if n != "cases"}))
-    words = ("--regimes-only", "--out", str(out), "--report", "no")
+    words = ("--regimes-only", "--out", str(out), "--report", "no", "--map=no")
     assert main(["campaign", str(file), *words]) == 0
     data = hpcwhirl.open_results(out)
     assert "centre" not in data

@@ -4,14 +4,13 @@ import functools
 import importlib.util
 import linecache
 import os
-import subprocess
 import sys
 import textwrap
 import threading
 from pathlib import Path
 
 import pytest
-from launch import ENVIRONMENT, ROOT
+from launch import ENVIRONMENT, python
 
 from hpcwhirl.campaign.fingerprint import difference, fingerprint
 from hpcwhirl.errors import InputError
@@ -358,13 +357,11 @@ def test_it_is_the_same_in_every_process(tmp_path):
     """Whatever the order of sets, the place in memory, and what has been called."""
     here, place = Path(__file__).parent, str(tmp_path)
     folders = [str(here), str(here.parent / "support")]
-    call = [sys.executable, "-B", "-c", SCRIPT.format(folders=folders, place=place)]
+    code = SCRIPT.format(folders=folders, place=place)
     told = []
     for seed in "12":
-        own = ENVIRONMENT | {"PYTHONHASHSEED": seed}
-        done = subprocess.run(
-            call, env=own, capture_output=True, text=True, check=True, cwd=ROOT
-        )
+        own = {"PYTHONHASHSEED": seed, "PYTHONDONTWRITEBYTECODE": "1"}
+        done = python(code, env=ENVIRONMENT | own, check=True)
         told.append(done.stdout.splitlines())
     assert len(told[0]) == len(EVERY)
     assert told[0] == told[1]

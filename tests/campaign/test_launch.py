@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT, launch
+from launch import BARE, ENVIRONMENT, LIMIT, MPIRUN, ended, launch, python
 
 from hpcwhirl.campaign.run import _warm
 from hpcwhirl.campaign.work import work_of
@@ -113,7 +113,7 @@ def test_tasks_of_srun_without_pmi_are_refused_in_one_line(tmp_path, library):
 
 @pytest.mark.mpi
 def test_mpich_under_open_mpi_s_mpirun_is_refused_in_one_line(tmp_path):
-    told = python("from hpcwhirl.launch import library; print(library())")
+    told = python("from hpcwhirl.launch import library; print(library())").stdout
     if family(told) != "MPICH":
         pytest.skip("the MPI of this environment is not MPICH")
     given = without_launchers() | STARTS["Open MPI's mpirun in a batch script"][0]
@@ -123,26 +123,17 @@ def test_mpich_under_open_mpi_s_mpirun_is_refused_in_one_line(tmp_path):
     assert "do not belong together" in done.err
 
 
-def python(script, *words):
-    call = [sys.executable, "-c", script, *map(str, words)]
-    done = subprocess.run(
-        call, capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, cwd=ROOT,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.mark.mpi
 def test_one_rank_without_mpi_answers_as_one_rank_of_mpi():
-    alone, of_mpi = json.loads(python(ANSWERS + BOTH))
+    alone, of_mpi = json.loads(python(ANSWERS + BOTH, check=True).stdout)
     assert alone == of_mpi
 
 
 def test_a_serial_campaign_begins_no_mpi(tmp_path):
     file = tmp_path / "short.toml"
-    file.write_text("scene = {duration = 1e-3}\nsweep = {speed = [300, 310]}\n")
-    python(SERIAL, file, tmp_path / "out")
+    text = "scene = {duration = 1e-3}\nsweep = {speed = [300, 310]}\n"
+    file.write_text(BARE + text)
+    python(SERIAL, file, tmp_path / "out", check=True)
 
 
 def test_no_rank_ends_the_others_before_its_last_line_is_read(tmp_path):
@@ -217,11 +208,7 @@ print(f"{comm.rank} {value} {time.process_time() - begun}\n", end="")
 
 @pytest.mark.mpi
 def test_a_rank_that_waits_for_rank_0_sleeps():
-    done = subprocess.run(
-        [*MPIRUN, "-n", "2", sys.executable, "-c", WAITING],
-        capture_output=True, text=True, timeout=LIMIT, check=True, env=ENVIRONMENT,
-        cwd=ROOT,
-    )  # fmt: skip
+    done = ended(*MPIRUN, "-n", "2", sys.executable, "-c", WAITING, check=True)
     told = sorted(line.split() for line in done.stdout.splitlines())
     assert [line[:2] for line in told] == [["0", "7"], ["1", "7"]]
     assert float(told[0][2]) >= 0.5 > 2 * float(told[1][2])

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from launch import records, root_variables
+from launch import BARE, records, root_variables
 
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.plan.design import design_of, load_design
@@ -35,11 +35,10 @@ campaign = {case_limit = 1e-4}
 def run(tmp_path, capsys):
     """Return a function: TOML, options -> (exit code, stderr), always in `out`."""
 
-    def integrate(text, *options):
+    def integrate(text, *options, bare=("--map=no", "--report=no")):
         (tmp_path / "c.toml").write_text(text)
-        out = str(tmp_path / "out")
-        code = main(["campaign", str(tmp_path / "c.toml"), "--out", out, *options])
-        return code, capsys.readouterr().err
+        words = ["campaign", str(tmp_path / "c.toml"), "--out", str(tmp_path / "out")]
+        return main([*words, *bare, *options]), capsys.readouterr().err
 
     return integrate
 
@@ -211,6 +210,7 @@ def test_a_case_without_a_result_has_the_time_that_its_revolutions_take(run, tmp
         ({"retry": [1]}, "retry must be failed, timeout, crashed, or a list"),
         ({"report": "yess"}, r"\[campaign\] report 'yess'; did you mean 'yes'"),
         ({"report": True}, "report must be one of auto, yes, no, got True"),
+        ({"map": "auto"}, r"\[campaign\] map 'auto'"),
         ({"wall_time": "1:00:00"}, "'wall_time'; did you mean 'walltime'"),
         ({"limit": 1}, "unknown key in .campaign. 'limit'; did you mean 'case_limit'"),
     ],
@@ -271,12 +271,15 @@ def test_options_count_over_those_of_the_file(called):
     assert policy.max_fails == 2
 
 
-def test_a_page_is_written_as_the_file_wants_it(run, tmp_path):
-    text = SHORT + "sweep = {speed = [300]}\n"
-    assert run(text + 'campaign = {report = "no"}\n')[0] == 0
-    assert not (tmp_path / "out/report.html").exists()
-    assert run(text + 'campaign = {report = "no"}\n', "--report", "yes")[0] == 0
-    assert (tmp_path / "out/report.html").exists()
+def test_map_and_page_are_written_as_the_file_wants_it(run, tmp_path):
+    text = SHORT + "sweep = {speed = [300]}\n" + BARE
+    pictures, page = {"map.png", "map.svg"}, {"report.html"}
+    for words, made in (
+        ([], set()), (["--report=yes"], page), (["--map=yes"], page | pictures),
+    ):  # fmt: skip
+        assert run(text, *words, bare=())[0] == 0
+        there = {path.name for path in (tmp_path / "out").iterdir()}
+        assert there & (pictures | page) == made
 
 
 def test_what_is_tried_again_is_a_list():

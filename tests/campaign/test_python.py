@@ -5,14 +5,13 @@ import json
 import os
 import pydoc
 import signal
-import subprocess
 import sys
 
 import made_up
 import numpy as np
 import pytest
 import xarray
-from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT, records, root_variables
+from launch import ENVIRONMENT, python, records, root_variables, script
 
 import hpcwhirl
 from hpcwhirl.campaign.measure import measure_of
@@ -357,31 +356,28 @@ def test_a_stop_is_an_error_that_says_how_to_go_on(measured, tmp_path, monkeypat
         assert root_variables(tmp_path / "out") == root_variables(measured)
 
 
-SCRIPT = """
+SCRIPT = f"""
 import json, sys
 import hpcwhirl
-sys.path[:0] = ["tests/campaign", "tests/support"]
-from test_python import TABLES, UNITS, widest
+from numpy import array
+TABLES, UNITS = {TABLES}, {UNITS}
+{inspect.getsource(widest)}
 with hpcwhirl.campaign(TABLES, sys.argv[1], measure=widest, variables=UNITS) as data:
     sys.stdout.write(json.dumps(data.widest.to_numpy().tolist()) + "\\n")
 try:
     hpcwhirl.campaign(TABLES, sys.argv[1])
 except ValueError as failed:
-    sys.stdout.write(f"{failed}\\n")
+    sys.stdout.write(f"{{failed}}\\n")
 """
 
 
 @pytest.mark.mpi
 def test_a_script_of_two_ranks_gives_the_bits_of_one(measured, tmp_path):
-    out, script = tmp_path / "out", tmp_path / "script.py"
-    script.write_text(SCRIPT)
-    done = subprocess.run(
-        [*MPIRUN, "-n", "2", sys.executable, script, out],
-        capture_output=True, text=True, timeout=LIMIT, check=True, env=ENVIRONMENT,
-        cwd=ROOT,
-    )  # fmt: skip
+    out = tmp_path / "out"
+    done = script(tmp_path / "script.py", SCRIPT, out, ranks=2)
+    assert done.returncode == 0, done.err
     assert root_variables(out) == root_variables(measured)
-    lines = done.stdout.splitlines()
+    lines = done.out.splitlines()
     with hpcwhirl.open_results(measured) as data:
         values = data.widest.to_numpy().tolist()
     assert [json.loads(line) for line in lines if line[0] == "["] == [values] * 2
@@ -405,14 +401,8 @@ print(*{p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas"})
 def test_threads_of_the_callers_blas_change_no_bit_and_stay_as_they_were():
     """OpenBLAS rounds the matrices of a step otherwise on two threads than on one."""
     free = {n: v for n, v in ENVIRONMENT.items() if not n.endswith("_NUM_THREADS")}
-    told = [
-        subprocess.run(
-            [sys.executable, "-c", THREADS, str(count)],
-            capture_output=True, text=True, timeout=LIMIT, check=True, env=free,
-            cwd=ROOT,
-        ).stdout.splitlines()
-        for count in (1, 2)
-    ]  # fmt: skip
+    ran = [python(THREADS, count, env=free, check=True) for count in (1, 2)]
+    told = [done.stdout.splitlines() for done in ran]
     assert told[0][:2] == told[1][:2]
     assert [lines[2] for lines in told] == ["1", "2"]
 
@@ -421,8 +411,7 @@ UNLIKE = """
 import os, sys
 import hpcwhirl
 from mpi4py import MPI
-sys.path[:0] = ["tests/campaign", "tests/support"]
-from test_python import TABLES
+from numpy import array
 rank = MPI.COMM_WORLD.rank
 if {choice}:
     def own(case): return {{"x": 1.0}}
@@ -430,7 +419,7 @@ else:
     def own(case): {body}
 try:
     data = hpcwhirl.campaign(
-        TABLES, sys.argv[1], measure=own, variables={{"x": "1"}}{more}
+        {tables}, sys.argv[1], measure=own, variables={{"x": "1"}}{more}
     )
 except ValueError as failed:
     sys.stdout.write(f"{{failed}}\\n")
@@ -440,13 +429,8 @@ else:
 
 
 def two_ranks(tmp_path, **words):
-    out, script = tmp_path / "out", tmp_path / "script.py"
-    script.write_text(UNLIKE.format(**({"more": ""} | words)))
-    call = [*MPIRUN, "-n", "2", sys.executable, script, out]
-    return subprocess.run(
-        call, capture_output=True, text=True, timeout=LIMIT, check=False,
-        env=ENVIRONMENT, cwd=ROOT,
-    )  # fmt: skip
+    text = UNLIKE.format(tables=TABLES, **words)
+    return script(tmp_path / "script.py", text, tmp_path / "out", ranks=2)
 
 
 @pytest.mark.mpi
@@ -462,8 +446,8 @@ def test_ranks_of_different_functions_are_refused_and_nothing_is_made(
 ):
     body = 'return {"x": 2.0}'
     done = two_ranks(tmp_path, choice="rank == 0", body=body, more=more)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("got another one on rank 1 than on rank 0: " + why) == 2
+    assert done.returncode == 0, done.err
+    assert done.out.count("got another one on rank 1 than on rank 0: " + why) == 2
     assert not (tmp_path / "out").exists()
 
 
@@ -481,8 +465,8 @@ def test_a_function_that_ends_one_rank_hangs_no_other(tmp_path, body, why):
     if body.startswith("raise"):
         body = "raise BaseException"
     done = two_ranks(tmp_path, choice="False", body=body, more=", version=1")
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count(why) >= 2
+    assert done.returncode == 0, done.err
+    assert done.out.count(why) >= 2
 
 
 @pytest.mark.mpi
@@ -490,7 +474,7 @@ def test_an_interrupt_of_one_rank_ends_all(tmp_path):
     body = "raise KeyboardInterrupt"
     done = two_ranks(tmp_path, choice="False", body=body, more=", version=1")
     assert done.returncode != 0
-    assert "KeyboardInterrupt" in done.stderr
+    assert "KeyboardInterrupt" in done.err
 
 
 @pytest.mark.parametrize("name", ["word_share", "twins", "cells", "boundaries"])

@@ -4,14 +4,13 @@ import errno
 import io
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from launch import ENVIRONMENT, LIMIT, ROOT
+from launch import ended
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, NoRoomError, unwritable
@@ -41,7 +40,7 @@ def unfinished(finished, tmp_path):
 
 def command(unfinished):
     toml, folder = unfinished
-    return main(["campaign", str(toml), "--out", str(folder)])
+    return main(["campaign", str(toml), "--out", str(folder), "--report=no"])
 
 
 def full(*_, **__):
@@ -171,10 +170,7 @@ def test_gathering_where_a_file_may_not_grow_is_one_line(finished, tmp_path):
     folder = shutil.copytree(finished, tmp_path / "out")
     (folder / "results.h5").unlink()
     call = f"ulimit -f 4; exec {sys.executable} -m hpcwhirl gather {folder}"
-    done = subprocess.run(
-        ["bash", "-c", call], cwd=ROOT, env=ENVIRONMENT, capture_output=True,
-        text=True, timeout=LIMIT, check=False,
-    )  # fmt: skip
+    done = ended("bash", "-c", call)
     assert done.returncode == 2
     assert done.stderr == (
         f"hpcwhirl: error: cannot write {folder}/results.h5: File too large\n"

@@ -2,12 +2,11 @@
 
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from launch import python
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import MissingFileError, StoreError
@@ -122,8 +121,4 @@ def test_what_shows_results_may_be_a_fifo_and_nobody_waits(name, tmp_path):
         f"place = Path({str(tmp_path)!r}); "
         f"print(is_stale(Directory(place)), wish_of(place / {name!r}))"
     )
-    ended = subprocess.run(
-        [sys.executable, "-c", read], capture_output=True, text=True, timeout=600,
-        check=True,
-    )  # fmt: skip
-    assert ended.stdout.split() == ["False", "None"]
+    assert python(read, check=True).stdout.split() == ["False", "None"]

@@ -8,7 +8,7 @@ from typing import get_args
 import h5py
 import numpy as np
 import pytest
-from launch import held, kill, launch, records, root_variables, start, wait_for
+from launch import BARE, held, kill, launch, records, root_variables, start, wait_for
 
 import hpcwhirl
 from hpcwhirl.analysis.shares import shares
@@ -32,11 +32,14 @@ FAST = {
     "solver": {"time_step": 2e-6},
     "output": {"interval": 5e-5, "traces": "summary"},
 }
-TOML = """
+TOML = (
+    BARE
+    + """
 scene = {duration = 2e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5, traces = "summary"}
 """
+)
 METHODS = get_args(SampleTable.model_fields["method"].annotation)
 NORMAL = NormalDist(3.0, 0.5)
 SIGMA = NormalDist().cdf(1.0)

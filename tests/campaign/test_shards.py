@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from journals import plan_of
-from launch import finish, launch, records, root_variables, start
+from launch import BARE, finish, launch, records, root_variables, start
 
 from hpcwhirl.campaign.finalize import _ending_of
 from hpcwhirl.campaign.work import share
@@ -17,12 +17,15 @@ from hpcwhirl.launch import Shard, parse_shard
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import PlanFile
 
-SWEPT = """
+SWEPT = (
+    BARE
+    + """
 scene = {duration = 4e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 410], gap = [1e-4, 2e-4, 3e-4]}
 """
+)
 COSTS = st.lists(st.floats(0.0, 1e9), max_size=60)
 
 

@@ -9,6 +9,7 @@ import time
 import h5py
 import pytest
 from launch import (
+    BARE,
     ENVIRONMENT,
     LIMIT,
     ROOT,
@@ -16,6 +17,7 @@ from launch import (
     inputs,
     kill,
     launch,
+    python,
     records,
     root_variables,
     start,
@@ -29,21 +31,27 @@ LONG = """
 scene = {duration = 0.4}
 solver = {time_step = 2e-6, plan = "everything"}
 output = {interval = 1e-2}
-campaign = {save_every = 0.02}
+campaign = {save_every = 0.02, map = "no", report = "no"}
 sweep = {scheme = ["modal", "exact"], speed = [410, 430]}
 """
-SHORT = """
+SHORT = (
+    BARE
+    + """
 scene = {duration = 4e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 340, 380, 420]}
 """
-WIDE = """
+)
+WIDE = (
+    BARE
+    + """
 scene = {duration = 0.05}
 solver = {time_step = 2e-6}
 output = {interval = 2e-5, traces = "full"}
 sweep = {speed = {start = 300, stop = 500, step = 20}}
 """
+)
 # what a defect in a library would do to the second case of SHORT
 SEGFAULT = """
 import ctypes
@@ -247,10 +255,9 @@ def test_hdf5_on_a_full_disk_is_an_error_and_no_crash(disk):
         "except (OSError, RuntimeError) as failed:\n"
         "    print(refusal(sys.argv[1], failed))\n"
     )
-    call = [sys.executable, "-c", script, place / "x.h5"]
-    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = python(script, place / "x.h5")
     assert done.returncode == 0
-    assert done.stdout == f"cannot write {call[-1]}: No space left on device\n"
+    assert done.stdout == f"cannot write {place}/x.h5: No space left on device\n"
 
 
 @pytest.mark.slow

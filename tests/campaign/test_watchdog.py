@@ -70,8 +70,8 @@ def test_a_rank_that_is_stopped_does_not_keep_the_others(undisturbed, tmp_path, 
 @pytest.mark.parametrize("ranks", [0, 2])
 def test_a_case_that_hangs_does_not_keep_the_job(undisturbed, tmp_path, ranks):
     out = tmp_path / "out"
-    file = inputs(tmp_path, SIX + "campaign = {patience = 0.5}\n")
-    words = ["campaign", file, "--out", out]
+    file = inputs(tmp_path, SIX)
+    words = ["campaign", file, "--out", out, "--patience", "0.5"]
     process = start(words, ranks, HANG.replace("PLACE", str(tmp_path)))
     wait_for((tmp_path / "hangs").exists, process)
     process.send_signal(signal.SIGUSR1)

@@ -2,12 +2,10 @@
 
 import json
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from launch import ENVIRONMENT, LIMIT, MPIRUN, ROOT
+from launch import script
 
 from hpcwhirl.campaign.plan.cost import Costs, costs_of
 from hpcwhirl.campaign.plan.design import design_of
@@ -100,22 +98,18 @@ def handed_out(queue):
     return [queue.take() for _ in range(len(queue))]
 
 
-def on_ranks(ranks, script, *words):
+def on_ranks(path, ranks, text, *words):
     """Return what rank 0 of some ranks that run a script prints as JSON."""
-    done = subprocess.run(
-        [*MPIRUN, "-n", str(ranks), sys.executable, "-c", script, *words],
-        capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, cwd=ROOT,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    done = script(path / "script.py", text, *words, ranks=ranks)
+    assert done.returncode == 0, done.err
+    return json.loads(done.out)
 
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [1, 2, 4])
-def test_every_unit_is_computed_once_by_any_number_of_ranks(ranks):
+def test_every_unit_is_computed_once_by_any_number_of_ranks(tmp_path, ranks):
     sizes = [[0, 0.01], [1, 0.01], [3, 0.01], [20, 0.01], [200, 1e-4]]
-    found = on_ranks(ranks, HAND_OUT, json.dumps(sizes))
+    found = on_ranks(tmp_path, ranks, HAND_OUT, json.dumps(sizes))
     for (cases, _), (whole, of_rank, told_units) in zip(sizes, found, strict=True):
         assert whole
         assert sorted(unit for own in of_rank for unit in own) == list(range(cases))
@@ -126,8 +120,8 @@ def test_every_unit_is_computed_once_by_any_number_of_ranks(ranks):
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_no_message_is_left_over_whoever_is_asked_to_stop_and_when(ranks):
-    found = on_ranks(ranks, STOPPED)
+def test_no_message_is_left_over_whoever_is_asked_to_stop_and_when(tmp_path, ranks):
+    found = on_ranks(tmp_path, ranks, STOPPED)
     for whole, of_rank, told_units, unread in found:
         assert not any(unread)
         done = sorted(unit for own in of_rank for unit in own)

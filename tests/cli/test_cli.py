@@ -1,13 +1,12 @@
 """The command line: exit codes, one line for wrong input, and help."""
 
-import subprocess
 import sys
 import traceback
 
 import h5py
 import numpy as np
 import pytest
-from launch import LIMIT
+from launch import ended
 
 import hpcwhirl
 from hpcwhirl.campaign import resume as campaigns
@@ -180,10 +179,8 @@ def test_help_names_every_command_and_version_is_the_package_s(capsys):
 
 @pytest.mark.parametrize("words", [[], ["run"], ["campaign"], ["map"]], ids=str)
 def test_help_waits_for_no_heavy_package(words):
-    call = [sys.executable, "-X", "importtime", "-m", "hpcwhirl", *words, "--help"]
-    done = subprocess.run(
-        call, capture_output=True, text=True, check=True, timeout=LIMIT
-    )
+    told = sys.executable, "-X", "importtime", "-m", "hpcwhirl"
+    done = ended(*told, *words, "--help", check=True)
     loaded = {
         li.rsplit("|")[-1].strip().split(".")[0] for li in done.stderr.split("\n")
     }
@@ -203,7 +200,7 @@ def test_few_calls_lead_from_a_command_to_the_march(tmp_path, monkeypatch):
     monkeypatch.setattr(March, "reach", counted)
     file, short = tmp_path / "c.toml", ["--set", "time_step=2e-6", "--set"]
     file.write_text("sweep = {speed = [300]}")
-    words = [str(file), "--out", str(tmp_path / "out"), "--report", "no"]
+    words = [str(file), "--out", str(tmp_path / "out"), "--report", "no", "--map", "no"]
     assert main(["campaign", *words, *short, "duration=2e-3"]) == 0
     assert max(depths) <= 14
     depths.clear()

@@ -351,7 +351,7 @@ def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, trac
     empty.write_text("[scene]\n")
     asked = ["--preset", "draft", "--set", "duration=2e-3", "--set", f"traces={traces}"]
     assert main(["run", *asked, "--quiet", "--out", str(one)]) == 0
-    asked += ["--report", "no", "--out", str(folder)]
+    asked += ["--report", "no", "--map", "no", "--out", str(folder)]
     assert main(["campaign", str(empty), *asked]) == 0
     with h5py.File(one) as mine, h5py.File(folder / "results.h5") as whole:
         assert set(mine) == set(whole)

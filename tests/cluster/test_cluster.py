@@ -27,7 +27,7 @@ from hpcwhirl.cli import main
 
 NEEDED = ("slurmctld", "slurmd", "sbatch", "munged")
 MISSING = [name for name in NEEDED if shutil.which(name) is None]
-pytestmark = MARKS
+pytestmark = [*MARKS, pytest.mark.mpi]
 FLAVOUR = "from mpi4py import MPI; print(MPI.Get_library_version())"
 
 

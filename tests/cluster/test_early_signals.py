@@ -2,11 +2,9 @@
 
 import os
 import signal
-import subprocess
-import sys
 
 import pytest
-from launch import ENVIRONMENT, LIMIT, ROOT
+from launch import LIMIT, launch, python
 from test_jobs import noted, run_bash, tools  # noqa: F401 - a fixture
 
 from hpcwhirl import early_signals
@@ -38,14 +36,6 @@ os.execv(sys.executable, [sys.executable, "-m", "hpcwhirl", *sys.argv[2:]])
 SHORT = ("--set", "duration=1e-4", "--set", "time_step=2e-6")
 
 
-def python(code, *words):
-    call = [sys.executable, "-c", code, *map(str, words)]
-    return subprocess.run(
-        call, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True,
-        timeout=LIMIT, check=False,
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("module", "name"),
     [("argparse", signal.SIGINT), ("pydantic", signal.SIGTERM),
@@ -73,7 +63,7 @@ def test_a_campaign_stopped_before_it_began_goes_on(tmp_path):
     toml.write_text("sweep = {speed = [300, 410]}")
     words += (toml,)
     assert python(SELF, "numpy", int(signal.SIGTERM), *words).returncode == 75
-    assert python(SELF, "none", 0, *words).returncode == 0
+    assert launch(*words, "--map", "no").returncode == 0
 
 
 def test_other_commands_die_of_a_signal_as_any_program():

@@ -26,7 +26,7 @@ from hpcwhirl.cli import main
 
 SCRIPT = ROOT / "scripts/cluster/sge.sh"
 HANDED = ("OMPI_", "PRTE_", "MPI4PY_")
-pytestmark = MARKS
+pytestmark = [*MARKS, pytest.mark.mpi]
 
 
 @pytest.fixture(scope="module")

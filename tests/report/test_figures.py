@@ -1,7 +1,6 @@
 """Figures of real campaigns: every kind, its axes and units, and its refusals."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +8,7 @@ from types import SimpleNamespace
 import jeffcott
 import numpy as np
 import pytest
+from launch import ended
 from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
@@ -53,9 +53,8 @@ speed = [410, 300, 520]
 def full(tmp_path_factory):
     place = tmp_path_factory.mktemp("full")
     (place / "full.toml").write_text(FULL)
-    assert (
-        main(["campaign", str(place / "full.toml"), "--out", str(place / "out")]) == 0
-    )
+    words = ["campaign", str(place / "full.toml"), "--out", str(place / "out")]
+    assert main([*words, "--map=no", "--report=no"]) == 0
     return place / "out"
 
 
@@ -340,7 +339,7 @@ def stiff(tmp_path_factory):
         + "[engine.rotor]\nroot_thickness = 0.085\n"
     )  # fmt: skip
     words = ["campaign", str(place / "stiff.toml"), "--out", str(place / "out")]
-    assert main(words) == 0
+    assert main([*words, "--map=no", "--report=no"]) == 0
     return place / "out"
 
 
@@ -509,7 +508,7 @@ def test_the_quick_paper_is_whole_and_continues(tmp_path):
         str(tmp_path),
         "--quick",
     ]
-    done = subprocess.run(call, capture_output=True, text=True, check=True)
+    done = ended(*call, check=True)
     assert {f"fig{n:02d}.png" for n in range(4, 15)} <= {
         p.name for p in tmp_path.iterdir()
     }

@@ -47,7 +47,7 @@ def campaign(folder, arrays, **words):
     text = TOML.format(file=file, blades=N, **words)
     (folder / "stage.toml").write_text(text)
     words = ["campaign", str(folder / "stage.toml"), "--out", str(folder / "out")]
-    assert main(words) == 0
+    assert main([*words, "--map=no", "--report=no"]) == 0
     return folder / "out"
 
 

@@ -8,7 +8,9 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from launch import python
 
+from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError, NoRoomError, StoreError
 from hpcwhirl.launch import interpreter
 from hpcwhirl.report import render_process
@@ -29,8 +31,7 @@ DIES = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
 def begun(file, out, before=""):
     """Return a campaign that a fresh process has ended, and whether it loaded much."""
     words = CAMPAIGN.format(file=str(file), out=str(out), before=before, heavy=HEAVY)
-    call = [sys.executable, "-c", words]
-    return subprocess.run(call, check=False, capture_output=True, text=True)
+    return python(words)
 
 
 @pytest.fixture
@@ -120,8 +121,8 @@ def test_a_campaign_whose_map_is_killed_says_so_in_one_line(undrawn, finished):
     assert len(told) == 1
     assert "its process died of SIGKILL, perhaps for lack of memory" in told[0]
     assert (undrawn / "results.h5").exists()
-    again = begun(finished.parent / "short.toml", undrawn)
-    assert again.returncode == 0
+    again = ["campaign", str(finished.parent / "short.toml"), "--out", str(undrawn)]
+    assert main(again) == 0
     assert (undrawn / "map.png").exists()
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from launch import launch, root_variables
+from launch import BARE, launch, root_variables
 
 import hpcwhirl
 from hpcwhirl.analysis.blades import blade_amplitudes, blade_numbers, localisation
@@ -152,7 +152,9 @@ def test_a_tuned_engine_goes_with_mistuning_alone(more, told):
         design_of({**SMALL, "sample": {"count": 4, "mistuning": LAW, **more}})
 
 
-TOML = """
+TOML = (
+    BARE
+    + """
 scene = {duration = 3e-3}
 engine = {rotor = {blades = 5, elements = 3}}
 solver = {time_step = 2e-6, modes = 10}
@@ -163,6 +165,7 @@ count = 4
 tuned = true
 mistuning = {distribution = "normal", mean = 0.0, deviation = 0.05}
 """
+)
 
 
 @pytest.mark.mpi

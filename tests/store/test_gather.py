@@ -5,8 +5,6 @@ import os
 import pickle
 import resource
 import shutil
-import subprocess
-import sys
 
 import h5netcdf
 import h5py
@@ -14,7 +12,7 @@ import numpy as np
 import pytest
 import xarray
 from journals import plan_of
-from launch import ENVIRONMENT, LIMIT, launch, root_variables
+from launch import ENVIRONMENT, ended, launch, python, root_variables
 from specimen import BASE, FAILED, MISSING, SAMPLES, SPEEDS, begin, row
 
 import hpcwhirl
@@ -193,15 +191,7 @@ def test_h5netcdf_reads_it(folder, axis):
 
 def test_netcdf4_reads_every_variable_and_all_text(folder, axis):
     # of its own: it brings another HDF5, and has crashed on what h5py reads
-    call = [sys.executable, "-c", NETCDF4, str(folder / "results.h5")]
-    done = subprocess.run(
-        call,
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-        env=ENVIRONMENT,
-        check=False,
-    )
+    done = python(NETCDF4, folder / "results.h5")
     assert done.returncode == 0, done.stderr
     found, facts = json.loads(done.stdout)
     assert {*ROW, *STATUS, *PERFORMANCE, *TRACES} <= found.keys()
@@ -433,10 +423,7 @@ def test_what_each_rank_did_is_told_over_all_runs(tmp_path):
         assert "busy_fraction" not in file
     data = hpcwhirl.open_results(tmp_path)
     assert data["busy_fraction"].dims == ("worker",)
-    done = subprocess.run(
-        [sys.executable, "-c", NETCDF4, str(tmp_path / "results.h5")],
-        capture_output=True, text=True, timeout=LIMIT, env=ENVIRONMENT, check=False,
-    )  # fmt: skip
+    done = python(NETCDF4, tmp_path / "results.h5")
     assert done.returncode == 0, done.stderr
     found, _ = json.loads(done.stdout)
     assert found["busy_fraction"][::2] == [["worker"], [0.9, 1.0, 0.9]]
@@ -447,16 +434,10 @@ def test_h5dump_reads_the_head_and_values(folder):
         if os.environ.get("HPCWHIRL_EXPECT_MPIIO") == "1":
             pytest.fail("this environment was to have h5dump")
         pytest.skip("no h5dump on this machine (Debian: hdf5-tools)")
-    call = ["h5dump", "-d", "/speed", str(folder / "results.h5")]
-    done = subprocess.run(
-        call, capture_output=True, text=True, timeout=LIMIT, check=False
-    )
+    done = ended("h5dump", "-d", "/speed", folder / "results.h5")
     assert done.returncode == 0, done.stderr
     assert "(0): 300, 350, 400, 410, 450" in done.stdout
-    head = subprocess.run(
-        ["h5dump", "-H", call[-1]],
-        capture_output=True, text=True, timeout=LIMIT, check=False,
-    )  # fmt: skip
+    head = ended("h5dump", "-H", folder / "results.h5")
     assert head.returncode == 0, head.stderr
     for name in (*ROW, *STATUS, *PERFORMANCE, *TRACES):
         assert f'DATASET "{name}"' in head.stdout

@@ -3,12 +3,11 @@
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import h5py
 import pytest
-from launch import kept
+from launch import kept, python
 
 from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
@@ -34,9 +33,7 @@ print(cache_facts()["cache_writable"], place)
 def test_a_cache_that_cannot_be_written_is_one_of_the_process_alone(ground):
     gone = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
     env = {n: v for n, v in os.environ.items() if n not in gone} | ground
-    done = subprocess.run(
-        [sys.executable, "-c", ASK], env=env, capture_output=True, text=True, check=True
-    )
+    done = python(ASK, env=env, check=True)
     kept, place = done.stdout.split()
     assert kept == "False"
     assert not Path(place).exists()

@@ -9,7 +9,7 @@ import shutil
 import h5py
 import pytest
 from journals import journal_of
-from launch import records
+from launch import BARE, records
 from specimen import begin
 
 from hpcwhirl.campaign import evaluate
@@ -51,12 +51,15 @@ def exported(tmp_path_factory):
     return path
 
 
-ENGINE = """
+ENGINE = (
+    BARE
+    + """
 scene = {duration = 1e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5, traces = "summary"}
 engine.rotor = {blades = 6}
 """
+)
 
 
 @pytest.fixture
@@ -141,12 +144,15 @@ def test_a_gather_of_what_is_complete_ends_with_0(finished, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
-SHORT = """
+SHORT = (
+    BARE
+    + """
 scene = {duration = 2e-3}
 solver = {time_step = 2e-6}
 output = {interval = 5e-5}
 sweep = {speed = [300, 350, 410]}
 """
+)
 
 
 @pytest.fixture

@@ -19,7 +19,6 @@ sweep = {speed = {start = 300, stop = 495, step = 5}}
 MARKS = [
     pytest.mark.cluster,
     pytest.mark.slow,
-    pytest.mark.mpi,
     pytest.mark.skipif(
         os.environ.get("HPCWHIRL_CLUSTER") != "1",
         reason="scripts/test_cluster.sh runs them",

@@ -20,12 +20,14 @@ LIMIT = 600  # s, of any process, on a busy machine, too; numba may have to comp
 ROOT = Path(__file__).parents[2]
 MPIRUN = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
 RANK = (b"PMI_RANK=", b"OMPI_COMM_WORLD_RANK=", b"PMIX_RANK=")
+# line of a campaign that ends without pictures, which take longer than short cases
+BARE = 'campaign = {map = "no", report = "no"}\n'
 # a campaign of six cases
-SIX = """
-scene = {duration = 0.05}
-solver = {time_step = 2e-6}
-output = {interval = 1e-3}
-sweep = {speed = [300, 340, 380, 420, 460, 500]}
+SIX = f"""
+{BARE}scene = {{duration = 0.05}}
+solver = {{time_step = 2e-6}}
+output = {{interval = 1e-3}}
+sweep = {{speed = [300, 340, 380, 420, 460, 500]}}
 """
 ENVIRONMENT = dict(os.environ)  # before an MPI in this process adds to it
 # every slice of a case takes a while, so that no stop comes after the last
@@ -62,6 +64,9 @@ def advance(march, steps, own=March.advance):
 March.advance = advance
 """
 MAIN = "import sys\nfrom hpcwhirl.cli import main\nsys.exit(main())\n"
+# runs a file with the words after it
+AS_MAIN = "import runpy, sys\nsys.argv[:1] = []\n"
+AS_MAIN += "runpy.run_path(sys.argv[0], run_name='__main__')\nsys.exit()\n"
 
 
 def words_of(settings):
@@ -76,6 +81,18 @@ def held(out, count, pause=2 * LIMIT):
     """
     own = {"support": str(Path(__file__).parent), "out": str(out)}
     return HELD.format(**own, count=count, pause=pause)
+
+
+def ended(*call, check=False, **options):
+    """Return an ended process, whatever its code, with all that it has told."""
+    own = {"env": ENVIRONMENT, "cwd": ROOT, "timeout": LIMIT} | options
+    words = [str(word) for word in call]
+    return subprocess.run(words, capture_output=True, text=True, check=check, **own)
+
+
+def python(code, *words, **options):
+    """Return a new interpreter that has run some code."""
+    return ended(sys.executable, "-c", code, *words, **options)
 
 
 def start(words, ranks=0, first="", real=None, **options):
@@ -127,6 +144,12 @@ def launch(*words, ranks=0, **options):
     if ranks or options:
         return finish(start(words, ranks, **options))
     return server().command(words, ROOT)
+
+
+def script(path, text, *words, ranks):
+    """Return ranks that have ended a script with some words; they are forks."""
+    path.write_text(text)
+    return launch(path, *words, ranks=ranks, first=AS_MAIN, real=False)
 
 
 def wait_for(reached, process):
