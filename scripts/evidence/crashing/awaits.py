@@ -70,15 +70,22 @@ def look_at(kind: Kind, found: Record, place: Path, share: float) -> list[Facts]
             tally.add(" ".join(map(str, point)), struck_apart(found, point))
         out.append(tally.facts())
     if kind.name in OWNED:
+        points: list[int | wire.Fault] = [*claims_of(found)]
+        points += faults(awaits_of(found, place, TWO), stop)
         tally = Tally("stopped, lost to another that ends its work, goes on")
-        for at in _some(list(claims_of(found)), share):
-            call = found.calls[at] if at < len(found.calls) else None
-            where = (
-                f"before call {at}: {call.kind} {call.path}" if call else "at its end"
-            )
-            tally.add(where, lost(found, at))
+        for at in _some(points, share):
+            tally.add(_told(found, at), lost(found, at))
         out.append(tally.facts())
     return out
+
+
+def _told(found: Record, at: int | wire.Fault) -> str:
+    """Return where a directory is lost, in words."""
+    if isinstance(at, wire.Fault):
+        return f"rank {at.rank} at its {at.at + 1}. {at.where}"
+    if at == len(found.calls):
+        return "at its end"
+    return f"before call {at}: {found.calls[at].kind} {found.calls[at].path}"
 
 
 def _some(all_of: list[Any], share: float) -> list[Any]:
