@@ -11,7 +11,6 @@ first: a first start, with empty caches, of `modal` and of unequal sectors.
 
 from __future__ import annotations
 
-import argparse
 import resource
 import shutil
 import subprocess
@@ -19,7 +18,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table, tree_of, with_version, working_folder
+from common import parser_of, table, tree_of, with_version, working_folder
 
 TOP = Path(__file__).parents[2]
 PAGE = Path(__file__).with_suffix(".md")
@@ -135,11 +134,10 @@ def compared(names: list[str], before: str, repeats: int) -> list[list[str]]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("commit")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=[*NAMES])
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
     rows = compared(args.only, args.commit, args.repeats)
     head = "", f"{args.commit}, s", "now, s", "now / before", "of single pairs"

@@ -130,7 +130,7 @@ def page(told: list[Facts], share: float) -> str:
 
 def arguments() -> argparse.Namespace:
     """Return what was asked for."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = common.parser_of(__doc__, write=PAGE)
     add = parser.add_argument
     add("--seed", type=int, default=1)
     add("--only", default="", help="families, by commas")
@@ -140,7 +140,6 @@ def arguments() -> argparse.Namespace:
     add("--jobs", type=int, default=1, help="families at once")
     add("--limit", type=float, default=process.LIMIT, help="s until one counts as hung")
     add("--json", action="store_true")
-    add("--write", action="store_true", help=f"write {PAGE.name}")
     args = parser.parse_args()
     args.names = args.only.split(",") if args.only else list(FAMILIES)
     for name in args.names:

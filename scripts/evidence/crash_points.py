@@ -39,6 +39,7 @@ from typing import Any
 import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 from crashing import awaits, checks
 from crashing.disk import MODELS, PART, PROCESS, Crash
 from crashing.kinds import Kind, kinds
@@ -161,12 +162,11 @@ def page(found: list[Facts], seconds: float) -> str:
 
 def asked() -> argparse.Namespace:
     """Return the arguments."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("--only", default="", help="kinds, by commas")
     parser.add_argument("--share", type=float, default=1.0)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     parser.add_argument("--read", nargs="*", type=Path, default=[], metavar="FILE",
                         help="tell what runs said by --json")  # fmt: skip
     args = parser.parse_args()

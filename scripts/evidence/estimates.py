@@ -53,7 +53,7 @@ import numpy as np
 from hpcwhirl.scene import preset_bounds, preset_names
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import working_folder
+from common import parser_of, working_folder
 from evidence.estimates_drawn import MEASURES, NUMBERS
 from evidence.presets import PATH, write
 
@@ -67,21 +67,13 @@ SEEDS = {
     "presets_full": 17,
 }  # others, once it was changed
 DRAWN = {
-    "truncation": 120,
-    "accuracy": 120,
-    "presets": 60,
-    "rotation": 60,
-    "kept": 60,
+    "truncation": 120, "accuracy": 120, "presets": 60, "rotation": 60, "kept": 60,
     "presets_full": 12,
-}
+}  # fmt: skip
 QUICK = {
-    "truncation": 20,
-    "accuracy": 24,
-    "presets": 0,
-    "rotation": 0,
-    "kept": 0,
+    "truncation": 20, "accuracy": 24, "presets": 0, "rotation": 0, "kept": 0,
     "presets_full": 0,
-}
+}  # fmt: skip
 LEAST, ENOUGH = 20, 0.95  # rows of a class of which a share is asked
 TOUCHED = 20  # contacts of blades and steps: below, a motion has hardly begun to touch
 HARDLY = f"fewer than {TOUCHED} contacts"
@@ -370,11 +362,9 @@ def failing(found: list[Line]) -> list[Line]:
 
 def arguments() -> argparse.Namespace:
     """Return the command's arguments."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, write=PAGE, folder="?")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", action="store_true")
     parser.add_argument("--only", choices=list(DRAWN), action="append")
     parser.add_argument("--part", default="0/1")
     parser.add_argument("--seed", type=int, help="of all, instead of their own")

@@ -28,13 +28,10 @@ WIDE = 10.0  # 1/s: as wrong as can be
 SURE = 1.0  # 1/s beyond zero
 # {(speed, root): whether it grows}; what the paper has at 410 and 420 lies between
 WANTED = {
-    (270.0, "backward"): True,
-    (400.0, "forward"): False,
-    (400.0, "backward"): False,
-    (410.0, "forward sprung"): True,
-    (410.0, "backward sprung"): False,
+    (270.0, "backward"): True, (400.0, "forward"): False, (400.0, "backward"): False,
+    (410.0, "forward sprung"): True, (410.0, "backward sprung"): False,
     (430.0, "forward"): True,
-}
+}  # fmt: skip
 Growths = dict[tuple[float, str], float]
 
 

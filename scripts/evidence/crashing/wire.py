@@ -10,7 +10,6 @@ import os
 import signal
 import sys
 import time
-import traceback
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,10 +18,12 @@ from multiprocessing.connection import Connection, Pipe, wait
 from pathlib import Path
 from typing import Any, NoReturn
 
+from forks import RAISED, forked
+
 from hpcwhirl.launch import Alone
 
 TOGETHER = -1  # the tag of what all ranks call
-ABORTED, RAISED = 100, 99  # 100 + code; a rank that raised
+ABORTED = 100  # and the code
 LIMIT = 120.0  # s until ranks count as hung
 
 
@@ -157,22 +158,6 @@ class Wire(Alone):
         os._exit(ABORTED + code)
 
 
-def _rank(comm: Wire, action: Callable[[Wire], int], streams: Path) -> NoReturn:
-    code = RAISED
-    try:
-        handle = os.open(streams, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-        for stream in (1, 2):
-            os.dup2(handle, stream)
-        code = action(comm)
-    except BaseException:  # noqa: BLE001 - told, and a code that no command has
-        traceback.print_exc()
-    finally:
-        with suppress(Exception):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        os._exit(code)
-
-
 @dataclass
 class Ranks:
     """Forks at work.
@@ -257,11 +242,12 @@ def start(
             ends[one][other], ends[other][one] = Pipe()
     pids = []
     for rank in range(size):
-        pid = os.fork()
-        if not pid:
+
+        def own(rank: int = rank) -> int:
             _close(ends[:rank] + ends[rank + 1 :])
-            _rank(Wire(rank, ends[rank], fault, note), action, streams)
-        pids.append(pid)
+            return action(Wire(rank, ends[rank], fault, note))
+
+        pids.append(forked(own, streams, streams))
     _close(ends)
     return Ranks(pids, streams)
 
