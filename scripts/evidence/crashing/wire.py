@@ -166,13 +166,15 @@ class Ranks:
     ----------
     pids : of the ranks
     streams : where all that they print is
+    code : the first exit code that is not 0, else 0; -N where signal N ended one
     """
 
     pids: list[int]
     streams: Path
+    code: int | None = None
 
     def wait(self, *, stopped: bool = False, limit: float = LIMIT) -> int | None:
-        """Return the first code that is not 0, else 0; -N where signal N ended one.
+        """Return `code` once all have ended.
 
         Parameters
         ----------
@@ -199,6 +201,7 @@ class Ranks:
                 self.kill(left)
                 msg = f"hung: see {self.streams}"
                 raise TimeoutError(msg)
+        self.code = worst
         return worst
 
     def go_on(self) -> None:
@@ -212,6 +215,16 @@ class Ranks:
         for pid in pids:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
+
+    def wrong(self, allowed: tuple[int, ...] = (0,)) -> str:
+        """Return what is wrong with how they end, "" where nothing is."""
+        try:
+            code = self.wait() if self.code is None else self.code
+        except TimeoutError:
+            return "hangs"
+        if code in allowed and "Traceback" not in self.told:
+            return ""
+        return f"ends with {code}: {self.told.strip()[-300:]}"
 
     @property
     def told(self) -> str:
@@ -232,10 +245,11 @@ def start(
     ----------
     size : of the communicator
     action : what each does with it; gives its exit code
-    streams : a file for what they print
+    streams : a new file for what they print
     fault : that strikes one of them
     note : a file that is told of every await
     """
+    streams.unlink(missing_ok=True)
     ends: list[dict[int, Connection]] = [{} for _ in range(size)]
     for one in range(size):
         for other in range(one):
