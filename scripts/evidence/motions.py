@@ -193,7 +193,7 @@ def _cases(rows: list[Row]) -> str:
             rate, error = own["exponent"] * turn, own["exponent_error"] * turn
             line += [f"{rate:.4f} ± {error:.4f}",
                      f"{own['period']}: {own['return_distance']:.2g}",
-                     f"{own['zero_one']:.2f}", own["word"]]  # fmt: skip
+                     f"{own.get('zero_one', math.nan):.2f}", own["word"]]  # fmt: skip
         lines.append(line)
     head = ["engine", "rad/s", "gap, mm"]
     for name in (str(SHORT), str(LONGER * SHORT)):
