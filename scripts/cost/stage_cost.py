@@ -14,7 +14,6 @@ case, and the processor time of all its processes is told for a second of motion
 
 from __future__ import annotations
 
-import argparse
 import csv
 import resource
 import statistics
@@ -30,7 +29,7 @@ import tomli_w
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2] / "jobs"))
 import stage
-from common import campaign, table, under_mpi, working_folder
+from common import campaign, parser_of, table, under_mpi, working_folder
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import result_of
@@ -181,11 +180,10 @@ def page(folder: Path, seconds: float, call: str) -> str:
 
 def main() -> None:
     """Time, compare and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--coarse", action="store_true", help="of the small mesh")
     parser.add_argument("--seconds", type=float, default=1.0, help="of a case")
-    parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
     stage.reduced(args.folder, stage.COARSE if args.coarse else stage.FINE)
     call = f"python scripts/cost/{Path(__file__).name} FOLDER"

@@ -12,7 +12,6 @@ at most 44 blades are timed, were, at 22, 36 and 44.
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import sys
 import tempfile
@@ -23,7 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table
+from common import parser_of, table
 
 from hpcwhirl.benchmark.bench import Timing, settled_all, time_marches
 from hpcwhirl.benchmark.sizes import (
@@ -122,11 +121,10 @@ def page(rows: list[Row]) -> str:
 
 def main() -> None:
     """Time, compare and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
     parser.add_argument("--points", type=int, nargs="*", default=POINTS)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
     scene = apply_settings(Scene(), {"plan": "everything"})  # leave out no step
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-steps-") as folder:

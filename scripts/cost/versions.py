@@ -11,73 +11,58 @@ first: a first start, with empty caches, of `modal` and of unequal sectors.
 
 from __future__ import annotations
 
-import argparse
 import resource
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table, tree_of, with_version, working_folder
+import tomli_w
 
-TOP = Path(__file__).parents[2]
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import (
+    JOBS,
+    TOP,
+    Row,
+    parser_of,
+    table,
+    tree_of,
+    with_version,
+    working_folder,
+)
+
 PAGE = Path(__file__).with_suffix(".md")
-POPULATION = (TOP / "jobs" / "mistuned_population.toml").read_text()
-SWEEP = """
-[scene]
-duration = {duration}
-[solver]
-preset = "draft"
-[output]
-traces = "summary"
-[sweep]
-speed = {{ start = 20, stop = 520, num = 51 }}
-"""
-LOBED = """
-[scene]
-duration = {duration}
-nodal_diameter = 2
-gap = 1e-4
-[engine]
-file = "{engine}"
-[engine.casing]
-kind = "rigid"
-amplitude = 0.9e-4
-growth = 0.5
-[output]
-traces = "summary"
-[sweep]
-speed = [120, 300, 410, 420]
-"""
-FIRST = """
-[scene]
-duration = 1e-3
-[engine.rotor]
-mistuning = [{changes}]
-[sweep]
-speed = [300]
-"""
-UNEQUAL = ", ".join(f"{0.001 * (blade % 5 - 2):g}" for blade in range(22))
+POPULATION = tomllib.loads((JOBS / "mistuned_population.toml").read_text("utf-8"))
+SUMMARY = {"output": {"traces": "summary"}}
+SWEEP = SUMMARY | {
+    "solver": {"preset": "draft"},
+    "sweep": {"speed": {"start": 20, "stop": 520, "num": 51}},
+}
+LOBED = {"kind": "rigid", "amplitude": 0.9e-4, "growth": 0.5}
+UNEQUAL = [0.001 * (blade % 5 - 2) for blade in range(22)]
 NAMES = "population", "sweep", "lobed", "first, equal", "first, unequal"
 
 
-def texts(name: str, engine: Path) -> tuple[str, str | None, int]:
+def documents(name: str, engine: Path) -> tuple[list[Row], int]:
     """Return a campaign, the short one that is subtracted, and the cases between.
 
     engine : a rotor's file, for `lobed`
     """
     if name == "population":
-        longer, short = (
-            POPULATION.replace("count = 1000", f"count = {n}") for n in (65, 5)
-        )
-        return longer, short, 60
-    if name in {"sweep", "lobed"}:
-        text = SWEEP if name == "sweep" else LOBED
-        durations = (10.0, 0.01) if name == "sweep" else (1.5, 0.01)
-        longer, short = (text.format(duration=d, engine=engine) for d in durations)
-        return longer, short, 1
-    return FIRST.format(changes=UNEQUAL if name.endswith("unequal") else ""), None, 1
+        draw = POPULATION["sample"]
+        return [POPULATION | {"sample": draw | {"count": n}} for n in (65, 5)], 60
+    if name == "sweep":
+        return [SWEEP | {"scene": {"duration": d}} for d in (10.0, 0.01)], 1
+    if name == "lobed":
+        scene = {"nodal_diameter": 2, "gap": 1e-4}
+        own = {"engine": {"file": str(engine), "casing": LOBED},
+               "sweep": {"speed": [120, 300, 410, 420]}}  # fmt: skip
+        return [SUMMARY | own | {"scene": scene | {"duration": d}}
+                for d in (1.5, 0.01)], 1  # fmt: skip
+    blades = UNEQUAL if name.endswith("unequal") else []
+    first = {"scene": {"duration": 1e-3}, "sweep": {"speed": [300]}}
+    return [first | {"engine": {"rotor": {"mistuning": blades}}}], 1
 
 
 def processor(tree: Path, words: list[str | Path], caches: Path) -> float:
@@ -93,18 +78,16 @@ def processor(tree: Path, words: list[str | Path], caches: Path) -> float:
 
 def once(name: str, tree: Path, folder: Path) -> float:
     """Return the seconds of a campaign, less those of the short one."""
-    longer, short, cases = texts(name, folder / "engine.h5")
+    tables, cases = documents(name, folder / "engine.h5")
     caches = folder / f"caches-{tree.name}"
-    if short is None:
+    if name.startswith("first"):
         caches = folder / "empty"
         shutil.rmtree(caches, ignore_errors=True)
         caches.mkdir()
     seconds = 0.0
-    for text, sign in ((short, -1), (longer, 1)):
-        if text is None:
-            continue
+    for document, sign in zip(tables, (1, -1), strict=False):
         file, out = folder / "c.toml", folder / "out"
-        file.write_text(text)
+        file.write_text(tomli_w.dumps(document))
         words: list[str | Path] = ["campaign", file, "--out", out, "--report", "no"]
         seconds += sign * processor(tree, words, caches)
         shutil.rmtree(out)
@@ -135,11 +118,10 @@ def compared(names: list[str], before: str, repeats: int) -> list[list[str]]:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("commit")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=[*NAMES])
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
     rows = compared(args.only, args.commit, args.repeats)
     head = "", f"{args.commit}, s", "now, s", "now / before", "of single pairs"

@@ -24,20 +24,18 @@ import sys
 import tempfile
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from attacks import process
+import common
+from attacks import damage, deaths, engines, ground, process, text, together
 from attacks.family import Chance, Family, Verdict
-from crashing.trace import compiled
 
 PAGE = Path(__file__).with_suffix(".md")
-MODULES = "deaths damage text engines measures together room ground"
 FAMILIES: dict[str, Family] = {}
-for _module in MODULES.split():
-    FAMILIES |= import_module(f"attacks.{_module}").FAMILIES
+for _module in (deaths, damage, text, engines, together, ground):
+    FAMILIES |= _module.FAMILIES
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 INSIDE = "ATTACK_INSIDE"  # of the environment: a process that attacks by one family
 SHOWN = 8  # failures of a family on the page; all are printed
@@ -46,20 +44,23 @@ Facts = dict[str, Any]
 
 def attack(name: str, args: argparse.Namespace) -> Facts:
     """Make the tries of a family in this process; return what became of them."""
-    family = FAMILIES[name]
-    one = args.number is not None
-    numbers = [args.number] if one else range(wanted(family, args))
+    family, one = FAMILIES[name], args.number is not None
+    count = args.count or max(math.ceil(family.count * args.share), 1)
     tries: Counter[str] = Counter()
     skipped: Counter[str] = Counter()
     failures = []
     with tempfile.TemporaryDirectory(prefix=f"attack-{name}-") as folder:
         place = Path(folder)
         shared = family.prepare(place / "shared")
-        for number in numbers:
+        for number in [args.number] if one else range(count):
             own = place / f"try-{number}"
             verdict = attempt(name, shared, args.seed, number, own)
-            if not one:
-                shutil.rmtree(own, ignore_errors=True)
+            if one:
+                kept = tempfile.mkdtemp(prefix="attack-kept-")
+                shutil.copytree(place, kept, symlinks=True, dirs_exist_ok=True,
+                                ignore=_no_pipes)  # fmt: skip
+                print(f"kept in {kept}", file=sys.stderr)
+            shutil.rmtree(own, ignore_errors=True)
             if verdict.skipped:
                 skipped[verdict.skipped] += 1
                 continue
@@ -69,11 +70,6 @@ def attack(name: str, args: argparse.Namespace) -> Facts:
                 by = f"python scripts/evidence/attack.py {again}"
                 failures.append(f"{verdict.what}: {verdict.wrong} | {by}")
                 print(failures[-1], file=sys.stderr, flush=True)
-        if one:
-            kept = tempfile.mkdtemp(prefix="attack-kept-")
-            shutil.copytree(place, kept, symlinks=True, dirs_exist_ok=True,
-                            ignore=_no_pipes)  # fmt: skip
-            print(f"kept in {kept}", file=sys.stderr)
     failed = len(failures)
     return {
         "attack": name, "title": family.title, "seed": args.seed,
@@ -81,11 +77,6 @@ def attack(name: str, args: argparse.Namespace) -> Facts:
         "kinds": dict(sorted(tries.items())), "skipped": dict(skipped),
         "failures": failures,
     }  # fmt: skip
-
-
-def wanted(family: Family, args: argparse.Namespace) -> int:
-    """Return how many tries of a family are asked for."""
-    return args.count or max(math.ceil(family.count * args.share), 1)
 
 
 def attempt(name: str, shared: Any, seed: int, number: int, place: Path) -> Verdict:
@@ -103,31 +94,23 @@ def _no_pipes(folder: str, names: list[str]) -> list[str]:
     return [n for n in names if (Path(folder) / n).is_fifo()]
 
 
-def apart(name: str, args: argparse.Namespace) -> Facts:
-    """Attack by a family in a process of its own, with its environment and shim."""
-    family, words = FAMILIES[name], ["--only", name, "--json"]
-    options = {"seed": args.seed, "share": args.share, "limit": args.limit,
-               "count": args.count, "try": args.number}  # fmt: skip
-    words += [w for option, value in options.items() if value is not None
-              for w in (f"--{option}", str(value))]  # fmt: skip
-    with tempfile.TemporaryDirectory(prefix="attack-shim-") as folder:
-        env = {**os.environ, **dict.fromkeys(THREADS, "1"), **family.env, INSIDE: "1"}
-        if family.shim:
-            env["LD_PRELOAD"] = str(compiled(Path(folder), family.shim))
-        call = [sys.executable, __file__, *words]
-        done = subprocess.run(call, env=env, stdout=subprocess.PIPE, check=False)
-    if done.stdout:
-        return dict(json.loads(done.stdout)[0])
-    msg = f"attack: {name} itself ended with {done.returncode}"
-    raise SystemExit(msg)
+def apart(name: str) -> Facts:
+    """Attack by a family in a process of its own, with its environment."""
+    more = {**dict.fromkeys(THREADS, "1"), **FAMILIES[name].env, INSIDE: "1"}
+    call = [sys.executable, __file__, *sys.argv[1:], "--only", name]
+    done = subprocess.run(
+        call, env=os.environ | more, stdout=subprocess.PIPE, check=False
+    )
+    if not done.stdout:
+        raise SystemExit(f"attack: {name} itself ended with {done.returncode}")
+    return dict(json.loads(done.stdout))
 
 
 def table(told: list[Facts]) -> list[str]:
     """Return the table, a line for each family."""
     columns = ("title", "tries", "survived", "failed")
-    rows = [[str(facts[name]) for name in columns] for facts in told]
-    rows = [["attack", *columns[1:]], ["---", *["---:"] * 3], *rows]
-    return [f"| {' | '.join(row)} |" for row in rows]
+    rows = [[facts[name] for name in columns] for facts in told]
+    return common.table(("attack", *columns[1:]), rows)
 
 
 def page(told: list[Facts], share: float) -> str:
@@ -147,19 +130,16 @@ def page(told: list[Facts], share: float) -> str:
 
 def arguments() -> argparse.Namespace:
     """Return what was asked for."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="families, by commas")
-    parser.add_argument(
-        "--try", dest="number", type=int, help="one try; its files stay"
-    )
-    parser.add_argument("--share", type=float, default=1.0, help="of the full counts")
-    parser.add_argument("--count", type=int, help="tries of each family instead")
-    parser.add_argument("--jobs", type=int, default=1, help="families at once")
-    parser.add_argument("--limit", type=float, default=process.LIMIT,
-                        help="s until a command counts as hung")  # fmt: skip
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    parser = common.parser_of(__doc__, write=PAGE)
+    add = parser.add_argument
+    add("--seed", type=int, default=1)
+    add("--only", default="", help="families, by commas")
+    add("--try", dest="number", type=int, help="one try; its files stay")
+    add("--share", type=float, default=1.0, help="of the full counts")
+    add("--count", type=int, help="tries of each family instead")
+    add("--jobs", type=int, default=1, help="families at once")
+    add("--limit", type=float, default=process.LIMIT, help="s until one counts as hung")
+    add("--json", action="store_true")
     args = parser.parse_args()
     args.names = args.only.split(",") if args.only else list(FAMILIES)
     for name in args.names:
@@ -173,10 +153,10 @@ def main() -> int:
     args = arguments()
     process.LIMIT = args.limit
     if INSIDE in os.environ:
-        print(json.dumps([attack(args.names[0], args)]))
+        print(json.dumps(attack(args.names[0], args)))
         return 0
     with ThreadPoolExecutor(args.jobs) as pool:
-        told = list(pool.map(lambda name: apart(name, args), args.names))
+        told = list(pool.map(apart, args.names))
     print(json.dumps(told, indent=1) if args.json else "\n".join(table(told)))
     if args.write:
         PAGE.write_text(page(told, args.share))

@@ -138,17 +138,10 @@ def casing_of_bar(bar: Bar, slider: Slider) -> tuple[ModalModel, BarEnd]:
     rigid = np.ones(len(mass))
     rigid[1] = 0.0
     model = ModalModel(
-        mass=mass,
-        stiffness=stiffness,
-        shapes=shapes,
-        omega=omega,
-        diameter=none,
-        rank=np.arange(len(omega)),
-        phase=none,
-        centre_share=np.zeros(len(omega)),
-        damping=0.0,
-        kept=0,
-    )
+        mass=mass, stiffness=stiffness, shapes=shapes, omega=omega, diameter=none,
+        rank=np.arange(len(omega)), phase=none, centre_share=np.zeros(len(omega)),
+        damping=0.0, kept=0,
+    )  # fmt: skip
     return model, BarEnd(0, 1.0, share=mass @ rigid / bar.mass)
 
 
@@ -242,18 +235,10 @@ def drop(elements: int, height: float = 5.0, gravity: float = 10.0) -> Rig:
     amplitude = 2.0 * gravity * (rise / math.pi) ** 2
     wall = {"kind": "rigid", "amplitude": amplitude, "rise": rise, "gap": height}
     return Rig(
-        bar=bar,
-        settings=wall,
-        duration=duration,
-        touch=start,
-        release=start + back,
-        arrival=arrival,
-        rebound=arrival,
-        end=end,
-        force=force,
-        impulse=impulse,
+        bar=bar, settings=wall, duration=duration, touch=start, release=start + back,
+        arrival=arrival, rebound=arrival, end=end, force=force, impulse=impulse,
         wall_speed=-(arrival + gravity * back),
-    )
+    )  # fmt: skip
 
 
 def two_bars(elements: int, speed: float = 10.0) -> Rig:

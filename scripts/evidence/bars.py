@@ -28,7 +28,6 @@ residual    of the ledger, over its largest term
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Iterator
@@ -41,6 +40,7 @@ from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.march import March
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 from evidence.bar_rigs import RIGS, Bar, Floats, Rig, Slider, march_of
 
 FRICTION, SPEED = 0.3, 1.0  # mu and rad/s: the bars slide along the wall
@@ -133,13 +133,9 @@ def measure(
     own, others = mean_velocities(march, rig.bar, late)
     history = march.history()
     row = {
-        "rig": name,
-        "series": series,
-        "scheme": scheme,
-        "elements": elements,
-        "time_step": step,
-        "courant": courant,
-    }
+        "rig": name, "series": series, "scheme": scheme, "elements": elements,
+        "time_step": step, "courant": courant,
+    }  # fmt: skip
     row |= dict.fromkeys(COLUMNS) | of_motion(rig, history)
     if rig.release < rig.duration:
         wall = others if rig.casing else rig.wall_speed
@@ -207,7 +203,7 @@ def show(name: str, rows: list[Row]) -> None:
 
 def main() -> None:
     """Print the tables, or all rows and orders as JSON."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument(
         "--quick", action="store_true", help="fewer runs, no modal, exact"
     )

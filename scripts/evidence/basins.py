@@ -12,7 +12,6 @@ modes, and of a whole campaign of them, beside those of 10,000 swept cases.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 import tomllib
@@ -28,9 +27,9 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.store.reading.shares import interval
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign, on_engine, working_folder
+from common import JOBS, campaign, on_engine, parser_of, results_of, working_folder
 
-JOB = Path(__file__).parents[2] / "jobs" / "basins.toml"
+JOB = JOBS / "basins.toml"
 NAMES = ("mostly_damped", "four_motions")
 PRESENT = 75e3  # N, the pulse of Table 2
 STARTS = 10_000
@@ -59,11 +58,9 @@ def map_of(engine: str, preset: str, folder: Path, ranks: int) -> None:
     """Run the map of an engine and print what lives beside its damped motions."""
     document = on_engine(engine, tomllib.loads(JOB.read_text()))
     document["solver"]["preset"] = preset
-    file = folder / f"{engine}-{preset}.toml"
-    file.write_text(tomli_w.dumps(document))
-    out = folder / f"{engine}-{preset}"
-    seconds = campaign(file, out, "--report", "no", ranks=ranks)
-    with hpcwhirl.open_results(out) as data:
+    start = time.perf_counter()
+    with results_of(document, folder / f"{engine}-{preset}", ranks=ranks) as data:
+        seconds = time.perf_counter() - start
         word = hpcwhirl.words(data["regime"])
         damped, others, at = beside(data["speed"].values, data["force"].values, word)
     share, low, high = interval(others, damped)
@@ -99,8 +96,7 @@ def cost(folder: Path, ranks: int) -> None:
 
 def main() -> int:
     """Run what is asked for and print it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, folder="?")
     parser.add_argument("--engine", action="append", choices=NAMES, dest="engines")
     parser.add_argument("--preset", default="standard")
     parser.add_argument("--ranks", type=int, default=2)

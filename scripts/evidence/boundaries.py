@@ -27,17 +27,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
-import hpcwhirl
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.store.reading.reader import words
-from hpcwhirl.store.reading.shares import interval
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign, working_folder
+from common import parser_of, results_of, share, table, working_folder
 from evidence.preset_map import ENGINES, inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -47,10 +44,8 @@ LOG = {"gap"}
 PARTS = 16  # of an edge
 TWINS, SPREAD = 8, 1e-6  # of a place; of the force
 SEED = 25
-HEAD = (
-    "| engine | edges | looked at | a change within | once | of twins | of twins, one "
-    "edge wider | off: half, nine in ten, most |"
-)
+HEAD = ("engine", "edges", "looked at", "a change within", "once", "of twins",
+        "of twins, one edge wider", "off: half, nine in ten, most")  # fmt: skip
 READ = (
     "`low` ... `high` holds of the inputs that were computed, by construction: its "
     "ends have two words. It does not say that there is one change, nor that a twin's "
@@ -97,14 +92,6 @@ def refined(engine: str, duration: float) -> Row:
     }
 
 
-def computed(document: Row, folder: Path, ranks: int) -> Any:
-    """Return the results of a campaign."""
-    file = folder.with_suffix(".toml")
-    file.write_text(tomli_w.dumps(document))
-    campaign(file, folder, "--report", "no", ranks=ranks)
-    return hpcwhirl.open_results(folder)
-
-
 def along(low: float, high: float, *, log: bool) -> tuple[list[float], list[float]]:
     """Return places between both ends of an edge, and those of twins."""
     part = np.arange(PARTS + 1) / PARTS
@@ -138,7 +125,7 @@ def cases_of(own: Row, name: str, ends: tuple[float, float], chance: Any) -> lis
 def looked_at(engine: str, args: argparse.Namespace, folder: Path) -> Edges:
     """Compute the refined campaign of an engine, and a sample of its edges."""
     document = refined(engine, args.duration)
-    data = computed(document, folder / engine, args.ranks)
+    data = results_of(document, folder / engine, ranks=args.ranks)
     number = np.flatnonzero(data["boundary_along"].to_numpy() >= 0)
     chance = np.random.default_rng(SEED)
     chosen = np.sort(chance.permutation(number)[: args.edges])
@@ -151,7 +138,7 @@ def looked_at(engine: str, args: argparse.Namespace, folder: Path) -> Edges:
     fixed = inputs_of(engine)
     edges = {n: document[n] for n in ("scene", "output")}
     edges |= {"solver": {"preset": "draft"}, "cases": [fixed | case for case in cases]}
-    found = computed(edges, folder / f"{engine}-edges", args.ranks)
+    found = results_of(edges, folder / f"{engine}-edges", ranks=args.ranks)
     names = words(found["regime"]).reshape(len(chosen), -1)
     known, rows = words(data["regime"]), ("before", "behind")
     ends = [known[data[f"boundary_{n}"].to_numpy()[chosen]] for n in rows]
@@ -177,22 +164,17 @@ def wider(twins: Names) -> NDArray[np.bool_]:
     return np.asarray((twins != twins[:, :1]).any(axis=1))
 
 
-def share(found: NDArray[np.bool_]) -> str:
-    """Return a share with its interval."""
-    part, low, high = interval(int(found.sum()), found.size)
-    return f"{found.sum()} of {found.size}: {part:.1%} ({low:.1%} to {high:.1%})"
-
-
-def row(name: str, parts: list[Edges]) -> str:
+def row(name: str, parts: list[Edges]) -> list[str]:
     """Return the row of some engines together."""
     count = np.concatenate([changes(edges).sum(axis=1) for edges in parts])
     twins = np.concatenate([edges.twins for edges in parts])
     ends, wide = twins[:, 1] != twins[:, 2], wider(twins)
     away = np.concatenate([off(edges) for edges in parts])
     quantiles = ", ".join(f"{v:.2f}" for v in np.quantile(away, [0.5, 0.9, 1.0]))
-    cells = [name, str(sum(edges.of for edges in parts)), str(len(count))]
-    cells += [share(found) for found in (count > 0, count == 1, ends, wide)]
-    return f"| {' | '.join([*cells, quantiles])} |"
+    shares = [share(int(found.sum()), found.size)
+              for found in (count > 0, count == 1, ends, wide)]  # fmt: skip
+    edges = sum(own.of for own in parts)
+    return [name, str(edges), str(len(count)), *shares, quantiles]
 
 
 def page(found: list[Edges], args: argparse.Namespace) -> str:
@@ -203,9 +185,8 @@ def page(found: list[Edges], args: argparse.Namespace) -> str:
         "are. Shares with their intervals (Wilson, 95 %); physics version "
         f"{PHYSICS_VERSION}."
     )
-    lines = [HEAD, "|---" * (HEAD.count(" |")) + "|"]
-    lines += [row(edges.engine, [edges]) for edges in found]
-    lines.append(row("all", found))
+    rows = [row(edges.engine, [edges]) for edges in found]
+    lines = table(HEAD, [*rows, row("all", found)])
     read = READ.format(min(float(wider(edges.twins).mean()) for edges in found))
     title = "# What the interval of a refined boundary promises"
     return "\n\n".join([title, told, "\n".join(lines), read]) + "\n"
@@ -213,12 +194,10 @@ def page(found: list[Edges], args: argparse.Namespace) -> str:
 
 def main() -> int:
     """Run everything, print, write it if wanted."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, write=PAGE, folder="?")
     parser.add_argument("--edges", type=int, default=50)
     parser.add_argument("--duration", type=float, default=1.25)
     parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
     with working_folder(args.folder, "boundaries") as folder:
         found = [looked_at(engine, args, folder) for engine in ENGINES]

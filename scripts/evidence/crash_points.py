@@ -7,7 +7,6 @@
         --share 64                                  of all states that a machine's
                                                     death leaves, too: hours
         --write                                     and scripts/evidence/crash_points.md
-        --write --read one.json two.json            of runs before, by --json
 
 A command is recorded by a shim in C: every call that changes its directory, with what
 was written. From the record, every directory is made that a death before, after or in
@@ -39,8 +38,9 @@ from typing import Any
 import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of, table
 from crashing import awaits, checks
-from crashing.disk import MODELS, PART, PROCESS, Crash
+from crashing.disk import MODELS, PROCESS, Crash
 from crashing.kinds import Kind, kinds
 from crashing.trace import compiled
 
@@ -48,7 +48,6 @@ ROOT = Path(__file__).parents[2]
 PAGE = Path(__file__).with_suffix(".md")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 INSIDE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
-SHOWN = 6  # failures of a kind that are told
 EACH = 8  # of so many deaths of a process, one is gone on from under mpirun
 SOME = 10  # of so many states, one is gone on from by two or three ranks
 Facts = dict[str, Any]
@@ -75,23 +74,16 @@ def look_at(kind: Kind, place: Path, share: float) -> Facts:
     own = [crash for crash in states if crash.how == PROCESS]
     others = [crash for crash in states if crash.how != PROCESS]
     chosen = some(own, share) + some(others, share / kind.every)
-    failures: Counter[str] = Counter()
-    first: dict[str, str] = {}
+    tally = awaits.Tally("")
     for number, crash in enumerate(chosen):
         size = 2 + number // SOME % 2 if number % SOME == 0 else 1
         wrong = checks.wrong_after(found, crash, size)
-        if wrong:
-            name = PART.sub("PART", wrong)
-            failures[name] += 1
-            first.setdefault(name, checks.described(found, crash))
+        tally.add(checks.described(found, crash), wrong)
     total = sum(count for _, count in crashes.values())
-    facts = {
-        "kind": kind.name, "calls": len(found.calls),
-        "crashes": total, "states": len(states),
-        "awaits": [], "tried": len(chosen), "failed": failures.total(),
+    facts = tally.facts() | {
+        "kind": kind.name, "calls": len(found.calls), "crashes": total,
+        "states": len(states), "awaits": [], "tried": len(chosen),
         "models": dict(Counter(crash.how for crash in states)),
-        "failures": [f"{n} times: {wrong}; first: {first[wrong]}"
-                     for wrong, n in failures.most_common(SHOWN)],
     }  # fmt: skip
     if kind.under_mpirun:
         facts["awaits"].append(under_mpirun(found, some(own, min(share, 1.0) / EACH)))
@@ -109,23 +101,15 @@ def under_mpirun(found: checks.Record, chosen: list[Crash]) -> Facts:
     return tally.facts()
 
 
-def table(found: list[Facts]) -> list[str]:
+def tables(found: list[Facts]) -> list[str]:
     """Return the table of crashes and that of awaits."""
-    out = ["| kind | calls | crashes | states | tried | failed |",
-           "|---|---:|---:|---:|---:|---:|"]  # fmt: skip
-    names = ("kind", "calls", "crashes", "states", "tried", "failed")
-    out += ["| " + " | ".join(str(f[n]) for n in names) + " |" for f in found]
-    total = [sum(f[n] for f in found) for n in names[1:]]
-    out += ["| all | " + " | ".join(map(str, total)) + " |", ""]
-    out += [
-        "| awaits of | what happens there | points | failed |",
-        "|---|---|---:|---:|",
-    ]
-    for facts in found:
-        for one in facts["awaits"]:
-            cells = (facts["kind"], one["what"], one["points"], one["failed"])
-            out.append("| " + " | ".join(map(str, cells)) + " |")
-    return out
+    names = ("calls", "crashes", "states", "tried", "failed")
+    rows = [[f["kind"], *(f[n] for n in names)] for f in found]
+    rows.append(["all", *(sum(f[n] for f in found) for n in names)])
+    points = [[facts["kind"], one["what"], one["points"], one["failed"]]
+              for facts in found for one in facts["awaits"]]  # fmt: skip
+    head = ("awaits of", "what happens there", "points", "failed")
+    return [*table(("kind", *names), rows), "", *table(head, points)]
 
 
 def failures(found: list[Facts]) -> list[str]:
@@ -142,18 +126,11 @@ def page(found: list[Facts], seconds: float) -> str:
            "Written by `python scripts/evidence/crash_points.py --write`; do not edit.",
            "", told, "", "What a death may leave:", ""]  # fmt: skip
     out += [f"- {name}: {text}" for name, text in MODELS.items()]
-    some_of = (
-        "Of the states an even share was gone on from (tried); --share 64 takes all."
-    )
     out += [
         "",
-        some_of,
-        "",
-        *table(found),
-        "",
-        f"{seconds / 60:.0f} minutes of processor time.",
-        "",
-    ]
+        "Of the states an even share was gone on from (tried); --share 64 takes all.",
+        "", *tables(found), "", f"{seconds / 60:.0f} minutes of processor time.", "",
+    ]  # fmt: skip
     lines = failures(found)
     out += ["Failed:", "", *lines] if lines else ["None failed."]
     return "\n".join(out) + "\n"
@@ -161,14 +138,11 @@ def page(found: list[Facts], seconds: float) -> str:
 
 def asked() -> argparse.Namespace:
     """Return the arguments."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("--only", default="", help="kinds, by commas")
     parser.add_argument("--share", type=float, default=1.0)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
-    parser.add_argument("--read", nargs="*", type=Path, default=[], metavar="FILE",
-                        help="tell what runs said by --json")  # fmt: skip
     args = parser.parse_args()
     if h5py.get_config().mpi:  # whose ranks are not those of `crashing.wire`
         parser.error("this h5py writes by MPI-IO; a plain one is needed")
@@ -211,12 +185,6 @@ def all_of(args: argparse.Namespace) -> list[Facts]:
     return found
 
 
-def read(paths: list[Path]) -> list[Facts]:
-    """Return what earlier runs said, kinds in their order, of each the last."""
-    told = {f["kind"]: f for path in paths for f in json.loads(path.read_text())}
-    return [told[name] for name in kinds() if name in told]
-
-
 def main() -> int:
     """Look at all, and tell what became of it."""
     args = asked()
@@ -224,11 +192,11 @@ def main() -> int:
         place = Path(os.environ[INSIDE])
         found = [look_at(kinds()[n], place, args.share) for n in args.kinds]
     else:
-        found = read(args.read) if args.read else all_of(args)
+        found = all_of(args)
     if args.json:
         print(json.dumps(found))
     else:
-        print("\n".join([*table(found), *failures(found)]))
+        print("\n".join([*tables(found), *failures(found)]))
     if args.write:
         PAGE.write_text(page(found, sum(f["seconds"] for f in found)))
     return 1 if failures(found) else 0

@@ -15,26 +15,22 @@ decided. With --write, the tables go to scripts/evidence/decided.md.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
-import tempfile
 import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
 from hpcwhirl.campaign.simulate import Course
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table
+from common import kept, parser_of, share, table, working_folder
 from evidence.preset_map import inputs_of
-from evidence.words_hold import ENGINES
+from evidence.words_hold import ENGINES, TOLD, told_of
 
 PAGE = Path(__file__).with_suffix(".md")
 TIMES = (2.5, 5.0, 10.0, 20.0)
@@ -46,6 +42,7 @@ CELLS = {
     "mostly_damped": 60, "light ring, 12 blades": 60, TURNING: 60,
 }  # fmt: skip
 SEED = 16
+FORM = "{0} ({2:.1%}; {3})"  # of a share
 Row = dict[str, Any]
 
 
@@ -71,38 +68,18 @@ def drawn() -> list[Row]:
 
 
 def judged(cell: Row) -> Row:
-    """Return a cell with its words at all times, and processor seconds until each."""
+    """Return the words of a cell at all times, and processor seconds until each."""
     inputs = engines()[cell["engine"]] | preset_inputs("draft")
     inputs |= {"speed": cell["speed"], "gap": cell["gap"], "traces": "summary"}
-    inputs |= {"duration": TIMES[0], "until": "decided", "longest": TIMES[-1]}
-    course = Course(resolve(apply_settings(named_scene("mostly_damped"), inputs)))
-    course.march.advance(0)  # compiles
-    start, words, seconds = time.process_time(), [], []
-    for result in course.results():
-        words.append(str(result.row["regime"]))
+    words, seconds = [], []
+    for duration in TIMES:
+        given = inputs | {"duration": duration}
+        course = Course(resolve(apply_settings(named_scene("mostly_damped"), given)))
+        course.march.advance(0)  # compiles
+        start = time.process_time()
+        words.append(str(course.run().row["regime"]))
         seconds.append(time.process_time() - start)
-    return cell | {"words": words, "seconds": seconds}
-
-
-def computed(path: Path) -> list[Row]:
-    """Return all rows, those that the file has not yet computed and added to it."""
-    path.touch()
-    rows = [json.loads(line) for line in path.read_text().splitlines()]
-    known = {(row["engine"], row["speed"], row["gap"]) for row in rows}
-    for cell in drawn():
-        if (cell["engine"], cell["speed"], cell["gap"]) not in known:
-            rows.append(judged(cell))
-            with path.open("a") as file:
-                file.write(json.dumps(rows[-1]) + "\n")
-    return rows
-
-
-def share(count: int, total: int) -> str:
-    """Return a share with its interval (Wilson, 95 %)."""
-    if not total:
-        return "none"
-    found = binomtest(count, total).proportion_ci(method="wilson")
-    return f"{count} ({count / total:.1%}; {found.low:.1%} to {found.high:.1%})"
+    return {"words": words, "seconds": seconds}
 
 
 def falling(rows: list[Row]) -> list[str]:
@@ -111,30 +88,21 @@ def falling(rows: list[Row]) -> list[str]:
     for engine in CELLS:
         words = [row["words"] for row in rows if row["engine"] == engine]
         counts = [sum(w[i] == "undecided" for w in words) for i in range(len(TIMES))]
-        out.append([engine, len(words), *(share(n, len(words)) for n in counts)])
+        out.append([engine, len(words), *(share(n, len(words), FORM) for n in counts)])
     return table(["engine", "cells", *(f"{t:g} s" for t in TIMES)], out)
 
 
 def later(rows: list[Row]) -> list[str]:
     """Return the table of what words of earlier times are at the last."""
-    out = ["| engine | at | word | cases | the same at 20 s | undecided | another |"]
-    out.append("|---" * 7 + "|")
+    out = []
     for engine in CELLS:
         words = [row["words"] for row in rows if row["engine"] == engine]
         for place, at in enumerate(TIMES[:-1]):
             for word in WORDS[:3]:
                 last = Counter(w[-1] for w in words if w[place] == word)
                 if last:
-                    out.append(
-                        f"| {engine} | {at:g} s | {word} | {_told(last, word)} |"
-                    )
-    return out
-
-
-def _told(last: Counter[str], word: str) -> str:
-    other = {w: n for w, n in last.items() if w not in {word, "undecided"}}
-    told = ", ".join(f"{n} {w}" for w, n in other.items()) or "0"
-    return f"{last.total()} | {last[word]} | {last['undecided']} | {told}"
+                    out.append([engine, f"{at:g} s", word, *told_of(last, word)])
+    return table(["engine", "at", "word", *TOLD], out)
 
 
 def at_decision(row: Row) -> int:
@@ -148,7 +116,7 @@ def ending(rows: list[Row]) -> list[str]:
     heads = ["engine", "undecided at 2.5 s", "undecided at the end"]
     heads += ["engine time, over 2.5 s each", "processor time, over that of 2.5 s"]
     heads += ["words of after 2.5 s", "another word at 20 s"]
-    out = [f"| {' | '.join(heads)} |", "|---" * 7 + "|"]
+    out = []
     for engine in CELLS:
         own = [row for row in rows if row["engine"] == engine]
         ends = [at_decision(row) for row in own]
@@ -162,11 +130,9 @@ def ending(rows: list[Row]) -> list[str]:
         told = ", ".join(f"{n} {what}" for what, n in changed.items()) or "0"
         first = sum(row["words"][0] == "undecided" for row in own)
         left = sum(a == "undecided" for a, _ in words)
-        out.append(
-            f"| {engine} | {share(first, len(own))} | {share(left, len(own))} | "
-            f"{lasted:.2f} | {spent:.2f} | {len(found)} | {told} |"
-        )
-    return out
+        shares = (share(n, len(own), FORM) for n in (first, left))
+        out.append([engine, *shares, f"{lasted:.2f}", f"{spent:.2f}", len(found), told])
+    return table(heads, out)
 
 
 def page(rows: list[Row]) -> str:
@@ -193,12 +159,12 @@ def page(rows: list[Row]) -> str:
 
 def main() -> int:
     """Compute what is missing, print the tables, write them if wanted."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("file", nargs="?", type=Path)
-    parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
-    with tempfile.TemporaryDirectory() as place:
-        text = page(computed(args.file or Path(place) / "rows.jsonl"))
+    with working_folder(None, "decided") as place:
+        file = args.file or place / "rows.jsonl"
+        text = page(kept(file, drawn(), judged))
     print(text)
     if args.write:
         PAGE.write_text(text)

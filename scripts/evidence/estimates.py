@@ -53,49 +53,27 @@ import numpy as np
 from hpcwhirl.scene import preset_bounds, preset_names
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import working_folder
+from common import kept, parser_of, table, working_folder
 from evidence.estimates_drawn import MEASURES, NUMBERS
 from evidence.presets import PATH, write
 
 PAGE = Path(__file__).with_suffix(".md")
-SEEDS = {
-    "truncation": 17,
-    "accuracy": 15,
-    "presets": 17,
-    "rotation": 32,
-    "kept": 32,
-    "presets_full": 17,
-}  # others, once it was changed
-DRAWN = {
-    "truncation": 120,
-    "accuracy": 120,
-    "presets": 60,
-    "rotation": 60,
-    "kept": 60,
-    "presets_full": 12,
-}
-QUICK = {
-    "truncation": 20,
-    "accuracy": 24,
-    "presets": 0,
-    "rotation": 0,
-    "kept": 0,
-    "presets_full": 0,
-}
+# {what: seed, engines drawn, and of --quick}; others, once it was changed
+PLANS = {
+    "truncation": (17, 120, 20), "accuracy": (15, 120, 24), "presets": (17, 60, 0),
+    "rotation": (32, 60, 0), "kept": (32, 60, 0), "presets_full": (17, 12, 0),
+}  # fmt: skip
 LEAST, ENOUGH = 20, 0.95  # rows of a class of which a share is asked
 TOUCHED = 20  # contacts of blades and steps: below, a motion has hardly begun to touch
 HARDLY = f"fewer than {TOUCHED} contacts"
-WAYS = {
-    "none": "words",
-    "terms": "in one basis",
-    "twins": "twins",
-    "detuned": "detuned",
-}
+WAYS = {"none": "words", "terms": "in one basis", "twins": "twins",
+        "detuned": "detuned"}  # fmt: skip
 LEFT_OUT = "rotation: left out, words"
 ALL_ASKED = (LEFT_OUT, "sure"), (LEFT_OUT, "chance")  # which all must hold
 DOUBT = 0.05  # probability of a difference by chance, in any of the engines
 SHUFFLES = 20_000
 FULL = "with rotation full, "
+HEAD = ("estimate", "class", "drawn", "held", "share", "median ratio", "worst ratio")
 TENTH = 0.9  # of engines, of which presets tell the largest error
 Record = dict[str, Any]
 
@@ -120,18 +98,10 @@ class Line:
 def measured(
     name: str, count: int, seed: int, folder: Path, part: tuple[int, int]
 ) -> list[Record]:
-    """Return the records of engines 0 .. count - 1, those missing measured now."""
-    path = folder / f"{name}-{seed}.jsonl"
-    text = path.read_text().splitlines() if path.is_file() else []
-    found = {record["index"]: record for record in map(json.loads, text)}
-    for index in range(part[0], count, part[1]):
-        if index in found:
-            continue
-        found[index] = {"index": index, **MEASURES[name](seed, index)}
-        with path.open("a") as file:
-            file.write(json.dumps(found[index]) + "\n")
-        print(f"{name} {index + 1} of {count}", file=sys.stderr)
-    return [found[i] for i in sorted(found) if i < count]
+    """Return the records of a part of engines 0 .. count - 1, measured or kept."""
+    places = ({"index": index} for index in range(part[0], count, part[1]))
+    file = folder / f"{name}-{seed}.jsonl"
+    return kept(file, places, lambda one: MEASURES[name](seed, one["index"]))
 
 
 def _among(value: float, limits: tuple[float, float]) -> str:
@@ -300,29 +270,28 @@ def loses(preset: str, records: list[Record]) -> dict[str, Any]:
     return {"engines": text, "nine_in_ten": nine}
 
 
-def table(found: list[Line]) -> list[str]:
+def rows_of(found: list[Line]) -> list[str]:
     """Return the rows of the table, as Markdown."""
-    out = []
+    cells = []
     for x in found:
-        ratios = "| |" if np.isnan(x.median) else f"| {x.median:.2g} | {x.worst:.2g} |"
-        out.append(
-            f"| {x.estimate} | {x.kind} | {x.drawn} | {x.held} | "
-            f"{100 * x.share:.0f} % {ratios}"
+        ratios = (
+            [""] * 2 if np.isnan(x.median) else [f"{x.median:.2g}", f"{x.worst:.2g}"]
         )
-    return out
+        share = f"{100 * x.share:.0f} %"
+        cells.append([x.estimate, x.kind, x.drawn, x.held, share, *ratios])
+    return table([], cells)[2:]
 
 
 def page(rows: dict[str, list[str]], notes: dict[str, str]) -> str:
-    """Return the table as a page: rows and what was drawn, of each of `DRAWN`."""
-    columns = "estimate, class, drawn, held, share, median ratio, worst ratio"
-    note = ", ".join(f"{name} {notes[name]}" for name in DRAWN if name in notes)
-    out = [f"<!-- scripts/evidence/estimates.py: {note} -->", ""]
-    out += [f"| {columns.replace(', ', ' | ')} |", "|---" * 7 + "|"]
-    return "\n".join(out + [row for name in DRAWN for row in rows.get(name, [])])
+    """Return the table as a page: rows and what was drawn, of each of `PLANS`."""
+    note = ", ".join(f"{name} {notes[name]}" for name in PLANS if name in notes)
+    every = [row for name in PLANS for row in rows.get(name, [])]
+    head = f"<!-- scripts/evidence/estimates.py: {note} -->"
+    return "\n".join([head, "", *table(HEAD, []), *every])
 
 
 def told_before() -> tuple[dict[str, list[str]], dict[str, str]]:
-    """Return rows and what was drawn, {of `DRAWN`: ...}, of the page as it is."""
+    """Return rows and what was drawn, {of `PLANS`: ...}, of the page as it is."""
     head, *lines = PAGE.read_text().splitlines()
     notes = dict(part.split(" ", 1) for part in head[:-4].split(": ")[1].split(", "))
     rows: dict[str, list[str]] = {}
@@ -330,14 +299,14 @@ def told_before() -> tuple[dict[str, list[str]], dict[str, str]]:
         name = line[2:].partition(":")[0]
         if line[2:].startswith("rotation: kept"):
             name = "kept"
-        if name not in DRAWN:
+        if name not in PLANS:
             name = "presets_full" if name.startswith(FULL) else "presets"
         rows.setdefault(name, []).append(line)
     return rows, notes
 
 
 def all_lines(records: dict[str, list[Record]]) -> dict[str, list[Line]]:
-    """Return the lines of each of `DRAWN` that was measured."""
+    """Return the lines of each of `PLANS` that was measured."""
     out: dict[str, list[Line]] = {}
     tell: dict[str, Callable[[list[Record]], list[Line]]] = {
         "truncation": lambda r: of_errors("truncation", r),
@@ -370,12 +339,10 @@ def failing(found: list[Line]) -> list[Line]:
 
 def arguments() -> argparse.Namespace:
     """Return the command's arguments."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, write=PAGE, folder="?")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", action="store_true")
-    parser.add_argument("--only", choices=list(DRAWN), action="append")
+    parser.add_argument("--only", choices=list(PLANS), action="append")
     parser.add_argument("--part", default="0/1")
     parser.add_argument("--seed", type=int, help="of all, instead of their own")
     parser.add_argument("--count", type=int, help="engines of all, instead")
@@ -386,22 +353,18 @@ def main() -> int:
     """Measure, print, write."""
     args = arguments()
     place, of = (int(part) for part in args.part.split("/"))
-    counts = QUICK if args.quick else DRAWN
-    names = args.only or list(DRAWN)
-    if args.count:
-        counts = dict.fromkeys(DRAWN, args.count)
-    seeds = {name: args.seed or SEEDS[name] for name in names}
+    names = args.only or list(PLANS)
+    seeds = {name: args.seed or PLANS[name][0] for name in names}
+    counts = {n: args.count or PLANS[n][2 if args.quick else 1] for n in names}
     with working_folder(args.folder, "estimates") as folder:
-        records = {
-            name: measured(name, counts[name], seed, folder, (place, of))
-            for name, seed in seeds.items()
-        }
+        records = {n: measured(n, counts[n], seeds[n], folder, (place, of))
+                   for n in names}  # fmt: skip
     if args.write and records.get("presets"):
         known = tomllib.loads(PATH.read_text())
         write({n: row | loses(n, records["presets"]) for n, row in known.items()})
     each = all_lines(records)
-    found = [line for name in DRAWN for line in each.get(name, [])]
-    rows = {name: table(own) for name, own in each.items()}
+    found = [line for name in PLANS for line in each.get(name, [])]
+    rows = {name: rows_of(own) for name, own in each.items()}
     notes = {n: f"{len(own)} of seed {seeds[n]}" for n, own in records.items()}
     print(json.dumps([asdict(x) for x in found]) if args.json else page(rows, notes))
     if args.write:

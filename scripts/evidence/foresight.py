@@ -13,21 +13,21 @@ ended, evenly spread, those of all others; and, as `--dry-run` does, from none.
 
 from __future__ import annotations
 
-import argparse
 import json
 import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
+import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import tomli_w
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import program, table
+from common import JOBS, parser_of, program, table, working_folder
 
 from hpcwhirl.campaign.plan.cost import costs_of
 from hpcwhirl.campaign.plan.design import Design, load_design
@@ -39,71 +39,12 @@ from hpcwhirl.store.directory.manifest import PlanFile
 
 PAGE = Path(__file__).with_suffix(".md")
 CLOSE = 0.25  # relative
-# s, about a fifth of what ranks compute
-PILOTS = {
-    "short": 1.0, "draft": 1.0, "default": 4.0, "divergent": 0.1, "refined": 3.0,
-    "mistuned": 2.0, "sizes": 3.0,
-}  # fmt: skip
-POPULATION = Path(__file__).parents[2] / "jobs" / "mistuned_population.toml"
-CAMPAIGNS = {
-    "short": """
-[scene]
-duration = 2e-3
-[output]
-traces = "summary"
-[sweep]
-speed = { start = 20, stop = 519, num = 50 }
-gap = { start = 1e-4, stop = 1e-3, num = 30 }
-""",
-    "draft": """
-[scene]
-duration = 2.5
-[solver]
-preset = "draft"
-[sweep]
-speed = { start = 20, stop = 520, num = 26 }
-friction = [0.1, 0.2, 0.3]
-gap = [1e-4, 2e-4, 4e-4, 8e-4]
-""",
-    "default": "",
-    "divergent": """
-[scene]
-gap = 1e-4
-duration = 2.5
-[solver]
-preset = "draft"
-[sweep]
-speed = { start = 300, stop = 520, num = 12 }
-friction = [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75]
-""",
-    "refined": """
-[scene]
-duration = 1.0
-[solver]
-preset = "draft"
-[output]
-traces = "summary"
-[sweep]
-speed = { start = 100, stop = 500, num = 9 }
-friction = { start = 0.02, stop = 0.3, num = 6 }
-[refine]
-over = ["speed", "friction"]
-levels = 3
-""",
-    "mistuned": POPULATION.read_text().replace("count = 1000", "count = 60"),
-    "sizes": """
-[scene]
-duration = 0.2
-[solver]
-time_step = 1e-6
-[output]
-traces = "summary"
-[sweep]
-"rotor.blades" = [12, 22, 36, 60, 88]
-speed = { start = 300, stop = 520, num = 6 }
-friction = [0.05, 0.3]
-""",
-}
+TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+HEAD = (
+    "campaign", "ranks", "cases", "foreseen, s", "range, s", "took, s",
+    "foreseen / took", "cases foreseen", "the pilot, s", "its cases",
+    "kernels foreseen / taken", "each within 25%", "nominal / taken",
+)  # fmt: skip
 
 
 class Found(NamedTuple):
@@ -112,9 +53,7 @@ class Found(NamedTuple):
     name: str
     ranks: int
     cases: int
-    foreseen: float
-    low: float
-    high: float
+    seconds: dict[str, Any]  # foreseen: usual, range
     pilot: float
     learned: int
     took: float
@@ -122,6 +61,27 @@ class Found(NamedTuple):
     kernel: float
     close: float
     nominal: tuple[float, float]
+
+    @property
+    def marks(self) -> tuple[bool, bool, bool]:
+        """Whether seconds and kernels are close, and seconds within their range."""
+        low, high = self.seconds["range"]
+        ratio = self.seconds["usual"] / self.took
+        far = [abs(value - 1.0) > CLOSE for value in (ratio, self.kernel)]
+        return not far[0], not far[1], bool(low <= self.took <= high)
+
+
+def written(name: str, folder: Path) -> Path | None:
+    """Write a campaign of the table; return its file, None of the default one."""
+    tables = {k: v for k, v in TABLE[name].items() if k not in ("pilot", "of")}
+    if "of" in TABLE[name]:
+        known = tomllib.loads((JOBS / TABLE[name]["of"]).read_text("utf-8"))
+        tables = known | {k: known[k] | own for k, own in tables.items()}
+    if not tables:
+        return None
+    file = folder / f"{name}.toml"
+    file.write_text(tomli_w.dumps(tables))
+    return file
 
 
 def called(words: list[str], ranks: int) -> tuple[float, dict[str, Any]]:
@@ -138,21 +98,17 @@ def called(words: list[str], ranks: int) -> tuple[float, dict[str, Any]]:
 
 def foreseen(name: str, ranks: int, folder: Path) -> Found:
     """Foresee a campaign and run it."""
-    file, out = folder / f"{name}.toml", folder / f"{name}-{ranks}"
-    words, path = ["--out", str(out)], None
-    if CAMPAIGNS[name]:
-        file.write_text(CAMPAIGNS[name])
-        words, path = [str(file), *words], file
-    pilot, told = called([*words, "--pilot", str(PILOTS[name])], ranks)
+    file, out = written(name, folder), folder / f"{name}-{ranks}"
+    words = [*([str(file)] if file else []), "--out", str(out)]
+    pilot, told = called([*words, "--pilot", str(TABLE[name]["pilot"])], ranks)
     took, ended = called(words, ranks)
-    again = retold(load_design(path, {}), out)
+    again = retold(load_design(file, {}), out)
     shutil.rmtree(out)
-    wall = told["wall_seconds"]
     cases = told["cases"] + told.get("beyond", 0)
     cases += told.get("more", {"usual": 0})["usual"]
-    return Found(name, ranks, cases, wall["usual"], *wall["range"], pilot,
-                 told["learned_from"]["finished"], took, ended["cases"],
-                 *again)  # fmt: skip
+    learned = told["learned_from"]["finished"]
+    return Found(name, ranks, cases, told["wall_seconds"], pilot, learned, took,
+                 ended["cases"], *again)  # fmt: skip
 
 
 def retold(design: Design, folder: Path) -> tuple[float, float, tuple[float, float]]:
@@ -181,38 +137,31 @@ def retold(design: Design, folder: Path) -> tuple[float, float, tuple[float, flo
     return float(each.sum() / given[rest].sum()), float(close.mean()), (low, high)
 
 
-def compared(rows: list[Found]) -> str:
+def compared(rows: list[Found]) -> list[str]:
     """Return what was found as Markdown."""
-    head = ("campaign", "ranks", "cases", "foreseen, s", "range, s", "took, s",
-            "foreseen / took", "cases foreseen", "the pilot, s", "its cases",
-            "kernels foreseen / taken", "each within 25%", "nominal / taken",
-            )  # fmt: skip
     lines = []
     for row in rows:
-        ratio = row.foreseen / row.took
-        mark = "" if abs(ratio - 1.0) <= CLOSE else " ✗"
-        inside = "" if row.low <= row.took <= row.high else " ✗"
+        near, kernel, inside = (" ✗" * (not right) for right in row.marks)
+        usual, (low, high) = row.seconds["usual"], row.seconds["range"]
         lines.append([
-            row.name, row.ranks, row.counted, f"{row.foreseen:.1f}",
-            f"{row.low:.1f} ... {row.high:.1f}{inside}", f"{row.took:.1f}",
-            f"{ratio:.2f}{mark}", row.cases, f"{row.pilot:.1f}", row.learned,
-            f"{row.kernel:.2f}" + " ✗" * (abs(row.kernel - 1.0) > CLOSE),
-            f"{row.close:.0%}", f"{row.nominal[0]:.2f} ... {row.nominal[1]:.2f}",
+            row.name, row.ranks, row.counted, f"{usual:.1f}",
+            f"{low:.1f} ... {high:.1f}{inside}", f"{row.took:.1f}",
+            f"{usual / row.took:.2f}{near}", row.cases, f"{row.pilot:.1f}", row.learned,
+            f"{row.kernel:.2f}{kernel}", f"{row.close:.0%}",
+            f"{row.nominal[0]:.2f} ... {row.nominal[1]:.2f}",
         ])  # fmt: skip
-    return "\n".join(table(head, lines))
+    return table(HEAD, lines)
 
 
 def page(rows: list[Found], load: str) -> str:
     """Return the page."""
-    close = sum(abs(row.foreseen / row.took - 1.0) <= CLOSE for row in rows)
-    inside = sum(row.low <= row.took <= row.high for row in rows)
-    kernels = sum(abs(row.kernel - 1.0) <= CLOSE for row in rows)
+    close, kernels, inside = map(sum, zip(*(row.marks for row in rows), strict=True))
     return f"""# What a pilot foresees
 
-Made by `python scripts/evidence/foresight.py --write`; the campaigns stand there.
+Made by `python scripts/evidence/foresight.py --write`; campaigns are in foresight.toml.
 {load}
 
-{compared(rows)}
+{chr(10).join(compared(rows))}
 
 Within {CLOSE:.0%}: {close} of {len(rows)}, of kernels {kernels}; within the range
 that was told: {inside} of {len(rows)} (✗: not). Cases of a refined campaign are
@@ -222,18 +171,17 @@ guessed beforehand.
 
 def main() -> None:
     """Foresee and run."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", nargs="+", choices=CAMPAIGNS, default=[*CAMPAIGNS])
+    parser = parser_of(__doc__, write=PAGE)
+    parser.add_argument("--only", nargs="+", choices=TABLE, default=[*TABLE])
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--write", action="store_true")
     parser.add_argument("--load", default="Nothing else ran.")
     args = parser.parse_args()
     rows: list[Found] = []
-    with tempfile.TemporaryDirectory(prefix="foresight-") as folder:
+    with working_folder(None, "foresight") as folder:
         for name in args.only:
             for ranks in args.ranks:
-                rows.append(foreseen(name, ranks, Path(folder)))
-                print(compared(rows[-1:]).splitlines()[-1], flush=True)
+                rows.append(foreseen(name, ranks, folder))
+                print(compared(rows[-1:])[-1], flush=True)
     if args.write:
         PAGE.write_text(page(rows, args.load))
 

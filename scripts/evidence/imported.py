@@ -16,15 +16,15 @@ or a word or fold where twins agree to the end.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import kept, parser_of, working_folder
 
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.resolve import resolve
@@ -169,22 +169,17 @@ def sound(record: Record) -> bool:
 
 def main() -> int:
     """Run the scenes and print the counts."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--scenes", type=int, default=300)
     parser.add_argument("--seed", type=int, default=17)
     parser.add_argument("--keep", type=Path)
     args = parser.parse_args()
-    lines = (
-        args.keep.read_text().splitlines() if args.keep and args.keep.exists() else []
-    )
-    records = [json.loads(line) for line in lines]
-    done = {record["index"] for record in records}
-    with tempfile.TemporaryDirectory() as folder:
-        for index in set(range(args.scenes)) - done:
-            records.append(compared(args.seed, index, Path(folder)))
-            if args.keep:
-                with args.keep.open("a") as file:
-                    file.write(json.dumps(records[-1]) + "\n")
+    with working_folder(None, "imported") as folder:
+        records = kept(
+            args.keep or folder / "records",
+            ({"index": index} for index in range(args.scenes)),
+            lambda row: compared(args.seed, row["index"], folder),
+        )
     print(told(records))
     return 0 if all(sound(record) for record in records) else 1
 

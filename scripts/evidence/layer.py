@@ -7,15 +7,19 @@ python scripts/evidence/layer.py cost    # time of a step with and without a lay
 
 from __future__ import annotations
 
-import argparse
 import math
+import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import in_turn, parser_of
 
 from hpcwhirl.analysis.contact_map import wear_numbers
 from hpcwhirl.case.resolve import resolve
@@ -104,23 +108,23 @@ def cost() -> None:
         name: resolve(apply_settings(named_scene("table2"), own | kind))
         for name, kind in kinds.items()
     }
-    least = dict.fromkeys(cases, math.inf)
-    for _ in range(REPEATS):
-        for name, case in cases.items():
-            march = March(case)
-            march.advance(1)
-            start = time.process_time()
-            march.advance(march.total)
-            spent = (time.process_time() - start) / march.total
-            least[name] = min(least[name], spent)
-    for name, seconds in least.items():
-        ratio = seconds / least["general"]
-        print(f"{name:30} {1e6 * seconds:7.2f} us a step, {ratio:.2f} times general")
+
+    def once(case: Any) -> float:
+        march = March(case)
+        march.advance(1)
+        start = time.process_time()
+        march.advance(march.total)
+        return (time.process_time() - start) / march.total
+
+    times = in_turn({n: partial(once, case) for n, case in cases.items()}, REPEATS)
+    for name, found in times.items():
+        ratio = min(found) / min(times["general"])
+        print(f"{name:30} {1e6 * min(found):7.2f} us a step, {ratio:.2f} times general")
 
 
 def main() -> None:
     """Run what is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = parser_of(__doc__)
     parser.add_argument("what", choices=("rods", "lobes", "cost"))
     {"rods": rods, "lobes": lobes, "cost": cost}[parser.parse_args().what]()
 

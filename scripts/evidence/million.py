@@ -13,7 +13,6 @@ are the same bits.
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import signal
@@ -27,7 +26,7 @@ from pathlib import Path
 import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import program
+from common import parser_of, program
 from evidence.same_bits import same, variables
 
 CAMPAIGN = """
@@ -117,7 +116,7 @@ def told(out: Path, cases: int) -> None:
 
 def main() -> int:
     """Run both campaigns and hold their results against each other."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--cases", type=int, default=10_000, help="a multiple of 100")
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--kills", type=int, default=10)

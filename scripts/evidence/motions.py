@@ -14,7 +14,6 @@ tables go to scripts/evidence/motions.md.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -26,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
 from hpcwhirl.analysis import chaos as motion
 from hpcwhirl.analysis.chaos import exponent, growths
@@ -38,12 +36,13 @@ from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table as lines_of
+from common import parser_of, share, table
 
 PAGE = Path(__file__).with_suffix(".md")
 SHORT, LONGER, SETTLED = 100, 4, 10  # revolutions; times that; revolutions before
 WANTED, TRIED, SEED = 16, 48, 31
 DURATION = 1.5  # s
+FORM = "{0} of {1} ({3})"  # of a share
 FAR = 1e-7  # distance of the second twins
 RANGES = {  # engine: speeds between which it is sustained, rad/s
     "four_motions": (375.0, 412.0),
@@ -135,19 +134,6 @@ def computed(path: Path) -> list[Row]:
     return rows
 
 
-def told_as(head: list[str], rows: list[list[str]]) -> str:
-    """Return a table in Markdown."""
-    return "\n".join(lines_of(head, rows))
-
-
-def share(part: int, whole: int) -> str:
-    """Return a share with its 95 % interval."""
-    if not whole:
-        return "0 of 0"
-    low, high = binomtest(part, whole).proportion_ci(method="wilson")
-    return f"{part} of {whole} ({low:.0%} to {high:.0%})"
-
-
 def tables(rows: list[Row]) -> str:
     """Return the tables of the page."""
     good = [row for row in rows if "long" in row]
@@ -160,15 +146,15 @@ def _words(rows: list[Row]) -> str:
         own = [row["long"]["word"] for row in rows if row["short"]["word"] == word]
         others = Counter(own) - Counter({word: len(own)})
         lines.append([
-            word, str(len(own)), share(own.count(word), len(own)),
+            word, str(len(own)), share(own.count(word), len(own), FORM),
             ", ".join(f"{n} {w}" for w, n in others.items()) or "none",
         ])  # fmt: skip
     told = [row for row in rows if row["short"]["word"] != "untold"]
     right = sum(row["long"]["word"] in {row["short"]["word"], "untold"} for row in told)
-    share_told = share(right, len(told)) + " or untold"
+    share_told = share(right, len(told), FORM) + " or untold"
     lines.append(["all but untold", str(len(told)), share_told, ""])
     head = ["word", "cases", f"the same over {LONGER} times as long", "others"]
-    return told_as(head, lines)
+    return "\n".join(table(head, lines))
 
 
 def _intervals(rows: list[Row]) -> str:
@@ -185,12 +171,15 @@ def _intervals(rows: list[Row]) -> str:
         / (row["marched"] / DURATION) for row in rows
     ])  # fmt: skip
     lines = [
-        ["longer exponent within the shorter one's interval", share(held, len(rows))],
-        ["within both intervals together", share(both, len(rows))],
+        [
+            "longer exponent within the shorter one's interval",
+            share(held, len(rows), FORM),
+        ],
+        ["within both intervals together", share(both, len(rows), FORM)],
         [f"change with twins {FAR:g} apart, over the interval, largest", f"{far:.2g}"],
         ["time of a twin's second over that of the case, median", f"{cost:.2f}"],
     ]
-    return told_as(["", ""], lines)
+    return "\n".join(table(["", ""], lines))
 
 
 def _cases(rows: list[Row]) -> str:
@@ -204,19 +193,18 @@ def _cases(rows: list[Row]) -> str:
             rate, error = own["exponent"] * turn, own["exponent_error"] * turn
             line += [f"{rate:.4f} ± {error:.4f}",
                      f"{own['period']}: {own['return_distance']:.2g}",
-                     f"{own['zero_one']:.2f}", own["word"]]  # fmt: skip
+                     f"{own.get('zero_one', math.nan):.2f}", own["word"]]  # fmt: skip
         lines.append(line)
     head = ["engine", "rad/s", "gap, mm"]
     for name in (str(SHORT), str(LONGER * SHORT)):
         head += [f"exponent a revolution, {name}", "period: distance", "K", "word"]
-    return told_as(head, lines)
+    return "\n".join(table(head, lines))
 
 
 def main() -> None:
     """Measure what is missing, print the tables, write the page if asked to."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("file", nargs="?", type=Path)
-    parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     path = args.file or Path(tempfile.mkdtemp()) / "motions.jsonl"
     path.touch()

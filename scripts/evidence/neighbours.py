@@ -11,20 +11,18 @@ in `refinement.words.TOLERANCES`.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 import hpcwhirl
 from hpcwhirl.refinement.words import NUMBERS, Attractor, apart, features_of
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign, on_engine, working_folder
+from common import on_engine, parser_of, results_of, working_folder
 
 SPEEDS = {"start": 140, "stop": 520, "step": 20}
 ENGINES = {
@@ -43,10 +41,8 @@ def attractors(engine: str, folder: Path, ranks: int) -> dict[Any, Attractor]:
     scene = {"scene": {"gap": 1.28e-4}, "solver": {"preset": "draft"}}
     sweep = {"speed": ENGINES[engine], "force": forces}
     rest = {"output": {"traces": "summary"}, "sweep": sweep}
-    file = folder / f"{engine}.toml"
-    file.write_text(tomli_w.dumps(on_engine(engine, scene | rest)))
-    campaign(file, folder / engine, "--report", "no", ranks=ranks)
-    with hpcwhirl.open_results(folder / engine) as data:
+    document = on_engine(engine, scene | rest)
+    with results_of(document, folder / engine, ranks=ranks) as data:
         names = ("speed", "force", *NUMBERS)
         columns = [data[name].to_numpy().tolist() for name in names]
         regimes = hpcwhirl.words(data["regime"]).tolist()
@@ -59,8 +55,7 @@ def attractors(engine: str, folder: Path, ranks: int) -> dict[Any, Attractor]:
 
 def main() -> int:
     """Run what is asked for and print it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, folder="?")
     parser.add_argument("--ranks", type=int, default=2)
     args = parser.parse_args()
     with working_folder(args.folder, "neighbours") as folder:

@@ -24,16 +24,20 @@ critical speed without damping, over 1.467 sqrt(omega^2 / rate).
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from common import in_turn, parser_of
 
 from hpcwhirl.analysis.over_speed import words_over_speed
 from hpcwhirl.campaign.simulate import result_of
@@ -44,8 +48,6 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.scene import Scene, apply_settings
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
 UNBALANCED = {
     "unbalance": 0.03, "force": 0.0, "gap": 7e-4, "gap_at": "rest", "rotation": "full",
     "accuracy": 1e-2, "friction": 0.1,
@@ -200,14 +202,15 @@ def cost() -> None:
                                        "scheme": "general"},
     }  # fmt: skip
     for name, given in kinds.items():
-        times: dict[float, list[float]] = {0.0: [], 100.0: []}
-        for _ in range(REPEATS):
-            for rate, own in times.items():
-                _, history = _run(**given, acceleration=rate)
-                own.append(history.seconds / history.steps)
-        ratio = min(times[100.0]) / min(times[0.0])
-        print(f"cost, {name}: a step of a run-up takes {ratio:.2f} of one at constant "
-              f"speed ({1e6 * min(times[0.0]):.2f} us)")  # fmt: skip
+
+        def once(rate: float, given: dict[str, Any] = given) -> float:
+            _, history = _run(**given, acceleration=rate)
+            return history.seconds / history.steps
+
+        times = in_turn({f"{r:g}": partial(once, r) for r in (0.0, 100.0)}, REPEATS)
+        still, moving = map(min, times.values())
+        print(f"cost, {name}: a step of a run-up takes {moving / still:.2f} of one at "
+              f"constant speed ({1e6 * still:.2f} us)")  # fmt: skip
 
 
 def passage() -> None:
@@ -233,9 +236,7 @@ PARTS: dict[str, Callable[[], None]] = {
 }  # fmt: skip
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("parts", nargs="*", choices=[[], *PARTS], metavar="PART")
     for asked in parser.parse_args().parts or PARTS:
         PARTS[asked]()

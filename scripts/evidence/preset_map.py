@@ -15,24 +15,22 @@ every so many of the speeds and gaps; neither is written.
 
 from __future__ import annotations
 
-import argparse
 import sys
+import time
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
-import hpcwhirl
 from hpcwhirl.benchmark.trials import trials
 from hpcwhirl.scene import engine_inputs, preset_names
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign, working_folder
+from common import parser_of, results_of, working_folder
 from evidence.agreement import confusion
 from evidence.presets import PATH, write
 
@@ -63,8 +61,10 @@ def inputs_of(engine: str) -> dict[str, object]:
     return {full_name(name): v for name, v in ring.items() if name != "speed"}
 
 
-def designed(engine: str, grid: Grid, folder: Path) -> Path:
-    """Write the campaign of an engine and return its file."""
+def mapped(
+    engine: str, preset: str, grid: Grid, folder: Path, ranks: int
+) -> tuple[Names, float]:
+    """Return regimes (gaps, speeds) and the seconds of the whole command."""
     shared = inputs_of(engine)
     if grid.rotation != "none":
         shared["engine.rotation"] = grid.rotation
@@ -73,18 +73,10 @@ def designed(engine: str, grid: Grid, folder: Path) -> Path:
         for gap in grid.gaps
         for speed in grid.speeds
     ]
-    path = folder / f"{engine}.toml"
-    path.write_text(tomli_w.dumps({"output": {"traces": "summary"}, "cases": cases}))
-    return path
-
-
-def mapped(
-    engine: str, preset: str, grid: Grid, folder: Path, ranks: int
-) -> tuple[Names, float]:
-    """Return regimes (gaps, speeds) and the seconds of the whole command."""
-    out, file = folder / f"{engine}-{preset}", designed(engine, grid, folder)
-    seconds = campaign(file, out, "--preset", preset, ranks=ranks)
-    data = hpcwhirl.open_results(out)
+    document = {"output": {"traces": "summary"}, "cases": cases}
+    out, start = folder / f"{engine}-{preset}", time.perf_counter()
+    data = results_of(document, out, "--preset", preset, ranks=ranks)
+    seconds = time.perf_counter() - start
     return words(data.regime).reshape(len(grid.gaps), len(grid.speeds)), seconds
 
 
@@ -132,10 +124,8 @@ def show(engine: str, grid: Grid, found: dict[str, Names]) -> None:
 
 def main() -> int:
     """Run everything and print; write into the presets' file if asked."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, write=PATH, folder="?")
     parser.add_argument("--ranks", type=int, default=2)
-    parser.add_argument("--write", action="store_true")
     parser.add_argument("--rotation", choices=["none", "full"], default="none")
     parser.add_argument("--every", type=int, default=1)
     args = parser.parse_args()

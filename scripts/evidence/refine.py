@@ -13,13 +13,11 @@ core-seconds, for several coarse levels. With --compute, the refined campaign of
 engine is computed as well, on so many ranks, and has to have the same cases and words.
 
 For each way: cases, core-seconds in the kernel by the processor's clock, share of the
-reference's points with the same word, all and outside speckle, and tongues missed; the
-package `adaptive` (LearnerND with a loss for words, on the words of dense draft, as
-many cases as refined draft has) is the peer, where it is installed. Speckle: points
-where more than 0.3 of the pairs of neighbours within 5 x 5 points differ in the
-reference. What no map does without: corners of the reference's mixed cells. Tongue:
-what is connected and of one word there, and somewhere 3 x 3 points
-wide; it is missed where no point of it has its word. With --write, all goes to
+reference's points with the same word, all and outside speckle, and tongues missed.
+Speckle: points where more than 0.3 of the pairs of neighbours within 5 x 5 points
+differ in the reference. What no map does without: corners of the reference's mixed
+cells. Tongue: what is connected and of one word there, and somewhere 3 x 3 points wide;
+it is missed where no point of it has its word. With --write, all goes to
 scripts/evidence/refine.md.
 """
 
@@ -37,7 +35,6 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
 import hpcwhirl
 from hpcwhirl.refinement.boundary import Cells
@@ -50,7 +47,7 @@ from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import MPIRUN, campaign, working_folder
+from common import MPIRUN, parser_of, results_of, table, working_folder
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -71,15 +68,16 @@ TIMED = (
     "import sys, time; time.perf_counter = time.process_time; "
     "from hpcwhirl.cli import main; raise SystemExit(main(sys.argv[1:]))"
 )
-HEAD = (
-    "| way | cases | core-seconds | alike | outside speckle | inside | tongues missed |"
-)
+HEAD = ("way", "cases", "core-seconds", "alike", "outside speckle", "inside",
+        "tongues missed")  # fmt: skip
 GOALS = (
-    "| grid | refined from | corners of cells whose corners differ, of dense draft's "
-    "points | refined draft, of dense draft's cases | confirmed, of dense standard's "
-    "core-seconds | of which no map of these words does without | alike outside "
-    "speckle, confirmed | tongues missed |"
-)
+    "grid", "refined from",
+    "corners of cells whose corners differ, of dense draft's points",
+    "refined draft, of dense draft's cases",
+    "confirmed, of dense standard's core-seconds",
+    "of which no map of these words does without",
+    "alike outside speckle, confirmed", "tongues missed",
+)  # fmt: skip
 WENT = (
     "Where cases went: the coarse level; corners of mixed cells at their end; of mixed "
     "cells in speckle; what was asked for on the way there, and by the rule that a "
@@ -249,36 +247,6 @@ def near_boundary(known: Names) -> NDArray[np.bool_]:
     return out
 
 
-def peer(known: Dense, count: int) -> Found | None:
-    """Return what LearnerND finds with so many cases, with the words of a grid."""
-    try:
-        import adaptive
-    except ImportError:
-        return None
-    names = known.words
-    order = {word: i for i, word in enumerate(np.unique(names))}
-    size, asked = np.array(names.shape) - 1, dict[tuple[int, ...], str]()
-
-    def word(at: tuple[float, float]) -> float:
-        place = tuple(np.round(np.array(at) * size).astype(int).tolist())
-        asked[place] = str(names[place])
-        return float(order[asked[place]])
-
-    def loss(simplex: Any, values: Any, value_scale: float) -> float:
-        del value_scale
-        volume = adaptive.learner.learnerND.volume(simplex)
-        return float(volume * (1.0 if len({*map(float, values)}) > 1 else 0.05))
-
-    learner = adaptive.LearnerND(word, [(0.0, 1.0)] * 2, loss_per_simplex=loss)
-    adaptive.runner.simple(learner, goal=lambda _: len(asked) >= count)
-    at = np.array(list(asked))
-    plane = np.stack(np.indices(names.shape), axis=-1).reshape(-1, 2)
-    near = cKDTree(at).query(plane)[1]
-    found = np.array(list(asked.values()))[near].reshape(names.shape)
-    seconds = float(known.seconds[tuple(at.T)].sum())
-    return Found("`adaptive` (LearnerND), draft", len(at), seconds, found)
-
-
 def speckled(known: Names) -> NDArray[np.bool_]:
     """Return the points around which the words of a grid are speckle."""
     unlike, pairs = np.zeros(known.shape), np.zeros(known.shape)
@@ -307,15 +275,13 @@ def missed(known: Names, found: Names) -> tuple[int, int]:
     return count, lost
 
 
-def row(way: Found, reference: Names) -> str:
-    """Return the row of the table."""
+def row(way: Found, reference: Names) -> list[Any]:
+    """Return the cells of a way."""
     speckle, same = speckled(reference), way.words == reference
     inside = f"{same[speckle].mean():.1%}" if speckle.any() else "-"
     count, lost = missed(reference, way.words)
-    return (
-        f"| {way.name} | {way.cases} | {way.seconds:.0f} | {same.mean():.1%} | "
-        f"{same[~speckle].mean():.1%} | {inside} | {lost} of {count} |"
-    )
+    return [way.name, way.cases, f"{way.seconds:.0f}", f"{same.mean():.1%}",
+            f"{same[~speckle].mean():.1%}", inside, f"{lost} of {count}"]  # fmt: skip
 
 
 @dataclass
@@ -352,8 +318,7 @@ def measured(
         for name, confirm in (("refined draft", False), ("refined, confirmed", True)):
             found = looked_up(f"{name}, {told}", size, known, confirm=confirm)[0]
             ways.append(found)
-    other = peer(known[DRAFT], ways[2].cases)
-    out = Measured(engine, sizes, known, [*ways, other] if other else ways)
+    out = Measured(engine, sizes, known, ways)
     if engine in args.compute:
         out.computed = compared(engine, args, folder, out)
     return out
@@ -366,11 +331,8 @@ def compared(
     size = known.sizes[0]
     _, growth = looked_up("", size, known.known, confirm=True)
     place, both = folder / f"{engine}-refined", sides(size)
-    place.with_suffix(".toml").write_text(
-        tomli_w.dumps(designed(engine, args.duration, both))
-    )
-    campaign(place.with_suffix(".toml"), place, "--report", "no", ranks=args.ranks)
-    data = hpcwhirl.open_results(place)
+    tables = designed(engine, args.duration, both)
+    data = results_of(tables, place, ranks=args.ranks)
     at = [list(map(side.place, data[f"place_{side.name}"].to_numpy())) for side in both]
     rows = zip(data["fidelity"].to_numpy().tolist(), *at, strict=True)
     own = dict(zip(rows, words(data.regime).tolist(), strict=True))
@@ -396,41 +358,34 @@ def coarsened(known: dict[str, Dense], step: int) -> dict[str, Dense]:
 
 def goals(found: Measured) -> list[str]:
     """Return how far the goals are met, for each coarse level and coarser grids."""
-    lines = [GOALS, "|---" * (GOALS.count(" |")) + "|"]
-    for across, up, levels in found.sizes:
-        for left in range(levels, 0, -1):
-            known = coarsened(found.known, 1 << (levels - left))
-            lines.append(_goal((across, up, left), known))
-    return lines
+    sizes = [((across, up, left), 1 << (levels - left))
+             for across, up, levels in found.sizes
+             for left in range(levels, 0, -1)]  # fmt: skip
+    rows = (_goal(size, coarsened(found.known, step)) for size, step in sizes)
+    return table(GOALS, rows)
 
 
-def _goal(size: Size, known: dict[str, Dense]) -> str:
+def _goal(size: Size, known: dict[str, Dense]) -> list[str]:
     draft, standard = known[DRAFT], known[STANDARD]
     first = looked_up("", size, known, confirm=False)[0]
     second = looked_up("", size, known, confirm=True)[0]
     speckle, same = speckled(standard.words), second.words == standard.words
     count, lost = missed(standard.words, second.words)
-    shape = " x ".join(map(str, standard.words.shape))
-    edge = near_boundary(draft.words).mean()
     needed = standard.seconds[near_boundary(standard.words)].sum()
-    return (
-        f"| {shape} | {size[0]} x {size[1]}, {size[2]} levels | {edge:.3f} | "
-        f"{first.cases / standard.words.size:.3f} | "
-        f"{second.seconds / standard.seconds.sum():.3f} | "
-        f"{needed / standard.seconds.sum():.3f} | "
-        f"{same[~speckle].mean():.2%} | {lost} of {count} |"
-    )
+    shares = (near_boundary(draft.words).mean(), first.cases / standard.words.size,
+              second.seconds / standard.seconds.sum(),
+              needed / standard.seconds.sum())  # fmt: skip
+    return [" x ".join(map(str, standard.words.shape)),
+            f"{size[0]} x {size[1]}, {size[2]} levels", *(f"{s:.3f}" for s in shares),
+            f"{same[~speckle].mean():.2%}", f"{lost} of {count}"]  # fmt: skip
 
 
 def profiles(found: Measured) -> list[str]:
     """Return where the cases of refined campaigns went."""
     kinds = ("coarse", "boundary", "speckle", "beside", "confirmed")
-    lines = ["| | " + " | ".join(kinds) + " |", "|---" * (1 + len(kinds)) + "|"]
-    for way in found.ways:
-        if way.profile:
-            counts = " | ".join(str(way.profile.get(kind, 0)) for kind in kinds)
-            lines.append(f"| {way.name} | {counts} |")
-    return lines
+    rows = ([way.name, *(way.profile.get(kind, 0) for kind in kinds)]
+            for way in found.ways if way.profile)  # fmt: skip
+    return table(["", *kinds], rows)
 
 
 def section(found: Measured) -> str:
@@ -443,7 +398,7 @@ def section(found: Measured) -> str:
     parts = [
         f"## {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
         facts,
-        "\n".join([HEAD, "|---" * HEAD.count(" |") + "|", *rows]),
+        "\n".join(table(HEAD, rows)),
         "\n".join(goals(found)),
         WENT,
         "\n".join(profiles(found)),
@@ -479,13 +434,11 @@ def _engine(text: str) -> tuple[str, int]:
 
 def main() -> int:
     """Run everything, print, write it if wanted."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, write=PAGE, folder="?")
     parser.add_argument("--duration", type=float, default=2.5)
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--engine", action="append", type=_engine, metavar="NAME[:K]")
     parser.add_argument("--compute", action="append", choices=ENGINES, default=[])
-    parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
     args.engine = args.engine or [(name, 1) for name in ENGINES]
     with working_folder(args.folder, "refine") as folder:

@@ -21,7 +21,6 @@ With --write, the tables go to scripts/evidence/rotor37.md.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import math
@@ -45,7 +44,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table, working_folder
+from common import parser_of, table, working_folder
 from evidence.dense_blade import Blade, Rub, Turning, compliance, march
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -399,11 +398,9 @@ def casing_line() -> str:
 
 def main() -> None:
     """Compare, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("folder", type=Path, nargs="?")
+    parser = parser_of(__doc__, write=PAGE, folder="?")
     parser.add_argument("--revolutions", type=float, default=50)
     parser.add_argument("--identify", action="store_true", help="find the plate")
-    parser.add_argument("--write", action="store_true", help=f"to {PAGE.name}")
     args = parser.parse_args()
     if args.identify:
         size = identified()

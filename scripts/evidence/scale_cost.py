@@ -19,13 +19,13 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import tomli_w
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.scene.quantities import ROW
@@ -40,7 +40,7 @@ from hpcwhirl.store.directory.record import (
 )
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table
+from common import parser_of, table, working_folder
 
 PAGE = Path(__file__).with_suffix(".md")
 SIZES = (10_000, 100_000, 1_000_000)
@@ -95,20 +95,10 @@ def hpcwhirl(*words: str | Path, out: Path | None = None) -> Cost:
 def templates(folder: Path) -> list[Record]:
     """Return the records of a few cases that are computed here."""
     file = folder / "templates.toml"
-    file.write_text(as_toml(TEMPLATES))
+    file.write_text(tomli_w.dumps(TEMPLATES))
     hpcwhirl("campaign", file, "--out", folder / "templates", "--report", "no")
     found = Journals(folder / "templates").newest()
     return [found[name] for name in sorted(found)]
-
-
-def as_toml(document: dict[str, dict[str, Any]]) -> str:
-    """Return a campaign's file."""
-    quoted = {name: {key: f'"{value}"' if isinstance(value, str) else value
-                     for key, value in table.items()}
-              for name, table in document.items()}  # fmt: skip
-    lines = [f"[{name}]\n" + "".join(f"{k} = {v}\n" for k, v in table.items())
-             for name, table in quoted.items()]  # fmt: skip
-    return "\n".join(lines)
 
 
 def made(folder: Path, cases: int, known: list[Record]) -> Path:
@@ -126,7 +116,7 @@ def made(folder: Path, cases: int, known: list[Record]) -> Path:
     document = TEMPLATES | {
         "sweep": {"speed": speeds.tolist(), "gap": gaps.tolist()},
     }
-    (part / "sweep.toml").write_text(as_toml(document))
+    (part / "sweep.toml").write_text(tomli_w.dumps(document))
     design = Design.of(document)
     PlanFile(part).write(design.manifest())
     for rank in range(RANKS):
@@ -248,18 +238,15 @@ digits. Aims are those of 10^6 summary rows.
 
 def main() -> None:
     """Make campaigns, run commands on them, tell what they cost."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("--cases", type=int, nargs="+", default=SIZES)
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     parser.add_argument("--folder", type=Path)
-    parser.add_argument("--write", action="store_true")
     parser.add_argument("--make", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--load", default="Nothing else ran.")
     args = parser.parse_args()
-    folder = args.folder or Path(tempfile.mkdtemp(prefix="scale-cost-"))
-    folder.mkdir(parents=True, exist_ok=True)
     found = []
-    try:
+    with working_folder(args.folder, "scale-cost") as folder:
         if args.make:  # a process of its own: what it holds counts as its child's
             made(folder, args.make, templates(folder))
             return
@@ -267,11 +254,7 @@ def main() -> None:
             again = [sys.executable, __file__, "--folder", folder, "--make", str(cases)]
             subprocess.run(again, check=True)
             place = folder / f"rows-{cases}"
-            costs = measured(place, args.only)
-            found.append(held_by(place, cases, costs))
-    finally:
-        if not args.folder:
-            shutil.rmtree(folder)
+            found.append(held_by(place, cases, measured(place, args.only)))
     text = page(found, args.load)
     print(text)
     if args.write:

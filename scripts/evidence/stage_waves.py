@@ -13,7 +13,6 @@ is farther.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -24,7 +23,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2] / "jobs"))
 import stage
-from common import table
+from common import parser_of, table, with_section
 from scipy import sparse
 
 from hpcwhirl.case.resolve import resolve
@@ -103,22 +102,13 @@ def page(rows: list[Row], unknowns: int, coordinates: int, call: str) -> str:
     ])  # fmt: skip
 
 
-def beside(told: str) -> str:
-    """Return the page with a section in place of the one with the same heading."""
-    sections = PAGE.read_text(encoding="utf-8").split("\n## ")[1:]
-    own = {section.partition("\n")[0]: f"## {section.rstrip()}" for section in sections}
-    own[told[3:].partition("\n")[0]] = told.rstrip()
-    return "\n\n".join(["# Waves of the solid stage", *own.values()]) + "\n"
-
-
 def main() -> None:
     """Make, compare and print."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE, folder="")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--coarse", action="store_true", help="of the small mesh")
     each = stage.MODES // stage.BLADES
     parser.add_argument("--modes", type=int, default=each, help="of a diameter")
-    parser.add_argument("--write", action="store_true", help=f"also to {PAGE.name}")
     args = parser.parse_args()
     grid = stage.COARSE if args.coarse else stage.FINE
     model = model_of(stage.reduced(args.folder, grid, args.modes * stage.BLADES))
@@ -129,7 +119,7 @@ def main() -> None:
     told = page(rows, len(body.load), len(model.rotor.mass), call)
     print(told)
     if args.write:
-        PAGE.write_text(beside(told), encoding="utf-8")
+        PAGE.write_text(with_section(PAGE.read_text("utf-8"), told), encoding="utf-8")
     sys.exit(not all(map(allowed, rows)))
 
 

@@ -21,7 +21,6 @@ to scripts/evidence/words_hold.md, and with rotation to words_hold_full.md.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tomllib
 from collections import Counter
@@ -29,16 +28,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
-import hpcwhirl
 from hpcwhirl.scene.case_digest import PHYSICS_VERSION
 from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import campaign, table, working_folder
+from common import parser_of, results_of, table, working_folder
 from evidence.estimates_drawn import moving_engine
 from evidence.preset_map import inputs_of
 
@@ -49,6 +46,7 @@ COMPARED = 3  # of them, at which what is kept must not matter
 STEP = 4e-6
 RINGS, DRAWN = 358, 60  # motions of the other populations
 LIGHT_RING = Path(__file__).parents[2] / "jobs" / "light_ring.toml"
+TOLD = ("cases", "the same at 20 s", "undecided", "another word")
 WORDS = ("damped", "sustained", "divergent", "undecided", "none")
 # what is kept must not matter to words; `sample_interval` tells what is kept
 KEPT: dict[str, dict[str, Any]] = {
@@ -124,9 +122,7 @@ def mapped(
     times = TIMES if kept == FIRST else TIMES[:COMPARED]
     every = [case | {"duration": time} for time in times for case in cases]
     inputs = {"solver": solver, "output": KEPT[kept], "cases": every}
-    path.write_text(tomli_w.dumps(inputs))
-    campaign(path, path.with_suffix(""))
-    return hpcwhirl.open_results(path.with_suffix(""))
+    return results_of(inputs, path, ranks=2)
 
 
 def differing(results: list[Any]) -> dict[str, int]:
@@ -165,20 +161,17 @@ def counted(names: np.ndarray) -> list[str]:
 
 def changes(names: np.ndarray) -> list[str]:
     """Return rows of a table: what the words of earlier times are at the last."""
-    rows = [
-        "| judged at | word | cases | the same at 20 s | undecided | another word |"
-    ]
-    rows.append("|---" * 6 + "|")
-    for time, at in zip(TIMES[:-1], names[:-1], strict=True):
-        for word in WORDS[:3]:
-            later = Counter(names[-1][at == word])
-            total, same, open_ = later.total(), later[word], later["undecided"]
-            other = {w: n for w, n in later.items() if w not in {word, "undecided"}}
-            told = ", ".join(f"{n} {w}" for w, n in other.items()) or "0"
-            rows.append(
-                f"| {time:g} s | {word} | {total} | {same} | {open_} | {told} |"
-            )
-    return rows
+    rows = [[f"{time:g} s", word, *told_of(Counter(names[-1][at == word]), word)]
+            for time, at in zip(TIMES[:-1], names[:-1], strict=True)
+            for word in WORDS[:3]]  # fmt: skip
+    return table(["judged at", "word", *TOLD], rows)
+
+
+def told_of(last: Counter[str], word: str) -> list[Any]:
+    """Return the cells of cases that had a word and have these at the last."""
+    other = {w: n for w, n in last.items() if w not in {word, "undecided"}}
+    told = ", ".join(f"{n} {w}" for w, n in other.items()) or "0"
+    return [last.total(), last[word], last["undecided"], told]
 
 
 def wrong_at(names: np.ndarray, time: float) -> tuple[int, int]:
@@ -212,13 +205,11 @@ def section(title: str, result: Any) -> list[str]:
 
 def main() -> int:
     """Run the campaigns and print the page."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("folder", nargs="?", type=Path, help="of the campaigns")
+    parser = parser_of(__doc__, write=PAGE, folder="?")
     parser.add_argument("--runs", type=int, default=300)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--rotation", choices=["none", "full"], default="none")
     parser.add_argument("--uneven", action="store_true", help="blades are mistuned")
-    parser.add_argument("--write", action="store_true", help="also to the page")
     args = parser.parse_args()
     full = args.rotation == "full"
     if args.uneven:
@@ -240,7 +231,7 @@ def full_page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
     The certificate is held against runs to the end, which look for none.
     """
     cases = [case | {"engine.rotation": "full"} for case in drawn(runs, seed)]
-    result = mapped(cases, {"time_step": STEP}, FIRST, folder / "full.toml")
+    result = mapped(cases, {"time_step": STEP}, FIRST, folder / "full")
     proofs, same = certified(cases, folder)
     made = (
         "Made by `python scripts/evidence/words_hold.py --rotation full --runs "
@@ -277,11 +268,11 @@ def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[str, bool]:
     solver: dict[str, Any] = {"time_step": STEP}
     proved = mapped(
         cases, solver | {"until": "certain"}, "orbits every 20 ms",
-        folder / "certain.toml",
+        folder / "certain",
     )  # fmt: skip
     whole = mapped(
         cases, solver | {"plan": "everything"}, "orbits every 20 ms",
-        folder / "everything.toml",
+        folder / "everything",
     )  # fmt: skip
     early = words(proved.stop) == "certain"
     mine, theirs = words(proved.regime), words(whole.regime)
@@ -303,12 +294,11 @@ def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[str, bool]:
 def page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
     """Run the campaigns; return the page, and whether what is kept does not matter."""
     draft = {"preset": "draft"}
-    ring = mapped(rings(seed), draft, FIRST, folder / "light-ring.toml")
-    drew = mapped(engines(seed), draft, FIRST, folder / "engines.toml")
+    ring = mapped(rings(seed), draft, FIRST, folder / "light-ring")
+    drew = mapped(engines(seed), draft, FIRST, folder / "engines")
     cases, step = drawn(runs, seed), {"time_step": STEP}
     results = [
-        mapped(cases, step, kept, folder / f"{kept.replace(' ', '-')}.toml")
-        for kept in KEPT
+        mapped(cases, step, kept, folder / kept.replace(" ", "-")) for kept in KEPT
     ]
     apart = differing(results)
     compared = results[1].sizes["case"]

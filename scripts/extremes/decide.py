@@ -12,7 +12,6 @@ hang, a crash or a stray line is a finding too. Exits 1 where a law is broken.
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import sys
 import time
@@ -22,6 +21,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of
 from extremes.drawn import random_scene
 from extremes.laws import Broken
 from extremes.table import TABLE, Extreme
@@ -140,9 +140,8 @@ def at_random(seconds: float, seed: int, scene: Callable[[int], Extreme]) -> int
 
 def main() -> int:
     """Read the command line and try what it asks for."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("words", nargs="*", metavar="WORD")
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     parser.add_argument("--new", action="store_true", help="only what the page lacks")
     parser.add_argument("--random", type=float, metavar="SECONDS", default=0.0)
     parser.add_argument("--seed", type=int, default=1)

@@ -3,223 +3,299 @@
     python scripts/identify/engine.py --out DIR [--minutes 180] [--workers 2]
                                       [--rotation full]
 
-The unknowns are in `identify.space`, what leads the search in `identify.guide`, what
+The unknowns are in `identify.space`, what leads the search in `identify.screen`, what
 judges engines in `identify.score`, written down before. Whether the pulse squeezes or
 stretches is no unknown: with k = 1 and an even number of blades the two are the same
 motion turned by half a turn (`pytest tests/dynamics/test_march.py -k whole_turn`).
 
-It begins from nothing: `identify.search` screens engines at a fast preset of fixed
-sizes, the best at the default inputs, too. Those that show all four motions of the
-paper there are computed at once at half and twice the step, with 88 and 132 modes and
-in `exact`; an engine whose four motions are right in all of them is found, and the
-search ends with as many as `--enough` asks for, or when the time has gone. With
-`--firm` an engine counts only if each of its unknowns may be 1 % off, down and up.
-What was found, or else the best, is computed whole: 51 speeds, clamped centre, Table 1.
+It begins from nothing: Sobol's points fill the box evenly, linear theory says which of
+them are integrated; then CMA-ES (Hansen; package `cma`) starts at the best engine so
+far that lies away from all earlier starts, again and again. Engines that show all four
+motions of the paper at the default inputs are computed at once at half and twice the
+step, with 88 and 132 modes and in `exact`; the first whose motions are right in all of
+them ends the search, or the time does. What was found, or else the best, is computed
+whole: 51 speeds, clamped centre, Table 1.
 
-The same command continues, and asks the same questions in the same order. DIR/screened
-holds every engine screened, DIR/report.md the verdicts, DIR/engines.json all that was
-computed, to read by a program.
+The same command continues, and asks the same questions in the same order: DIR/screened
+has a line for each engine. DIR/report.md holds the verdicts, DIR/engines.json all rows.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
+import json
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+import warnings
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from identify.full import BESIDE, FOUR, WHOLE, Found, Stage, compute, count_beside
-from identify.guide import WORDS, cost, shows_all, words_right
-from identify.kept import Kept, engine_of
-from identify.report import write_report
-from identify.screen import about
-from identify.search import Plan, Screen, Told, search
-from identify.space import Engine, allowed, default_engine, engine_of_scene
+import numpy as np
 
-from hpcwhirl.errors import InputError
-from hpcwhirl.scene import Scene, apply_settings, parse_setting
+if not __package__:
+    import sys
 
-PROGRESS = 30.0  # s between lines
+    sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import parser_of, table
+from identify.full import FOUR, WHOLE, Found, Stage, compute
+from identify.linear import growths, linear_miss
+from identify.score import Row, divergent_near_270, pick, score_parts
+from identify.screen import MOTIONS, about, cost, screened, words_right
+from identify.space import (
+    BOX,
+    Engine,
+    Floats,
+    allowed,
+    drawn,
+    engine_at,
+    engine_of_scene,
+)
 
+from hpcwhirl.scene import Scene
 
-@dataclass
-class Limits:
-    """When a search ends, and with what it is computed."""
-
-    minutes: float = 180.0
-    engines: int = 0  # screened; 0: no limit
-    enough: int = 1
-    workers: int = 1
-    firm: bool = False
-    stages: tuple[Stage, Stage, Stage] = (FOUR, BESIDE, WHOLE)
-    rotation: str = "none"
+APART = 0.15  # of the box, rms a coordinate: starts are that far from one another
 
 
-@dataclass
-class Search:
-    """A search within limits, and what it has found."""
+@dataclass(frozen=True)
+class Plan:
+    """How the box is searched; engines are counted, not seconds."""
 
-    out: Path
-    plan: Plan
-    limits: Limits
-    seeds: tuple[Engine, ...] = ()
-    tried: list[Found] = field(default_factory=list)  # at full numerics
-    whole: list[Found] = field(default_factory=list)
-    start: float = field(default_factory=time.monotonic)
+    seed: int = 1
+    drawn: int = 1024  # by linear theory
+    screened: int = 64  # of them, the best
+    population: int = 16
+    spread: float = 0.12  # of the box, the first standard deviation
+    patience: int = 12  # generations without a better engine that end a start
+    generations: int = 50
 
-    def __post_init__(self) -> None:
-        held = {"engine.rotation": self.limits.rotation}
-        self.held = held if self.limits.rotation != "none" else {}
-        self.kept = Kept(self.out / "screened", about() | self.held)
-        self.screen = Screen(self.kept, self.limits.workers, self.held)
-        self.said, self.looked = -PROGRESS, 0
 
-    @property
-    def found(self) -> list[Found]:
-        """Engines whose four motions hold in all numerics, and beside if asked for."""
-        firm = self.limits.firm
-        return [item for item in self.tried if (item.firm if firm else item.holds)]
+def judged(engine: Engine) -> Row:
+    """Return the cost of an engine, how many motions it shows, and its rows."""
+    start = time.process_time()
+    linear, rows = screened(engine)
+    right = [words_right(rows, kind) for kind in ("table 2", "default")]
+    return {"engine": engine, "cost": cost(linear, rows), "right": right, "rows": rows,
+            "seconds": time.process_time() - start}  # fmt: skip
 
-    @property
-    def minutes(self) -> float:
-        """Time since this command began."""
-        return (time.monotonic() - self.start) / 60
 
-    def run(self) -> None:
-        """Search until there is enough or no time is left, then compute the best."""
-        try:
-            for told in search(self.screen, self.plan, self.seeds):
-                self._say(told)
-                self._try()
-                if self._over():
-                    break
-        finally:
-            self.screen.close()
-        self._conclude()
+class Screen:
+    """Costs of points: from the file of an earlier run, or computed by processes.
 
-    def best(self) -> list[Engine]:
-        """Return the engines that were asked for, the most promising first."""
-        worth = {key: (-words_right(rows), cost(rows))
-                 for key, rows in self.screen.asked.items()}  # fmt: skip
-        keys = sorted(worth, key=lambda key: worth[key])
-        return [engine_of(key) | self.held for key in keys]
+    held : inputs that all engines have beside the unknowns
+    """
 
-    def _say(self, told: Told) -> None:
-        now = time.monotonic()
-        if now - self.said < PROGRESS:
+    def __init__(self, path: Path, workers: int, held: Engine) -> None:
+        self.path, self.held, self.asked = path, held, list[Row]()
+        context = get_context("spawn")
+        self.pool = ProcessPoolExecutor(workers, context) if workers > 1 else None
+        head = json.loads(json.dumps(about() | held))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        whole = path.read_bytes().rpartition(b"\n")[0] if path.exists() else b""
+        lines = [json.loads(line) for line in whole.splitlines()] or [head]
+        if lines[0] != head:
+            raise SystemExit(f"identify: {path}: begun with another box, screening or "
+                             "physics version; take another --out")  # fmt: skip
+        # a kill leaves at most a last line without its end
+        path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+        self.known = {_key(line["engine"]): line for line in lines[1:]}
+
+    def costs(self, points: Floats) -> Floats:
+        """Return the cost of each point of the unit cube, (engines,)."""
+        engines = [allowed(engine_at(point) | self.held) for point in points]
+        new = {_key(e): e for e in engines if _key(e) not in self.known}
+        run = self.pool.map if self.pool else map
+        for key, row in zip(new, run(judged, list(new.values())), strict=True):
+            self.known[key] = row
+            with self.path.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+        rows = [self.known[_key(engine)] for engine in engines]
+        self.asked += rows
+        return np.array([row["cost"] for row in rows])
+
+
+def _key(engine: Engine) -> tuple[Any, ...]:
+    return tuple(engine.values())
+
+
+def first_points(plan: Plan, held: Engine) -> Floats:
+    """Return the likeliest points of the box by linear theory."""
+    filled = drawn(plan.drawn, plan.seed)
+    costs = [linear_miss(growths(allowed(engine_at(p) | held))) for p in filled]
+    return filled[np.argsort(costs, kind="stable")[: plan.screened]]
+
+
+def next_start(points: Floats, costs: Floats, starts: Floats) -> Floats:
+    """Return the best point that lies apart from all starts; (coordinates,)."""
+    order = np.argsort(costs, kind="stable")
+    for point in np.clip(points[order], 0.0, 1.0):
+        away = np.sqrt(((starts - point) ** 2).mean(axis=1))
+        if away.min(initial=np.inf) > APART:
+            return np.asarray(point)
+    return np.asarray(points[order[0]])
+
+
+def descend(
+    start: Floats, costs: Any, plan: Plan, number: int
+) -> Iterator[tuple[Floats, Floats]]:
+    """Yield (points, costs) of the generations from a start until it stands still."""
+    import cma  # only a search needs it
+
+    chance = np.random.default_rng([plan.seed, number])
+    options = {
+        "bounds": [0.0, 1.0], "popsize": plan.population, "verbose": -9,
+        "seed": np.nan, "randn": lambda *shape: chance.standard_normal(shape),
+        "tolflatfitness": plan.generations, "signals_filename": "",
+    }  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        strategy = cma.CMAEvolutionStrategy(list(start), plan.spread, options)
+    best, since = np.inf, 0
+    for _ in range(plan.generations):
+        points = np.array(strategy.ask())
+        found = costs(points)
+        strategy.tell(list(points), list(found))
+        yield points, found
+        since = 0 if found.min() < best - 1e-3 else since + 1
+        best = min(best, found.min())
+        if since >= plan.patience or strategy.stop():
             return
-        self.said = now
-        print(
-            f"{self.minutes:6.1f} min, {self.kept.seconds:.0f} s of computing: "
-            f"{told.stage}, {told.engines} engines, best cost {told.best:.3f}, "
-            f"{told.words} of {len(WORDS)} motions",
-            flush=True,
-        )
-
-    def _over(self) -> bool:
-        most = self.limits.engines
-        late = self.minutes > self.limits.minutes
-        return self._enough() or late or 0 < most <= len(self.screen.asked)
-
-    def _try(self) -> None:
-        """Compute those of the last batch that have all four motions in full."""
-        rows = self.screen.asked
-        new = [key for key in list(rows)[self.looked :] if shows_all(rows[key])]
-        self.looked = len(rows)
-        four, beside, _ = self.limits.stages
-        for key in new:
-            if self._enough():
-                break
-            engine = engine_of(key) | self.held
-            (item,) = compute([engine], four, self.out, self.limits.workers)
-            if item.holds:
-                count_beside(item, beside, self.out, self.limits.workers)
-            self.tried.append(item)
-            told = ", ".join(f"{kind} {count}" for kind, count in item.words.items())
-            print(f"{self.minutes:6.1f} min: four motions when screened; {told}; "
-                  f"beside {item.beside:g}", flush=True)  # fmt: skip
-        if new:
-            self.save()
-
-    def _enough(self) -> bool:
-        return len(self.found) >= self.limits.enough
-
-    def _conclude(self) -> None:
-        """Compute the best whole: what was found, or what came nearest."""
-        best = [item.engine for item in self.found][: self.limits.enough]
-        best = best or self.best()[:1]
-        default = allowed(default_engine() | self.held)
-        engines = best + [e for e in [default] if e not in best]
-        for engine in engines:
-            stage, ranks = self.limits.stages[-1], self.limits.workers
-            self.whole += compute([engine], stage, self.out, ranks)
-            self.save()
-
-    def save(self) -> None:
-        """Write engines.json and report.md."""
-        write_report(self)
 
 
-def seed_engine(text: str) -> Engine:
-    """Return an engine of `name=value` pairs, others as in the package."""
-    try:
-        settings = dict(parse_setting(pair) for pair in text.split())
-        return engine_of_scene(apply_settings(Scene(), settings))
-    except InputError as wrong:
-        raise argparse.ArgumentTypeError(str(wrong)) from None
+def search(screen: Screen, plan: Plan) -> Iterator[str]:
+    """Yield where it is after each batch; for ever: the caller ends it."""
+    points, costs = np.empty((0, len(BOX))), np.empty(0)
+    likely = first_points(plan, screen.held)
+    for batch in np.array_split(likely, plan.screened // plan.population or 1):
+        found = screen.costs(batch)
+        points, costs = np.vstack([points, batch]), np.append(costs, found)
+        yield "drawn"
+    starts = points[:0]
+    for number in range(10**6):
+        start = next_start(points, costs, starts)
+        best = (np.inf, start)
+        for batch, found in descend(start, screen.costs, plan, number):
+            points, costs = np.vstack([points, batch]), np.append(costs, found)
+            best = min(best, (found.min(), batch[found.argmin()]), key=lambda x: x[0])
+            yield f"start {number + 1}"
+        starts = np.vstack([starts, start, best[1]])
 
 
-def short_limits(limits: Limits) -> Limits:
-    """Return limits that only show that every part works."""
-    tiny = {"duration": 4e-3, "time_step": 4e-6, "revolutions": 0.2}
-    four = replace(FOUR, other=("eta 88",), **tiny)
-    whole = replace(WHOLE, speeds=FOUR.speeds, clamped=(270.0,), table1=(420.0,),
-                    other=("eta 88",), **tiny)  # fmt: skip
-    return replace(limits, engines=8, stages=(four, replace(BESIDE, **tiny), whole))
+def found_by(
+    screen: Screen, plan: Plan, args: Any, four: Stage
+) -> tuple[list[Found], bool]:
+    """Search; return what was tried at full numerics, and whether the last holds."""
+    begun, tried, looked = time.monotonic(), list[Found](), 0
+    for stage in search(screen, plan):
+        minutes = (time.monotonic() - begun) / 60
+        best = min(row["cost"] for row in screen.asked)
+        right = max(row["right"][0] for row in screen.asked)
+        print(f"{minutes:6.1f} min: {stage}, {len(screen.asked)} engines, "
+              f"best cost {best:.3f}, {right} motions", flush=True)  # fmt: skip
+        for row in screen.asked[looked:]:
+            if row["right"] == [len(MOTIONS)] * 2:
+                tried += compute([row["engine"]], four, args.out, args.workers)
+                print("four motions when screened;", tried[-1].words, flush=True)
+                if tried[-1].holds:
+                    return tried, True
+        looked = len(screen.asked)
+        if minutes > args.minutes or 0 < args.engines <= looked:
+            break
+    return tried, False
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the options."""
-    told = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    told.add_argument("--out", type=Path, default=Path("build/identify"))
-    told.add_argument("--minutes", type=float, default=180.0, help="of the search")
-    told.add_argument("--workers", type=int, default=1, help="processes")
-    told.add_argument("--enough", type=int, default=1, help="engines to be found")
-    told.add_argument("--firm", action="store_true", help="hold 1 %% off, too")
-    told.add_argument("--engines", type=int, default=0, help="screened at most")
-    told.add_argument("--seed", type=int, default=1, help="of chance")
-    told.add_argument("--spread", type=float, default=Plan.spread, help="of a start")
-    told.add_argument("--rotation", choices=("none", "full"), default="none",
-                      help="terms of rotation of all engines")  # fmt: skip
-    told.add_argument("--short", action="store_true", help="show that it works")
-    told.add_argument(
-        "--seed-engine", type=seed_engine, action="append", default=[],
-        metavar="'NAME=VALUE ...'", help="begin with this engine, not with the box",
-    )  # fmt: skip
-    return told
+def targets_table(rows: Sequence[Row]) -> list[str]:
+    """Return every target with what was found and whether that agrees."""
+    sweep = pick(rows, "table 2")
+    told = {"270": divergent_near_270(sweep)}
+    told |= {f"{s:g}": sweep.get(s) for s in (410.0, 420.0, 520.0)}
+    cells = []
+    for name, (won, most) in score_parts(rows).items():
+        row = told.get(name.split()[0])
+        found = motion_in_words(row) if row else f"damped: {won / most:.0%} of them"
+        verdict = "agrees" if won == most else "misses" if won == 0 else "in part"
+        cells.append([name, f"{won:.3g} of {most:g}", verdict, found])
+    return table(["target", "points", "verdict", "found"], cells)
+
+
+def motion_in_words(row: Row) -> str:
+    """Return what a case does, in words and numbers."""
+    if row["status"] != "ok":
+        return "failed"
+    return (
+        f"{row['speed']:g}: {row['regime']} {row['whirl']}, "
+        f"growth {row['growth_rate']:.2g}/s, line {row['line_frequency']:+.0f} rad/s, "
+        f"radius {row['orbit_radius'] / row['gap']:.2g} gaps"
+    )
+
+
+def report(screen: Screen, tried: list[Found], whole: list[Found], out: Path) -> None:
+    """Write engines.json and report.md."""
+    asked = list({_key(row["engine"]): row for row in screen.asked}.values())
+    right = [row["right"][0] for row in asked]
+    counts = ", ".join(f"{right.count(n)} with {n}" for n in (4, 3, 2, 1, 0))
+    told = (
+        f"{len(asked)} engines screened, {sum(len(row['rows']) for row in asked)} "
+        f"cases, {sum(row['seconds'] for row in asked):.0f} s of processor time; of "
+        f"the four motions: {counts}. At full numerics {len(tried)} tried, "
+        f"{sum(item.holds for item in tried)} with all four in every one."
+    )
+    lines = ["# Engines with the motions of the paper", "", told, ""]
+    default = engine_of_scene(Scene())
+    for item in whole:
+        whose = " (the default)" if item.engine.items() >= default.items() else ""
+        unknowns = ", ".join(f"{name} = {v:g}" for name, v in item.engine.items()
+                             if name in default)  # fmt: skip
+        lines += [f"## Computed whole, score {item.score:.3f}{whose}", "", unknowns, "",
+                  *targets_table(item.rows), ""]  # fmt: skip
+    (out / "report.md").write_text("\n".join(lines))
+    facts = {"screened": sorted(asked, key=lambda row: row["cost"])[:20]}
+    for name, items in (("tried", tried), ("whole", whole)):
+        facts[name] = [{"engine": item.engine, "score": item.score, "rows": item.rows}
+                       for item in items]  # fmt: skip
+    (out / "engines.json").write_text(json.dumps(facts, indent=1) + "\n")
+
+
+def arguments(words: Sequence[str] | None) -> Any:
+    """Return what was asked for."""
+    parser = parser_of(__doc__)
+    add = parser.add_argument
+    add("--out", type=Path, default=Path("build/identify"))
+    add("--minutes", type=float, default=180.0, help="of the search")
+    add("--workers", type=int, default=1, help="processes")
+    add("--engines", type=int, default=0, help="screened at most")
+    add("--seed", type=int, default=1, help="of chance")
+    add("--rotation", choices=("none", "full"), default="none", help="terms of all")
+    add("--short", action="store_true", help="show that it works")
+    return parser.parse_args(words)
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Search and write the report; 1 where no engine has all four motions."""
-    args = parser().parse_args(words)
-    limits = Limits(
-        args.minutes, args.engines, args.enough, args.workers, firm=args.firm,
-        rotation=args.rotation,
-    )  # fmt: skip
-    plan = Plan(seed=args.seed, spread=args.spread)
+    args = arguments(words)
+    plan, four, last = Plan(seed=args.seed), FOUR, WHOLE
     if args.short:
-        limits, plan = (
-            short_limits(limits),
-            replace(plan, drawn=16, screened=4, generations=1),
-        )
-    run = Search(args.out, plan, limits, tuple(args.seed_engine))
-    run.run()
-    print(f"identify: {len(run.found)} engines with all four motions; report in "
+        tiny = {"duration": 4e-3, "time_step": 4e-6, "revolutions": 0.2}
+        args.engines, four = 8, replace(FOUR, other=("eta 88",), **tiny)
+        plan = replace(plan, drawn=16, screened=4, generations=1)
+        last = replace(four, name="whole", clamped=(270.0,), table1=(420.0,))
+    held = {"engine.rotation": args.rotation} if args.rotation != "none" else {}
+    screen = Screen(args.out / "screened", args.workers, held)
+    try:
+        tried, holds = found_by(screen, plan, args, four)
+    finally:
+        if screen.pool:
+            screen.pool.shutdown(cancel_futures=True)
+    best = min(screen.asked, key=lambda row: (-row["right"][0], row["cost"]))
+    engines = [tried[-1].engine if holds else best["engine"]]
+    engines.append(allowed(engine_of_scene(Scene()) | held))
+    whole = [item for engine in engines
+             for item in compute([engine], last, args.out, args.workers)]  # fmt: skip
+    report(screen, tried, whole, args.out)
+    print(f"identify: {int(holds)} engines with all four motions; report in "
           f"{args.out / 'report.md'}")  # fmt: skip
-    return 0 if run.found else 1
+    return 0 if holds else 1
 
 
 if __name__ == "__main__":

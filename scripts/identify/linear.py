@@ -13,12 +13,10 @@ Of the pulse and of basins all this tells nothing.
 from __future__ import annotations
 
 import numpy as np
-from identify.score import Row
-from identify.space import GAP, Engine
+from identify.space import GAP, Engine, Floats
 
 from hpcwhirl.analysis.stability import closed_roots, coupled, sprung_roots, static_line
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings
 
 FRICTION = 0.1
@@ -28,57 +26,40 @@ NONE = -100.0  # 1/s: no such root
 SMALL = {"solver.modes": 44, "engine.casing.harmonics": 6}
 WIDE = 10.0  # 1/s: as wrong as can be
 SURE = 1.0  # 1/s beyond zero
-# speed, root, whether it grows; what the paper has at 410 and 420 lies between
-WANTED = (
-    (270.0, "backward", True),
-    (400.0, "forward", False),
-    (400.0, "backward", False),
-    (410.0, "forward sprung", True),
-    (410.0, "backward sprung", False),
-    (430.0, "forward", True),
-)
-SPEEDS = tuple(dict.fromkeys(speed for speed, _, _ in WANTED))
+# {(speed, root): whether it grows}; what the paper has at 410 and 420 lies between
+WANTED = {
+    (270.0, "backward"): True, (400.0, "forward"): False, (400.0, "backward"): False,
+    (410.0, "forward sprung"): True, (410.0, "backward sprung"): False,
+    (430.0, "forward"): True,
+}  # fmt: skip
+Growths = dict[tuple[float, str], float]
 
 
-def model_at(engine: Engine) -> Model:
-    """Return the reduced model of an engine on Table 2; any speed's."""
-    scene = apply_settings(Scene(), engine | SMALL | {"gap": GAP})
-    return resolve(scene).model
-
-
-def growths(model: Model, speed: float) -> Row:
-    """Return the growth, 1/s, of the roots that are `WANTED` at a speed.
+def growths(engine: Engine) -> Growths:
+    """Return the growth, 1/s, of the roots that are `WANTED`, on Table 2.
 
     Of contacts held closed, or the largest over `SPRINGS` in their place.
     """
-    pair = coupled(model, 1, speed, FRICTION)
-    row: Row = {"kind": "linear", "speed": speed}
-    for root in (root for at, root, _ in WANTED if at == speed):
-        name, _, sprung = root.partition(" ")
-        roots = closed_roots(pair)
-        if sprung:
-            roots = np.concatenate([sprung_roots(pair, each) for each in SPRINGS])
-        lines = static_line(roots.imag, 1, speed)
-        low, high = LINES[name]
-        own = roots.real[(lines > low) & (lines < high)]
-        row[root] = float(f"{own.max(initial=NONE):.6g}")
-    return row
+    model = resolve(apply_settings(Scene(), engine | SMALL | {"gap": GAP})).model
+    roots: dict[tuple[float, str], Floats] = {}
+    for speed in dict.fromkeys(speed for speed, _ in WANTED):
+        pair = coupled(model, 1, speed, FRICTION)
+        roots[speed, ""] = closed_roots(pair)
+        if (speed, "forward sprung") in WANTED:
+            sprung = [sprung_roots(pair, each) for each in SPRINGS]
+            roots[speed, "sprung"] = np.concatenate(sprung)
+    out = {}
+    for speed, root in WANTED:
+        name, _, kind = root.partition(" ")
+        found, (low, high) = roots[speed, kind], LINES[name]
+        lines = static_line(found.imag, 1, speed)
+        own = found.real[(lines > low) & (lines < high)]
+        out[speed, root] = float(own.max(initial=NONE))
+    return out
 
 
-def linear_rows(engine: Engine) -> list[Row]:
-    """Return what linear theory says at all `SPEEDS`."""
-    model = model_at(engine)
-    return [growths(model, speed) for speed in SPEEDS]
-
-
-def linear_miss(rows: list[Row]) -> float:
+def linear_miss(found: Growths) -> float:
     """Return how far growths are from what the paper's motions want, 0 to 1."""
-    at = {row["speed"]: row for row in rows if row["kind"] == "linear"}
-    misses = []
-    for speed, root, grows in WANTED:
-        if speed not in at:
-            return 1.0
-        growth = at[speed][root]
-        short = SURE - growth if grows else SURE + growth
-        misses.append(float(np.clip(short / WIDE, 0.0, 1.0)))
-    return sum(misses) / len(misses)
+    short = [SURE - found[at] if grows else SURE + found[at]
+             for at, grows in WANTED.items()]  # fmt: skip
+    return float(np.clip(np.array(short) / WIDE, 0.0, 1.0).mean())

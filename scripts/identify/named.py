@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 from collections import Counter
@@ -17,40 +16,41 @@ from itertools import groupby
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import TOP, parser_of
 from identify.full import Found, Stage, compute, grid
-from identify.guide import WORDS
 from identify.score import Row, pick
+from identify.screen import MOTIONS
 from identify.space import engine_of_scene
 
 from hpcwhirl.scene import engine_names, named_scene
 
-LINE = Stage("line", grid(20, 520, 10))
-TABLE = Path(__file__).parents[2] / "hpcwhirl/scene/engines.toml"
+LINE = Stage("line", grid(10))
+TABLE = TOP / "hpcwhirl/scene/engines.toml"
 
 
 def shown(found: Found) -> str:
     """Return what an engine shows in one line."""
     sweep = pick(found.rows, "table 2")
-    count = Counter(row["regime"] for row in sweep.values())
-    told = [f"{n} of {len(sweep)} speeds {word}" if i == 0 else f"{n} {word}"
-            for i, (word, n) in enumerate(count.most_common())]  # fmt: skip
+    (most, n), *others = Counter(r["regime"] for r in sweep.values()).most_common()
+    told = [
+        f"{n} of {len(sweep)} speeds {most}",
+        *(f"{m} {word}" for word, m in others),
+    ]
     parts = [", ".join(told)]
     parts += [f"{word} at {where}" for word in ("sustained", "divergent")
               if (where := ranges(sweep, word))]  # fmt: skip
-    four = [f"{s:g} {sweep[s]['regime']} {sweep[s]['whirl']}" for s, _, _ in WORDS]
+    four = [f"{s:g} {sweep[s]['regime']} {sweep[s]['whirl']}" for s in MOTIONS]
     return "; ".join([*parts, ", ".join(four)])
 
 
 def ranges(sweep: dict[float, Row], word: str) -> str:
     """Return the speeds of a regime and their whirls, neighbours as one range."""
-    speeds = sorted(sweep)
-    numbered = [(i, s) for i, s in enumerate(speeds) if sweep[s]["regime"] == word]
     told = []
-    for _, group in groupby(enumerate(numbered), lambda pair: pair[1][0] - pair[0]):
-        own = [speed for _, (_, speed) in group]
+    for regime, group in groupby(sorted(sweep), lambda speed: sweep[speed]["regime"]):
+        own = list(group)
         whirls = sorted({sweep[speed]["whirl"] for speed in own})
-        ends = f"{own[0]:g}" if len(own) == 1 else f"{own[0]:g}-{own[-1]:g}"
-        told.append(f"{ends} ({'/'.join(whirls)})")
+        ends = f"{own[0]:g}" + (f"-{own[-1]:g}" if len(own) > 1 else "")
+        told += [f"{ends} ({'/'.join(whirls)})"] * (regime == word)
     return ", ".join(told)
 
 
@@ -65,10 +65,9 @@ def written(text: str, name: str, shows: str) -> str:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Compute, print and write."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = parser_of(__doc__, write=TABLE)
     parser.add_argument("--out", type=Path, default=Path("build/named"))
     parser.add_argument("--workers", type=int, default=1, help="MPI ranks")
-    parser.add_argument("--write", action="store_true", help="write engines.toml")
     args = parser.parse_args(words)
     text = TABLE.read_text()
     for name in engine_names():

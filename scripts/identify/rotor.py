@@ -18,27 +18,19 @@ from hpcwhirl.structure import blade_stiffness, bladed_disk
 
 # name, target, weight as the relative error that counts as one
 TARGETS = [
-    ("1F k=0, Hz", 41.66, 1e-3),
-    ("1F k=1, Hz", 40.84, 7e-4),
-    ("1F k=3, Hz", 42.02, 1e-3),
-    ("1F k=4, Hz", 42.01, 1e-3),
-    ("suspension, Hz", 102.3, 1e-3),
-    ("2F k=0, Hz", 240.0, 6e-3),
-    ("2F k=3, Hz", 240.0, 1e-2),
-    ("2F k=1, Hz", 250.0, 5e-3),
+    ("1F k=0, Hz", 41.66, 1e-3), ("1F k=1, Hz", 40.84, 7e-4),
+    ("1F k=3, Hz", 42.02, 1e-3), ("1F k=4, Hz", 42.01, 1e-3),
+    ("suspension, Hz", 102.3, 1e-3), ("2F k=0, Hz", 240.0, 6e-3),
+    ("2F k=3, Hz", 240.0, 1e-2), ("2F k=1, Hz", 250.0, 5e-3),
     ("k_blade, N/m", 6.8e4, 1e-3),
-]
+]  # fmt: skip
 # name, start, lower and upper bound, m (taper: -)
 UNKNOWNS = [
-    ("disk_radius", 0.0397, 0.03, 0.15),
-    ("blade_width", 0.1347, 0.05, 0.30),
-    ("root_thickness", 0.0104, 0.005, 0.02),
-    ("taper", 0.78, 0.4, 1.0),
-    ("spoke_width", 0.00526, 0.002, 0.10),
-    ("spoke_thickness", 0.0483, 0.01, 0.10),
-    ("rim_width", 0.9615, 0.05, 1.0),
-    ("rim_thickness", 0.00765, 0.003, 0.05),
-]
+    ("disk_radius", 0.0397, 0.03, 0.15), ("blade_width", 0.1347, 0.05, 0.30),
+    ("root_thickness", 0.0104, 0.005, 0.02), ("taper", 0.78, 0.4, 1.0),
+    ("spoke_width", 0.00526, 0.002, 0.10), ("spoke_thickness", 0.0483, 0.01, 0.10),
+    ("rim_width", 0.9615, 0.05, 1.0), ("rim_thickness", 0.00765, 0.003, 0.05),
+]  # fmt: skip
 PRIOR = 0.3  # weight of one relative unit away from the start: pins what is free
 
 

@@ -13,171 +13,145 @@ numerics into scripts/identify/sure.md, in the place of what it was before.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import table
-from identify.full import DECIDING, Found, Stage, compute
-from identify.guide import WORDS
-from identify.kept import key_of
-from identify.report import SHORT, describe
+from common import parser_of, share, table, with_section
+from identify.full import Found, Stage, compute
 from identify.score import pick
-from identify.screen import motion
+from identify.screen import MOTIONS, motion
 from identify.space import UNKNOWNS, Engine, engine_of_scene, scattered
 
 from hpcwhirl.scene import engine_names, named_scene
-from hpcwhirl.store.reading.shares import interval
 
 SCATTERS = (0.01, 0.05)
 CHANGES = (0.01, 0.02, 0.05, 0.1, 0.2)
-FOUR = Stage("scatter", DECIDING)
+FOUR = Stage("scatter", tuple(MOTIONS))
 PAGE = Path(__file__).with_name("sure.md")
-TOLD = """\
-# How sure the motions are
-
-d damped, S sustained, V divergent, ? undecided, at 270, 410, 420 and 520 rad/s; a star:
-not the paper's regime and whirl. Scatter of all eight unknowns at once; in brackets
-what so many draws leave open (95 %).
-"""
 NUMERICS = {True: "the preset of the screening", False: "the default inputs"}
 LETTERS = {"damped": "d", "sustained": "S", "divergent": "V", "undecided": "?"}
-
-
-def changed(
-    engine: Engine, changes: Sequence[float] = CHANGES
-) -> list[tuple[str, float, Engine]]:
-    """Return (unknown, relative change, engine), one unknown at a time, and none."""
-    steps = sorted({0.0, *changes, *(-c for c in changes)})
-    return [
-        (name, step, engine | {name: float(f"{engine[name] * (1 + step):.6g}")})
-        for name in UNKNOWNS
-        for step in steps
-    ]
+NAMES = dict(zip(UNKNOWNS, (
+    ("thickness, mm", 1e3), ("width, mm", 1e3), ("ring damping", 1.0),
+    ("support damping", 1.0), ("support, rad/s", 1.0), ("rotor damping", 1.0),
+    ("suspension damping", 1.0), ("pulse, ms", 1e3),
+), strict=True))  # fmt: skip
+Compute = Callable[[Sequence[Engine]], list[Found]]
 
 
 def right(found: Found) -> list[bool]:
     """Return which of the four motions have regime and whirl of the paper."""
     sweep = pick(found.rows, "table 2")
-    return [(sweep[s]["regime"], sweep[s]["whirl"]) == (r, w) for s, r, w in WORDS]
+    return [(sweep[s]["regime"], sweep[s]["whirl"]) == w for s, w in MOTIONS.items()]
 
 
 def scatter_lines(found: dict[float, list[Found]]) -> list[str]:
     """Return the table of shares under scatter."""
-    heads = [f"{speed:g} {regime} {whirl}" for speed, regime, whirl in WORDS]
+    heads = [f"{speed:g} {' '.join(words)}" for speed, words in MOTIONS.items()]
     lines = []
     for scatter, items in found.items():
         each = np.array([right(item) for item in items])
-        counts = [*each.sum(axis=0), each.all(axis=1).sum()]
-        lines.append([f"{scatter:.0%}", *(_share(int(n), len(items)) for n in counts)])
+        counts = [*each.sum(axis=0).tolist(), int(each.all(axis=1).sum())]
+        lines.append([f"{scatter:.0%}", *(share(n, len(items), "{0} of {1} ({3})")
+                                          for n in counts)])  # fmt: skip
     return [*table(["scatter", *heads, "all four"], lines), ""]
 
 
-def _share(hits: int, draws: int) -> str:
-    _, low, high = interval(hits, draws)
-    return f"{hits} of {draws} ({low:.0%} to {high:.0%})"
-
-
-def sharp_lines(tried: Sequence[tuple[str, float, Found]]) -> list[str]:
+def sharp_lines(tried: dict[tuple[str, float], Found]) -> list[str]:
     """Return the table of words along each unknown, and how far all four hold."""
-    steps = sorted({step for _, step, _ in tried})
+    steps = sorted({step for _, step in tried})
     lines = []
     for name in UNKNOWNS:
-        own = {step: found for unknown, step, found in tried if unknown == name}
-        told = [_letters(own[step]) for step in steps]
-        lines.append([SHORT[name][0], *told, _holds(own)])
+        own = {step: tried[name, step] for step in steps}
+        told = [letters(found) for found in own.values()]
+        lines.append([NAMES[name][0], *told, holds(own)])
     heads = ["unknown", *(f"{step:+.0%}" if step else "0" for step in steps)]
     return [*table([*heads, "all four hold"], lines), ""]
 
 
-def _letters(found: Found) -> str:
+def letters(found: Found) -> str:
+    """Return the words at the four speeds, a star behind those that are not right."""
     sweep = pick(found.rows, "table 2")
-    words = (
-        LETTERS.get(sweep[s]["regime"], "!") + ("" if ok else "*")
-        for s, ok in zip(DECIDING, right(found), strict=True)
-    )
-    return "".join(words)
+    pairs = zip(MOTIONS, right(found), strict=True)
+    return "".join(LETTERS.get(sweep[s]["regime"], "!") + "*" * (not ok)
+                   for s, ok in pairs)  # fmt: skip
 
 
-def _holds(own: dict[float, Found]) -> str:
+def holds(own: dict[float, Found]) -> str:
     """Say between which changes about none all four motions are there."""
-    ends = []
-    for sign in (-1.0, 1.0):
-        end = 0.0
-        for step in sorted((s for s in own if s * sign >= 0.0), key=abs):
-            if not all(right(own[step])):
-                break
-            end = step
-        ends.append(end)
-    return f"{ends[0]:+.0%} to {ends[1]:+.0%}" if all(right(own[0.0])) else "never"
+    lost = [step for step, found in own.items() if not all(right(found))]
+    if 0.0 in lost:
+        return "never"
+    low = max((step for step in lost if step < 0.0), default=-np.inf)
+    high = min((step for step in lost if step > 0.0), default=np.inf)
+    inside = [step for step in own if low < step < high]
+    return f"{min(inside):+.0%} to {max(inside):+.0%}"
 
 
-class Sure:
-    """What computes engines: campaigns in a directory, or the fast preset here."""
-
-    def __init__(self, out: Path, workers: int, *, fast: bool) -> None:
-        self.out, self.workers, self.fast = out, workers, fast
-
-    def found(self, engines: Sequence[Engine]) -> list[Found]:
-        """Return the four motions of each engine."""
-        own = {key_of(engine): engine for engine in engines}  # none twice: a campaign
-        if self.fast:
-            each = [
-                Found(e, [motion(e, "table 2", speed) for speed in DECIDING])
-                for e in own.values()
-            ]
-        else:
-            each = compute(list(own.values()), FOUR, self.out, self.workers)
-        found = dict(zip(own, each, strict=True))
-        return [found[key_of(engine)] for engine in engines]
-
-    def section(
-        self, name: str, draws: int, scatters: Sequence[float], changes: Sequence[float]
-    ) -> list[str]:
-        """Return what is found of a named engine."""
-        engine = engine_of_scene(named_scene(name))
-        lines = [f"## {name}, {NUMERICS[self.fast]}", "", describe(engine), ""]
-        under = {s: self.found(scattered(engine, s, draws)) for s in scatters}
-        lines += scatter_lines(under) if under else []
-        tried = changed(engine, changes) if changes else []
-        along = self.found([item for _, _, item in tried]) if tried else []
-        sharp = [(n, s, f) for (n, s, _), f in zip(tried, along, strict=True)]
-        return lines + (sharp_lines(sharp) if sharp else [])
+def changed(
+    engine: Engine, changes: Sequence[float] = CHANGES
+) -> dict[tuple[str, float], Engine]:
+    """Return {(unknown, relative change): engine}, one unknown at a time, and none."""
+    steps = sorted({0.0, *changes, *(-c for c in changes)})
+    return {
+        (name, step): engine | {name: float(f"{engine[name] * (1 + step):.6g}")}
+        for name in UNKNOWNS
+        for step in steps
+    }
 
 
-def written(page: str, section: Sequence[str]) -> str:
-    """Return the page with a section in its place, or at the end."""
-    head, *parts = page.split("\n## ")
-    given = {part.partition("\n")[0]: part.rstrip() for part in parts}
-    text = "\n".join(section).rstrip().removeprefix("## ")
-    given[text.partition("\n")[0]] = text
-    return "\n\n## ".join([head.rstrip(), *given.values()]) + "\n"
+def computed(
+    engines: Sequence[Engine], out: Path, workers: int, *, fast: bool
+) -> list[Found]:
+    """Return the four motions of engines, of each but once."""
+    own = {tuple(engine.values()): engine for engine in engines}
+    if fast:
+        each = [Found(e, [motion(e, "table 2", speed) for speed in MOTIONS])
+                for e in own.values()]  # fmt: skip
+    else:
+        each = compute(list(own.values()), FOUR, out, workers)
+    found = dict(zip(own, each, strict=True))
+    return [found[tuple(engine.values())] for engine in engines]
+
+
+def section(name: str, args: Any, motions_of: Compute) -> str:
+    """Return what is found of a named engine."""
+    engine = engine_of_scene(named_scene(name))
+    values = (f"{told} {engine[n] * by:.5g}" for n, (told, by) in NAMES.items())
+    lines = [f"## {name}, {NUMERICS[args.fast]}", "", ", ".join(values), ""]
+    if args.scatter:
+        draws = {s: scattered(engine, s, args.draws) for s in args.scatter}
+        lines += scatter_lines({s: motions_of(own) for s, own in draws.items()})
+    if args.change:
+        tried = changed(engine, args.change)
+        along = motions_of(list(tried.values()))
+        lines += sharp_lines(dict(zip(tried, along, strict=True)))
+    return "\n".join(lines)
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Compute, print and write."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("build/sure"))
-    parser.add_argument("--workers", type=int, default=1, help="MPI ranks")
-    parser.add_argument("--draws", type=int, default=64)
-    parser.add_argument("--engine", action="append", choices=engine_names())
-    parser.add_argument("--fast", action="store_true", help="preset of the screening")
-    parser.add_argument("--scatter", type=float, nargs="*", default=SCATTERS)
-    parser.add_argument("--change", type=float, nargs="*", default=CHANGES)
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
+    parser = parser_of(__doc__, write=PAGE)
+    add = parser.add_argument
+    add("--out", type=Path, default=Path("build/sure"))
+    add("--workers", type=int, default=1, help="MPI ranks")
+    add("--draws", type=int, default=64)
+    add("--engine", action="append", choices=engine_names())
+    add("--fast", action="store_true", help="preset of the screening")
+    add("--scatter", type=float, nargs="*", default=SCATTERS)
+    add("--change", type=float, nargs="*", default=CHANGES)
     args = parser.parse_args(words)
-    sure = Sure(args.out, args.workers, fast=args.fast)
-    page = PAGE.read_text() if PAGE.exists() else TOLD
+    own = partial(computed, out=args.out, workers=args.workers, fast=args.fast)
     for name in args.engine or ["four_motions"]:
-        section = sure.section(name, args.draws, args.scatter, args.change)
-        print("\n".join(section))
-        page = written(page, section)
+        told = section(name, args, own)
+        print(told)
         if args.write:
-            PAGE.write_text(page)
+            PAGE.write_text(with_section(PAGE.read_text(), told))
     return 0
 
 

@@ -12,7 +12,6 @@ by side, or of one without and with the terms of rotation, with a directory for 
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,17 +20,14 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.report.figures import frequencies, motions, shapes, sweeps
 from hpcwhirl.report.saving import save
 from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
-from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import completed, parser_of
 from paper.found import PAPER_SPEEDS, Found
 from paper.reasons import with_reason
 from paper.statements import statements
@@ -117,12 +113,7 @@ def two_lobes(
 
 def computed(folder: Path, document: Mapping[str, Any], engine: Engine) -> Results:
     """Return the cases of a campaign, integrating what is not there yet."""
-    design = design_of(document, engine)
-    prepare(design, Directory(folder))
-    ending = run_campaign(design, Directory(folder))
-    if not ending.complete:
-        raise SystemExit(75)
-    return Results(folder)
+    return Results(completed(document, folder, engine))
 
 
 def pick(cases: Results, regime: str, whirl: str, near: float) -> float | None:
@@ -279,7 +270,7 @@ def paper_on(engine: Engine, out: Path, effort: Effort) -> Found:
 
 def main() -> int:
     """Integrate what is missing, draw, and write the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = parser_of(__doc__)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--engine", action="append", choices=engine_names())
     parser.add_argument("--rotation", action="append", choices=ROTATIONS)

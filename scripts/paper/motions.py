@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from paper.found import Found, Row
-from paper.text import Number, Statement, judged
+from paper.text import Number, Statement, said
 
 from hpcwhirl.analysis.rotation import critical_of
 from hpcwhirl.case.resolve import resolve
@@ -30,7 +30,7 @@ def only_damped(where: str, claim: str, rows: list[Row]) -> Statement:
     told = ", ".join(f"{n} {regime}" for regime, n in count.most_common())
     against = count["divergent"] + count["sustained"]
     agrees = False if against else (True if count["damped"] == len(rows) else None)
-    return Statement(where, claim, told, judged(agrees))
+    return said(where, claim, told, agrees)
 
 
 def _regimes(found: Found) -> list[Statement]:
@@ -39,22 +39,19 @@ def _regimes(found: Found) -> list[Statement]:
     regimes = Counter(row["regime"] for row in free)
     wanted = ("damped", "sustained", "divergent")
     out = [
-        Statement(
-            "Sec. 4.2",
-            "three regimes: damped, sustained, divergent",
-            ", ".join(f"{n} {r}" for r, n in regimes.most_common()),
-            judged(all(regimes[r] for r in wanted)),
-        )
-    ]
+        said("Sec. 4.2", "three regimes: damped, sustained, divergent",
+             ", ".join(f"{n} {r}" for r, n in regimes.most_common()),
+             all(regimes[r] for r in wanted))
+    ]  # fmt: skip
     for regime in wanted:
         told = ", ".join(f"{n} {kind}" for kind, n in both.items() if regime in kind)
         found_both = both[f"{regime} forward"] and both[f"{regime} backward"]
         out.append(
-            Statement(
+            said(
                 "Sec. 4.2",
                 f"{regime}: forward and backward both occur",
                 told or "no such motion",
-                judged(bool(found_both)),
+                bool(found_both),
             )
         )
     clamped = found.rows("table2", centre="clamped")
@@ -75,15 +72,15 @@ def _speeds(found: Found) -> list[Statement]:
         row = found.at(speed)
         told = f"{row['regime']}, ln amplitude grows by {row['growth_rate']:.2g} 1/s"
         agrees = None if row["regime"] == "undecided" else row["regime"] == regime
-        out.append(Statement(where, f"{speed:g} rad/s: {regime}", told, judged(agrees)))
+        out.append(said(where, f"{speed:g} rad/s: {regime}", told, agrees))
         told = f"{row['whirl']}, (P+ − P−)/(P+ + P−) = {row['whirl_ratio']:.2g}, "
         told += f"strongest line {row['line_frequency']:.4g} rad/s, forward positive"
         out.append(
-            Statement(
+            said(
                 where,
                 f"{speed:g} rad/s: {whirl} (static frame)",
                 told,
-                judged(row["whirl"] == whirl),
+                row["whirl"] == whirl,
             )
         )
     return out
@@ -101,25 +98,11 @@ def _damped(found: Found) -> list[Statement]:
     (zero, told0), (one, told1) = _dominates(early, 0), _dominates(late, 1)
     share = (found.rms(520.0, "1F", -0.9, -1) / found.rms(520.0, "1F", 0, -0.1)).max()
     return [
-        Statement(
-            "Fig. 10a",
-            "520 rad/s: k = 0 of 1F governs before 0.5 s",
-            told0,
-            judged(zero),
-        ),
-        Statement(
-            "Fig. 10a",
-            "520 rad/s: k = 1 of 1F predominant after 0.5 s",
-            told1,
-            judged(one),
-        ),
-        Statement(
-            "Fig. 10",
-            "520 rad/s: all contributions damp out (to a tenth)",
-            f"last tenth over first, largest: {share:.2g}",
-            judged(share < 0.1),
-        ),
-    ]
+        said("Fig. 10a", "520 rad/s: k = 0 of 1F governs before 0.5 s", told0, zero),
+        said("Fig. 10a", "520 rad/s: k = 1 of 1F predominant after 0.5 s", told1, one),
+        said("Fig. 10", "520 rad/s: all contributions damp out (to a tenth)",
+             f"last tenth over first, largest: {share:.2g}", share < 0.1),
+    ]  # fmt: skip
 
 
 def _sustained(found: Found) -> list[Statement]:
@@ -136,49 +119,23 @@ def _sustained(found: Found) -> list[Statement]:
     range_ = f"{min(ratios):.2g} to {max(ratios):.2g}" if ratios else "no such motion"
     near = bool(ratios) and 0.5 <= float(np.median(ratios)) <= 2
     return [
-        Statement(
-            "Fig. 11",
-            "sustained orbits: radius about the gap (half to double)",
-            f"radius over gap {range_}",
-            judged(near if ratios else None),
-        ),
-        Statement(
-            "Fig. 11b",
-            "410 rad/s: radius about the gap (half to double)",
-            f"radius over gap {radius:.3g}",
-            judged(0.5 <= radius <= 2),
-        ),
-        Statement(
-            "Fig. 12",
-            "410 rad/s: k = 1 of 1F stable after 0.7 s (20 %)",
-            f"rms 0.7 s to 60 % over that of the last 40 %: {settled:.2g}",
-            judged(bool(abs(settled - 1) < 0.2)),
-        ),
-        Statement(
-            "Fig. 12",
-            "410 rad/s: all other k damp out (to a tenth of k = 1)",
-            f"largest other over k = 1: {others:.2g}",
-            judged(bool(others < 0.1)),
-        ),
-        Statement(
-            "Fig. 12",
-            "410 rad/s: k = 0 dominant in the transient (0.1 s)",
-            told,
-            judged(zero),
-        ),
-        Statement(
-            "Sec. 4.2.2",
-            "410 rad/s: the casing moves by microns (up to 10)",
-            f"late, in harmonics 2 and above: {1e6 * found.casing(410):.2g} µm",
-            judged(found.casing(410) < 1e-5),
-        ),
-        Statement(
-            "Sec. 4.2.2",
-            "sustained motion lies near critical speeds",
-            "super-harmonics up to 9 lie too close to tell",
-            judged(None),
-        ),
-    ]
+        said("Fig. 11", "sustained orbits: radius about the gap (half to double)",
+             f"radius over gap {range_}", near if ratios else None),
+        said("Fig. 11b", "410 rad/s: radius about the gap (half to double)",
+             f"radius over gap {radius:.3g}", 0.5 <= radius <= 2),
+        said("Fig. 12", "410 rad/s: k = 1 of 1F stable after 0.7 s (20 %)",
+             f"rms 0.7 s to 60 % over that of the last 40 %: {settled:.2g}",
+             bool(abs(settled - 1) < 0.2)),
+        said("Fig. 12", "410 rad/s: all other k damp out (to a tenth of k = 1)",
+             f"largest other over k = 1: {others:.2g}", bool(others < 0.1)),
+        said("Fig. 12", "410 rad/s: k = 0 dominant in the transient (0.1 s)", told,
+             zero),
+        said("Sec. 4.2.2", "410 rad/s: the casing moves by microns (up to 10)",
+             f"late, in harmonics 2 and above: {1e6 * found.casing(410):.2g} µm",
+             found.casing(410) < 1e-5),
+        said("Sec. 4.2.2", "sustained motion lies near critical speeds",
+             "super-harmonics up to 9 lie too close to tell", None),
+    ]  # fmt: skip
 
 
 def _divergent(found: Found) -> list[Statement]:
@@ -205,20 +162,13 @@ def _divergent(found: Found) -> list[Statement]:
         Number(
             "Sec. 4.2.3", "9th super-harmonic at 420 rad/s", 420, "rad/s", 0.02
         ).beside(ninth),
-        Statement(
-            "Fig. 13",
-            "420 rad/s: about 4 times the amplitude of 270 (3 to 5)",
-            told,
-            judged(None if ended and 3 <= ratio <= 5 else bool(3 <= ratio <= 5)),
-        ),
-        Statement("Fig. 14a", "420 rad/s: k = 1 of 1F dominant", text, judged(one)),
-        Statement(
-            "Fig. 14c",
-            "420 rad/s: suspension mainly in the divergent part",
-            f"rms of the last 40 % over the first 30 %: {late / early:.2g}",
-            judged(bool(late > early)),
-        ),
-    ]
+        said("Fig. 13", "420 rad/s: about 4 times the amplitude of 270 (3 to 5)", told,
+             None if ended and 3 <= ratio <= 5 else bool(3 <= ratio <= 5)),
+        said("Fig. 14a", "420 rad/s: k = 1 of 1F dominant", text, one),
+        said("Fig. 14c", "420 rad/s: suspension mainly in the divergent part",
+             f"rms of the last 40 % over the first 30 %: {late / early:.2g}",
+             bool(late > early)),
+    ]  # fmt: skip
 
 
 def _general(found: Found) -> list[Statement]:
@@ -238,10 +188,6 @@ def _general(found: Found) -> list[Statement]:
         f"but for {', '.join(against)}" if against else "at all speeds with full traces"
     )
     return [
-        Statement(
-            "Sec. 4.2, 5",
-            "k = 1 of 1F dominant in every regime's steady part",
-            told,
-            judged(not against),
-        )
-    ]
+        said("Sec. 4.2, 5", "k = 1 of 1F dominant in every regime's steady part", told,
+             not against)
+    ]  # fmt: skip

@@ -10,21 +10,19 @@ is removed) and go on where they were stopped.
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import tempfile
+import sys
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import completed, parser_of, working_folder
+
 from hpcwhirl import open_results
 from hpcwhirl.analysis.rotation import critical_of, rotation_of_case
-from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import Scene, apply_settings, named_scene
-from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.reader import words
 
 PAPER = {520.0: "damped", 410.0: "sustained", 270.0: "divergent", 420.0: "divergent"}
@@ -61,13 +59,9 @@ or cooling, tips at rest stand as much farther from the casing as they are pulle
 def scene_of(speed: float, friction: float, rotation: str, args: Any) -> Scene:
     """Return a case."""
     given = {
-        "engine.rotation": rotation,
-        "solver.scheme": "modal",
-        "speed": speed,
-        "friction": friction,
-        "duration": args.duration,
-        "solver.time_step": args.step,
-    }
+        "engine.rotation": rotation, "solver.scheme": "modal", "speed": speed,
+        "friction": friction, "duration": args.duration, "solver.time_step": args.step,
+    }  # fmt: skip
     return apply_settings(named_scene("table2"), given)
 
 
@@ -82,18 +76,14 @@ def told(row: dict[str, Any]) -> str:
 
 def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Any:
     """Return results of a campaign of so many durations, continued or computed."""
-    design = design_of(
-        {
-            "scene": {"duration": times * args.duration},
-            "engine": {"name": "four_motions"},
-            "solver": {"time_step": args.step},
-            "output": {"traces": "summary"},
-            "sweep": {**sweep, "speed": SPEEDS},
-        }
-    )
-    prepare(design, Directory(folder))
-    run_campaign(design, Directory(folder))
-    return open_results(folder)
+    tables = {
+        "scene": {"duration": times * args.duration},
+        "engine": {"name": "four_motions"},
+        "solver": {"time_step": args.step},
+        "output": {"traces": "summary"},
+        "sweep": {**sweep, "speed": SPEEDS},
+    }
+    return open_results(completed(tables, folder))
 
 
 def held(folder: Path, args: Any, data: Any) -> str:
@@ -172,7 +162,7 @@ def facts_of(args: Any) -> dict[str, Any]:
 
 def main() -> None:
     """March all cases and write the page, a row after the other."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = parser_of(__doc__)
     parser.add_argument("--step", type=float, default=1e-6, help="time step, s")
     parser.add_argument("--duration", type=float, default=2.5, help="engine time, s")
     parser.add_argument("--out", type=Path, help="directory of the campaigns")
@@ -196,8 +186,8 @@ def main() -> None:
     text += f"\nOf the paper's words at friction {FRICTIONS[0]:g}, "
     text += f"{same['none']} are those of none and {same['full']} those of full.\n"
     text += "\n## Words over the speed\n\n"
-    with tempfile.TemporaryDirectory() as scratch:
-        text += mapped(args.out or Path(scratch), args)
+    with working_folder(args.out, "rotation") as folder:
+        text += mapped(folder, args)
     PAGE.write_text(text + TAIL.format(**facts_of(args)), encoding="utf-8")
     print(PAGE)
 

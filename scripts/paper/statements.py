@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from paper.found import BANDS, PAPER_SPEEDS, Found
 from paper.motions import kinds, motion_statements, only_damped
-from paper.text import Number, Statement, judged
+from paper.text import Number, Statement, said
 from paper.veering import frequencies, full_rotor
 
 from hpcwhirl.analysis.spectrum import after_revolutions, amplitude_spectrum, strongest
@@ -59,31 +59,16 @@ def _centre(found: Found) -> list[Statement]:
     eta = found.cases["table2"].rows[0]["modes"]
     off = _family_error(free, frequencies(rotor_model(rotor, eta)))
     return [
-        Statement(
-            "Eq. 11",
-            "the centre belongs to k = 1 alone",
-            f"centre of all other modes ≤ {leak:.1g} of the largest",
-            judged(leak < 1e-9),
-        ),
-        Statement(
-            "Fig. 5",
-            "a clamped centre changes the k = 1 frequencies alone",
-            f"1F–12F: others by ≤ {others:.1g}, k = 1 by ≥ {ones:.2g}, relative",
-            judged(others < 1e-9 and ones > 1e-6),
-        ),
-        Statement(
-            "Fig. 5a",
-            "12 families up to 10 kHz",
-            f"12F reaches {twelfth:.3g} kHz",
-            judged(twelfth <= 10.0),
-        ),
-        Statement(
-            "Sec. 3.3",
-            f"first five families within 0.75 % at η = {eta}",
-            f"largest difference {100 * off[0]:.2g} %, {off[1]}",
-            judged(off[0] <= 0.0075),
-        ),
-    ]
+        said("Eq. 11", "the centre belongs to k = 1 alone",
+             f"centre of all other modes ≤ {leak:.1g} of the largest", leak < 1e-9),
+        said("Fig. 5", "a clamped centre changes the k = 1 frequencies alone",
+             f"1F–12F: others by ≤ {others:.1g}, k = 1 by ≥ {ones:.2g}, relative",
+             others < 1e-9 and ones > 1e-6),
+        said("Fig. 5a", "12 families up to 10 kHz", f"12F reaches {twelfth:.3g} kHz",
+             twelfth <= 10.0),
+        said("Sec. 3.3", f"first five families within 0.75 % at η = {eta}",
+             f"largest difference {100 * off[0]:.2g} %, {off[1]}", off[0] <= 0.0075),
+    ]  # fmt: skip
 
 
 def _family_error(
@@ -106,9 +91,7 @@ def _convergence(found: Found) -> list[Statement]:
         }
         if min(len(p) for p in part.values()) < 2:
             claim = f"converged at {text} = {value:g}"
-            out.append(
-                Statement("Sec. 3.3", claim, "too coarse a campaign", judged(None))
-            )
+            out.append(said("Sec. 3.3", claim, "too coarse a campaign", None))
             continue
         same = sum(len({*kinds(p)}) == 1 for p in part.values())
         early = max(r["early"] for p in part.values() for r in p)
@@ -116,21 +99,21 @@ def _convergence(found: Found) -> list[Statement]:
         told = f"{same} of {len(part)} speeds keep one kind of motion"
         numbers = f"from the finest: first 20 ms {early:.2g}, late radius {late:.2g}"
         out.append(
-            Statement(
+            said(
                 "Sec. 3.3",
                 f"kind of motion converged at {text} = {value:g}",
                 told,
-                judged(same == len(part)),
+                same == len(part),
             )
         )
         agrees = early < 0.01 if name == "steps" else max(early, late) > 0.01
         claim = "" if name == "steps" else "not perfectly "
         out.append(
-            Statement(
+            said(
                 "Sec. 3.3",
                 f"displacements {claim}converged at {text} = {value:g} (1 %)",
                 numbers,
-                judged(agrees),
+                agrees,
             )
         )
     return out
@@ -173,37 +156,17 @@ def _lines(found: Found) -> list[Statement]:
         Number("Fig. 6b", "centre: line of 2F at 250 Hz", 250, "Hz", 0.03).beside(
             found.peak(1, "centre", *BANDS["2F"])
         ),
-        Statement(
-            "Fig. 6a",
-            "the tip's strongest line is 1F",
-            f"at {100 * first:.0f} % of the speeds",
-            judged(bool(first > 0.5)),
-        ),
-        Statement(
-            "Fig. 6b",
-            "the centre's strongest line is the suspension",
-            f"at {100 * own:.0f} % of the speeds",
-            judged(bool(own > 0.5)),
-        ),
-        Statement(
-            "Fig. 6",
-            "the centre moves far less than the tips (a fifth)",
-            f"ratio of the strongest lines, median: {ratio:.2g}",
-            judged(ratio < 0.2),
-        ),
-        Statement(
-            "Fig. 6a",
-            "no significant line above 300 Hz (a fiftieth)",
-            f"of the strongest, median: {high:.2g}",
-            judged(high < 0.02),
-        ),
-        Statement(
-            "Fig. 6b",
-            "the centre has no line at 240 Hz",
-            f"230–245 Hz over 246–265 Hz, median: {split:.2g}",
-            judged(split < 1),
-        ),
-    ]
+        said("Fig. 6a", "the tip's strongest line is 1F",
+             f"at {100 * first:.0f} % of the speeds", bool(first > 0.5)),
+        said("Fig. 6b", "the centre's strongest line is the suspension",
+             f"at {100 * own:.0f} % of the speeds", bool(own > 0.5)),
+        said("Fig. 6", "the centre moves far less than the tips (a fifth)",
+             f"ratio of the strongest lines, median: {ratio:.2g}", ratio < 0.2),
+        said("Fig. 6a", "no significant line above 300 Hz (a fiftieth)",
+             f"of the strongest, median: {high:.2g}", high < 0.02),
+        said("Fig. 6b", "the centre has no line at 240 Hz",
+             f"230–245 Hz over 246–265 Hz, median: {split:.2g}", split < 1),
+    ]  # fmt: skip
 
 
 TWO_LOBES = (
@@ -220,7 +183,7 @@ def _two_lobes(found: Found) -> list[Statement]:
     line = [case for case in line if cases.rows[case]["contacts"] > 0]
     if not line:
         return [
-            Statement(where, f"k = 2: {claim}", "no blade touches", judged(None))
+            said(where, f"k = 2: {claim}", "no blade touches", None)
             for where, claim in TWO_LOBES
         ]
     gap = 1e3 * cases.rows[line[0]]["gap"]
@@ -243,28 +206,14 @@ def _two_lobes(found: Found) -> list[Statement]:
         found.level(2, "tip", *BANDS["1F"]) >= 0.99 * found.level(2, "tip", 5, 900)
     )
     return [
-        Statement(
-            "Fig. 7",
-            "k = 2: the centre stays at rest",
-            f"{there}peak ≤ {rest:.1g} m",
-            judged(rest < 1e-9),
-        ),
-        Statement(
-            "Fig. 8",
-            "k = 2: opposed blades show the same response",
-            f"{there}difference ≤ {apart:.1g} of the largest",
-            judged(apart < 1e-6),
-        ),
-        Statement(
-            "Fig. 7",
-            "k = 2: no response at 105 Hz",
-            f"{there}95–115 Hz over 1F, median: {np.median(band):.2g}",
-            judged(bool(np.median(band) < 0.02)),
-        ),
-        Statement(
-            "Fig. 7",
-            "k = 2: 1F predominant",
-            f"{there}strongest at {100 * first:.0f} % of the speeds",
-            judged(bool(first > 0.5)),
-        ),
-    ]
+        said("Fig. 7", "k = 2: the centre stays at rest", f"{there}peak ≤ {rest:.1g} m",
+             rest < 1e-9),
+        said("Fig. 8", "k = 2: opposed blades show the same response",
+             f"{there}difference ≤ {apart:.1g} of the largest", apart < 1e-6),
+        said("Fig. 7", "k = 2: no response at 105 Hz",
+             f"{there}95–115 Hz over 1F, median: {np.median(band):.2g}",
+             bool(np.median(band) < 0.02)),
+        said("Fig. 7", "k = 2: 1F predominant",
+             f"{there}strongest at {100 * first:.0f} % of the speeds",
+             bool(first > 0.5)),
+    ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from common import table
 
@@ -51,6 +52,13 @@ class Number:
 def judged(agrees: bool | None) -> str:  # noqa: FBT001
     """Return the verdict of yes, no or None."""
     return VERDICTS[1] if agrees is None else VERDICTS[2 if agrees else 0]
+
+
+def said(where: str, claim: str, computed: str, agrees: Any) -> Statement:
+    """Return a statement that agrees, differs, or (None) cannot be judged."""
+    return Statement(
+        where, claim, computed, judged(agrees if agrees is None else bool(agrees))
+    )
 
 
 def ordered(found: Iterable[Statement]) -> list[Statement]:

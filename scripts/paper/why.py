@@ -11,13 +11,8 @@ from hpcwhirl.analysis.stability import growth_of_diameter, static_line
 from hpcwhirl.case.resolve import resolve
 
 COLUMNS = (
-    "late_friction",
-    "late_rotation",
-    "late_lost",
-    "growth_rate",
-    "closed",
-    "slow",
-)
+    "late_friction", "late_rotation", "late_lost", "growth_rate", "closed", "slow",
+)  # fmt: skip
 
 
 def why(found: Found) -> list[str]:
@@ -32,16 +27,10 @@ def why(found: Found) -> list[str]:
         rows.append(row | linear)
     growing = [r for r in rows if r["regime"] == "divergent"]
     head = (
-        "Ω, rad/s",
-        "fed by friction, J",
-        "by transport over the ring, J",
-        "lost, J",
-        "measured growth, 1/s",
-        "all closed, 1/s",
-        "all closed, below 150 Hz, 1/s",
-        "at rad/s, static frame",
-        "measured line",
-    )
+        "Ω, rad/s", "fed by friction, J", "by transport over the ring, J", "lost, J",
+        "measured growth, 1/s", "all closed, 1/s", "all closed, below 150 Hz, 1/s",
+        "at rad/s, static frame", "measured line",
+    )  # fmt: skip
     body = [
         (
             f"{r['speed']:g}",

@@ -54,7 +54,7 @@ def test_an_estimate_that_holds_too_seldom_in_a_class_of_any_size_is_told():
     assert by_class["all"].share == pytest.approx(0.95)
     assert by_class["N 28-36"].worst == pytest.approx(2.0)
     assert [line.kind for line in estimates.failing(found)] == ["N 28-36"]
-    told = "\n".join(estimates.table(found))
+    told = "\n".join(estimates.rows_of(found))
     assert "| N 28-36 | 30 | 27 | 90 % | 0.5 | 2 |" in told
 
 
@@ -104,7 +104,7 @@ def test_what_is_not_measured_stays_on_the_page(tmp_path, monkeypatch):
     monkeypatch.setattr(estimates, "PAGE", path)
     rows, notes = estimates.told_before()
     assert {name: len(own) > 5 for name, own in rows.items()} == dict.fromkeys(
-        estimates.DRAWN, True
+        estimates.PLANS, True
     )
     assert estimates.page(rows, notes) + "\n" == before
     monkeypatch.setattr(estimates, "measured", lambda *_: [record(0, 0.5, blades=14)])

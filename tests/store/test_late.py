@@ -46,7 +46,7 @@ def shim(tmp_path_factory):
     if compiler is None:
         pytest.skip("no cc")
     library = tmp_path_factory.mktemp("shim") / "late.so"
-    source = ROOT / "scripts/evidence/attacks/late.c"
+    source = ROOT / "tests/support/late.c"
     call = [compiler, "-shared", "-fPIC", "-o", library, source, "-ldl"]
     subprocess.run(call, check=True)
     return library

@@ -10,7 +10,8 @@ import json
 import os
 import shutil
 import socket
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import chdir, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,11 +24,6 @@ from attacks.specimens import Specimen, alters, differs, undisturbed
 LINKS = ("nowhere", "/dev/zero", "/dev/full", "/dev/null", "..", "/", "/proc/self/mem",
          "/etc/passwd")  # fmt: skip
 ODD = (None, [], {}, "", "x", -1, 1e300, 10**25, True, [[]], {"a": 1}, float("nan"))
-BYTES = ("cut", "emptied", "flipped", "overwritten")
-PLACES = ("a directory", "a FIFO", "a socket", "a link")  # taken by something else
-DAMAGES = {"cut": 4, "emptied": 1, "flipped": 5, "overwritten": 3, "deleted": 3,
-           "doubled": 3, "swapped": 3, "a directory": 2, "a FIFO": 2, "a socket": 1,
-           "a link": 3, "other JSON": 4}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -66,28 +62,35 @@ def _ground(mode: specimens.Mode, place: Path) -> Ground:
     return Ground(specimen, (specimen.out, half))
 
 
-def damaged(data: bytearray, kind: str, chance: Chance) -> bytearray:
-    """Return a file's bytes, damaged."""
-    start = chance.randrange(len(data) + 1)
-    if kind == "cut":
-        return data[:start]
-    if kind == "emptied" or not data:
-        return bytearray()
-    if kind == "flipped":
-        for _ in range(chance.choice([1, 1, 2, 8, 64])):
-            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
-    elif kind == "overwritten":
-        size = chance.choice([1, 16, 512, 4096])
-        new = (b"\0" * size, chance.randbytes(size), b"", b"\n" * size, b"{" * size)
-        data[start : start + size] = chance.choice(new)
-    else:
-        head, sign, body = data.partition(b"{")
-        try:
-            content = _changed(json.loads(sign + body), chance)
-        except ValueError:
-            return damaged(data, "flipped", chance)
-        data = head + json.dumps(content, indent=1).encode()
+# What may happen to a file's bytes
+
+
+def cut(data: bytearray, chance: Chance) -> bytearray:
+    """Return the first of some bytes."""
+    return data[: chance.randrange(len(data) + 1)]
+
+
+def flipped(data: bytearray, chance: Chance) -> bytearray:
+    """Return bytes of which some bits are others."""
+    for _ in range(chance.choice([1, 1, 2, 8, 64]) if data else 0):
+        data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
     return data
+
+
+def _overwritten(data: bytearray, chance: Chance) -> bytearray:
+    start, size = chance.randrange(len(data) + 1), chance.choice([1, 16, 512, 4096])
+    new = (b"\0" * size, chance.randbytes(size), b"", b"\n" * size, b"{" * size)
+    data[start : start + size] = chance.choice(new)
+    return data
+
+
+def _other_json(data: bytearray, chance: Chance) -> bytearray:
+    head, sign, body = data.partition(b"{")
+    try:
+        content = _changed(json.loads(sign + body), chance)
+    except ValueError:
+        return flipped(data, chance)
+    return head + json.dumps(content, indent=1).encode()
 
 
 def _changed(content: Any, chance: Chance) -> Any:
@@ -104,46 +107,62 @@ def _changed(content: Any, chance: Chance) -> Any:
     return content
 
 
-def _copy_of(path: Path, chance: Chance) -> str:
-    """Return a name for a copy of a file."""
-    renumbered = [path.name.replace("0001", n) for n in ("0007", "9" * 12, "-1")]
-    return chance.choice([
-        f"copy-of-{path.name}", f"{path.name}.1", *renumbered, "²-00000.log", "x.log",
-        f"{path.stem}-9{path.suffix}", "10000-00000.log", "é\udcff" + path.suffix,
-        "0001.json", "a" * 64 + ".state",
-    ])  # fmt: skip
+# What may happen to a file in its directory
+
+
+def _doubled(path: Path, chance: Chance, _: list[Path]) -> None:
+    names = [path.name.replace("0001", n) for n in ("0007", "9" * 12, "-1")]
+    names += [f"copy-of-{path.name}", f"{path.name}.1", "²-00000.log", "x.log",
+              f"{path.stem}-9{path.suffix}", "10000-00000.log", "0001.json",
+              "é\udcff" + path.suffix, "a" * 64 + ".state"]  # fmt: skip
+    with suppress(shutil.SameFileError):
+        shutil.copyfile(path, path.with_name(chance.choice(names)))
+
+
+def _swapped(path: Path, chance: Chance, files: list[Path]) -> None:
+    other = chance.choice(files)
+    with suppress(OSError):
+        data = other.read_bytes()
+        other.write_bytes(path.read_bytes())
+        path.write_bytes(data)
+
+
+def _socket(path: Path) -> None:
+    with chdir(path.parent):  # a socket's name has little room
+        socket.socket(socket.AF_UNIX).bind(path.name)
+
+
+def _of_bytes(make: Callable[[bytearray, Chance], bytearray]) -> Any:
+    def act(path: Path, chance: Chance, _: list[Path]) -> None:
+        path.write_bytes(make(bytearray(path.read_bytes()), chance))
+
+    return act
+
+
+def _instead(make: Callable[[Path], object]) -> Any:
+    def act(path: Path, chance: Chance, _: list[Path]) -> None:
+        path.unlink()
+        aim = chance.choice([path.name, *LINKS])
+        path.symlink_to(aim) if make is Path.symlink_to else make(path)
+
+    return act
+
+
+BYTES = ("cut", "emptied", "flipped", "overwritten")
+PLACES = ("a directory", "a FIFO", "a socket", "a link")  # taken by something else
+DAMAGES: dict[str, tuple[int, Callable[[Path, Chance, list[Path]], None]]] = {
+    "cut": (4, _of_bytes(cut)), "emptied": (1, _of_bytes(lambda *_: bytearray())),
+    "flipped": (5, _of_bytes(flipped)), "overwritten": (3, _of_bytes(_overwritten)),
+    "other JSON": (4, _of_bytes(_other_json)), "deleted": (3, _instead(lambda _: None)),
+    "doubled": (3, _doubled), "swapped": (3, _swapped),
+    "a directory": (2, _instead(Path.mkdir)), "a FIFO": (2, _instead(os.mkfifo)),
+    "a socket": (1, _instead(_socket)), "a link": (3, _instead(Path.symlink_to)),
+}  # fmt: skip
 
 
 def damage(path: Path, kind: str, chance: Chance, files: list[Path]) -> None:
     """Damage a file, or put something else in its place; `files` are all there are."""
-    if kind in (*BYTES, "other JSON"):
-        path.write_bytes(damaged(bytearray(path.read_bytes()), kind, chance))
-        return
-    if kind == "doubled":
-        with suppress(shutil.SameFileError):
-            shutil.copyfile(path, path.with_name(_copy_of(path, chance)))
-        return
-    if kind == "swapped":
-        other = chance.choice(files)
-        with suppress(OSError):
-            data = other.read_bytes()
-            other.write_bytes(path.read_bytes())
-            path.write_bytes(data)
-        return
-    path.unlink()
-    if kind == "a directory":
-        path.mkdir()
-    elif kind == "a FIFO":
-        os.mkfifo(path)
-    elif kind == "a link":
-        path.symlink_to(chance.choice([path.name, *LINKS]))
-    elif kind == "a socket":
-        here = Path.cwd()
-        os.chdir(path.parent)  # a socket's name has little room
-        try:
-            socket.socket(socket.AF_UNIX).bind(path.name)
-        finally:
-            os.chdir(here)
+    DAMAGES[kind][1](path, chance, files)
 
 
 def hurt(folder: Path, chance: Chance) -> tuple[str, Path]:
@@ -153,7 +172,7 @@ def hurt(folder: Path, chance: Chance) -> tuple[str, Path]:
     top = folder / chance.choice(kinds)
     path = chance.choice([p for p in files if top in (p, *p.parents)])
     if path.parent == folder or chance.random() > 0.08:
-        kind = chance.weighted(DAMAGES)
+        kind = chance.weighted({name: weight for name, (weight, _) in DAMAGES.items()})
         damage(path, kind, chance, files)
         return kind, path
     kind = chance.choice(["directory gone", "directory a file", "directory a link"])
@@ -195,8 +214,7 @@ def _wrong(
     ended = run(words, place)
     after = _identity(out / "results.h5")
     fresh = after != before and name != "classify"
-    stopped = () if name == "status" else (75,)
-    wrong = fault(ended, (0, 1, 2, *stopped))
+    wrong = fault(ended, (0, 1, 2) if name == "status" else (0, 1, 2, 75))
     if not wrong and name == "campaign" and ended.code == 0:
         return differs(out, specimen.truth, place), True
     if wrong or after is None or (touched and not fresh):
@@ -210,10 +228,8 @@ def _wrong(
 
 def _identity(path: Path) -> tuple[int, int] | None:
     """Return what changes when a file is replaced; None where there is none."""
-    if not path.is_file():
-        return None
-    state = path.stat()
-    return state.st_ino, state.st_mtime_ns
+    state = path.stat() if path.is_file() else None
+    return state and (state.st_ino, state.st_mtime_ns)
 
 
 FAMILIES = {"damage": Family("damaged campaign directories", 2000, prepare, attempt)}

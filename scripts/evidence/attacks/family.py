@@ -54,7 +54,6 @@ class Family:
     prepare : called with a directory; returns what all tries share
     attempt : called with that, a generator of the try's own and a directory
     env : what the environment has to hold before anything is imported
-    shim : a source in C, compiled and loaded before anything else
     """
 
     title: str
@@ -62,7 +61,6 @@ class Family:
     prepare: Callable[[Path], Any]
     attempt: Callable[[Any, Chance, Path], Verdict]
     env: Mapping[str, str] = field(default_factory=dict)
-    shim: Path | None = None
 
 
 def fault(ended: Ended, allowed: Iterable[int], most: int = LONGEST) -> str:
@@ -74,7 +72,7 @@ def fault(ended: Ended, allowed: Iterable[int], most: int = LONGEST) -> str:
     last = f": {ended.last}" if ended.last else ""
     lines = ended.err.split("\n")
     longest = max(map(len, lines))
-    odd = sorted({c for c in ended.err if ord(c) < 32 and c not in "\n\t"})
+    odd = controls(ended.err)
     faults = {
         "hung": ended.hung,
         f"traceback, exit {ended.code}{last}": "Traceback" in ended.err,
@@ -86,6 +84,11 @@ def fault(ended: Ended, allowed: Iterable[int], most: int = LONGEST) -> str:
         f"took {ended.peak / 1e9:.2g} GB": ended.peak > HUGE,
     }
     return next((text for text, broken in faults.items() if broken), "")
+
+
+def controls(text: str) -> list[str]:
+    """Return the characters that steer a terminal."""
+    return sorted({c for c in text if ord(c) < 32 and c not in "\n\t"})
 
 
 def refusal(ended: Ended, allowed: Iterable[int] = (0, 2), most: int = LONGEST) -> str:

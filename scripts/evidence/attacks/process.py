@@ -9,19 +9,19 @@ from __future__ import annotations
 import os
 import resource
 import select
-import shlex
 import signal
 import subprocess
 import sys
 import time
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from common import MPIRUN
+from forks import forked
+
 LIMIT = 300.0  # s until a command counts as hung; a kernel may have to be compiled
-RAISED = 99  # exit code of a fork where something else than the command raised
 MEMORY = 8 << 30  # bytes of address space a fork may ask for beyond what it has
 ROOT = Path(__file__).parents[3]
 PROGRAM = (sys.executable, "-m", "hpcwhirl")
@@ -96,55 +96,34 @@ class Child:
             _, status, usage = os.wait4(self.pid, 0)
             self.kill()  # what it may have left behind
             os.close(self._handle)
+            files = [self.path.with_suffix(kind) for kind in (".out", ".err")]
+            told = (f.read_bytes().decode(errors="replace") if f.exists() else ""
+                    for f in files)  # fmt: skip
             code = os.waitstatus_to_exitcode(status)
-            out, err = (self._text(kind) for kind in (".out", ".err"))
-            self._ended = Ended(code, out, err, hung, 1024 * usage.ru_maxrss)
+            self._ended = Ended(code, *told, hung, 1024 * usage.ru_maxrss)
         return self._ended
-
-    def _text(self, kind: str) -> str:
-        path = self.path.with_suffix(kind)
-        return path.read_bytes().decode(errors="replace") if path.exists() else ""
 
 
 def fork(action: Action, place: Path, name: str = "command") -> Child:
     """Call `action`, which gives the exit code, in a fork; streams go to `place`."""
     place.mkdir(parents=True, exist_ok=True)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    pid = os.fork()
-    if pid:
-        with suppress(OSError):
-            os.setpgid(pid, pid)
-        return Child(pid, place / name)
-    code = RAISED
-    try:
+    files = [(place / name).with_suffix(kind) for kind in (".out", ".err")]
+    for file in files:
+        file.write_bytes(b"")
+
+    def limited() -> int:
+        """Let a bomb burst in its own process before it takes the machine."""
         os.setpgid(0, 0)
-        _redirect(place / name)
-        _limit_memory()
-        code = action()
-        sys.stdout.flush()
-    except SystemExit as left:
-        code = left.code if isinstance(left.code, int) else RAISED
-    except BaseException:  # noqa: BLE001 - printed, and a code that no command has
-        traceback.print_exc()
-    finally:
-        with suppress(Exception):
-            sys.stderr.flush()
-        os._exit(code & 0xFF)
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        most = pages * resource.getpagesize() + MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        return action()
 
-
-def _redirect(path: Path) -> None:
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-    for number, kind in ((1, ".out"), (2, ".err")):
-        os.dup2(os.open(path.with_suffix(kind), flags), number)
-
-
-def _limit_memory() -> None:
-    """Let a bomb burst in its own process before it takes the machine."""
-    had = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (had + MEMORY, had + MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    pid = forked(limited, *files)
+    with suppress(OSError):
+        os.setpgid(pid, pid)
+    return Child(pid, place / name)
 
 
 def command(words: Words, setup: Callable[[], object] = bool) -> Action:
@@ -170,15 +149,16 @@ def start(
 ) -> Child:
     """Start a program, e.g. an interpreter, under mpirun if it has ranks."""
     place.mkdir(parents=True, exist_ok=True)
-    launcher = shlex.split(os.environ.get("HPCWHIRL_MPIRUN", "mpirun"))
-    front = [*launcher, "-n", str(ranks)] if ranks else []
-    environ = {**os.environ, "PYTHONPATH": str(ROOT), **(env or {})}
+    front = [*MPIRUN, "-n", str(ranks)] if ranks else []
     path = place / "started"
-    files = (path.with_suffix(kind).open("wb") for kind in (".out", ".err"))
-    with next(files) as out, next(files) as err:
+    with (
+        path.with_suffix(".out").open("wb") as out,
+        path.with_suffix(".err").open("wb") as err,
+    ):
         process = subprocess.Popen(
             [*front, *map(str, call)], stdin=subprocess.DEVNULL, stdout=out,
-            stderr=err, env=environ, process_group=0,
+            stderr=err, process_group=0,
+            env={**os.environ, "PYTHONPATH": str(ROOT), **(env or {})},
         )  # fmt: skip
     process.returncode = 0  # it is waited for by its handle, not by this object
     return Child(process.pid, path)

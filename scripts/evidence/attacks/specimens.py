@@ -24,8 +24,8 @@ output = {{interval = 1e-4, traces = "{traces}"}}
 campaign = {{save_every = {save_every}}}
 sweep = {{speed = {{start = 300, stop = 500, num = {speeds}}}, friction = [0.0, 0.2]}}
 """
-MAPS = ("map.png", "map.svg")
-Table = dict[str, tuple[str, tuple[int, ...], bytes]]
+Column = tuple[str, tuple[int, ...], bytes]  # type, shape, bytes
+Table = dict[str, Column]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Specimen:
 
 
 def table(folder: Path) -> Table:
-    """Return {name: (type, shape, bytes)} of the root variables of results.h5."""
+    """Return the root variables of results.h5."""
     with h5py.File(folder / "results.h5", "r") as file:
         data = {n: d for n, d in file.items() if isinstance(d, h5py.Dataset)}
         return {n: (str(d.dtype), d.shape, d[()].tobytes()) for n, d in data.items()}
@@ -107,11 +107,8 @@ def undisturbed(mode: Mode, place: Path, *, maps: bool = False) -> Specimen:
 
 def quietly(words: Sequence[str], place: Path) -> None:
     """Run a command in this process, its streams kept in a file."""
-    with (
-        (place / "quiet.txt").open("a") as file,
-        redirect_stdout(file),
-        redirect_stderr(file),
-    ):
+    said = (place / "quiet.txt").open("a")
+    with said, redirect_stdout(said), redirect_stderr(said):
         code = command(words)()
     if code:
         msg = f"undisturbed, {' '.join(words)} ends with {code}: see {place}"
@@ -170,7 +167,7 @@ def alters(folder: Path, truth: Table, place: Path) -> tuple[str, int]:
     return "", missing
 
 
-def _rows(column: tuple[str, tuple[int, ...], bytes], ok: Any) -> list[bytes]:
+def _rows(column: Column, ok: Any) -> list[bytes]:
     """Return the bytes of the rows that have a result; text without its padding."""
     _, shape, data = column
     size = len(data) // max(shape[0], 1)
@@ -181,11 +178,3 @@ def parts(out: Path) -> str:
     """Return that something half written is left over, "" where nothing is."""
     left = [p.name for p in out.rglob("*.part*")]
     return f"left over: {left[0]}" if left else ""
-
-
-def whole(out: Path, specimen: Specimen, place: Path) -> str:
-    """Return what a completed campaign lacks, its maps included."""
-    wrong = differs(out, specimen.truth, place)
-    maps = [out / name for name in MAPS]
-    pale = [p.name for p in maps if not p.is_file() or p.stat().st_size < 1000]
-    return wrong or (f"no whole {pale[0]}" if pale else "") or parts(out)

@@ -1,4 +1,4 @@
-"""Hostile text: campaign files, `--set`, names of files, conditions of `cases`.
+"""Hostile text: campaign files, `--set`, names, conditions, functions of a case.
 
 Types, sizes, depths and characters nobody meant. Each is accepted or refused in one
 line, and a refusal leaves nothing behind.
@@ -9,47 +9,22 @@ from __future__ import annotations
 import os
 import shutil
 import string
+import sys
+import tomllib
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from attacks.damage import damaged
-from attacks.family import Chance, Family, Verdict, fault, first, refusal
-from attacks.process import run
+from attacks.damage import cut, flipped
+from attacks.family import Chance, Family, Verdict, controls, fault, first, refusal
+from attacks.process import Ended, fork, run
 from attacks.specimens import PLAIN, Specimen, differs, undisturbed
 
 LONG = 70_000  # characters of a value that no message may repeat
 MOST = 2100  # characters of a line that may give a path of 5,000
-NUMBERS = (
-    "0", "-1", "-0.0", "1", "2147483648", "9223372036854775808", "-9223372036854775809",
-    "1e308", "-1e308", "1e309", "5e-324", "1e-300", "nan", "-nan", "inf", "-inf",
-    "0xffffffffffffffffffffffff", "0o777", "0b1", "1_000", "0.1", "1.5", "-1e-9",
-)  # fmt: skip
-WORDS = (
-    '""', '" "', "''", '"\\u0000"', '"a\\u0000b"', '"\\u001b[31mred\\u001b[0m"',
-    '"a\\nb\\nhpcwhirl: error: forged"', '"\\u202egnp.exe"', '"\U0001f6e9\u0301"',
-    '"%s%n{}"', '"../../../../etc/passwd"', '"/dev/zero"', '"/dev/full"', '"/"', '"."',
-    '"$(id)"', '"modal"', '"squeeze"', '"nan"', '"1e-6"', '"\\r"', '"\\u0085\\u2028"',
-    '"\\u009b31m"', '"/proc/self/mem"',
-)  # fmt: skip
-KINDS = (
-    "true", "false", "[]", "{}", "[[]]", "[1, 2]", "[nan]", '["a", 1]', "[{}]",
-    "{a = 1}", "1979-05-27", "1979-05-27T07:32:00Z", "07:32:00", "[true]", "[[1], [2]]",
-    "[1e308, -1e308]", "{start = 1}", "[0.1, 0.1]",
-)  # fmt: skip
-BROKEN = ("", "=", "[", "}", '"', "'''", "\\", "1 2", "0x", "1__0", "01", "+", "é", ",")
-RANGES = (
-    "start = 1, stop = 2, step = 0", "start = 1, stop = 2, step = -1",
-    "start = 1, stop = 2, step = 1e-300", "start = 0, stop = 1, num = 0",
-    "start = 300, stop = 500, num = 1000000000000000000",
-    "start = nan, stop = 1, num = 3", "start = -1e308, stop = 1e308, step = 1",
-    "start = 300, stop = 500, num = -3", "start = 300, stop = 500, num = 2.5",
-    "start = 300, stop = 500", "start = 300, stop = 500, num = 3, step = 10",
-    "start = inf, stop = inf, step = inf", "start = '300', stop = 500, num = 3",
-    "start = 300, stop = 300, num = 1", "start = 300, stop = 400, step = 5e-324",
-    "start = 1e308, stop = 1e309, num = 3",
-)  # fmt: skip
+TABLE = tomllib.loads(Path(__file__).with_name("hostile.toml").read_text("utf-8"))
+NUMBERS, WORDS, KINDS, BROKEN, STARTS, STEPS = TABLE["values"].values()
 BYTES = (b"\0", b"\xff", b"\xc3", b"\x1b[2J", b"\r", b"\xed\xa0\x80", b"\x7f")
 HEADS = (b"\xef\xbb\xbf", b"\xff\xfe", b"#" * LONG + b"\n")
 
@@ -74,24 +49,29 @@ def _deep(chance: Chance) -> str:
 
 def _any_letters(chance: Chance) -> str:
     most = chance.choice([32, 128, 256, 0xD800, 0x10FFFF])
-    codes = [chance.randrange(1, most) for _ in range(chance.randrange(1, 40))]
-    return '"' + "".join(f"\\U{c:08x}" for c in codes if not _surrogate(c)) + '"'
+    letters = (chr(chance.randrange(1, most)) for _ in range(chance.randrange(1, 40)))
+    return f'"{_escaped("".join(letters))}"'
 
 
-def _surrogate(code: int) -> bool:
-    return 0xD800 <= code < 0xE000
+def _escaped(text: str) -> str:
+    """Return a text as TOML has it, without what is no character by itself."""
+    return "".join(f"\\U{ord(c):08x}" for c in text if not 0xD800 <= ord(c) < 0xE000)
 
 
-VALUES = {
-    NUMBERS: 6, WORDS: 5, KINDS: 5, BROKEN: 2, tuple(f"{{{r}}}" for r in RANGES): 3,
-    _long: 2, _digits: 2, _deep: 2, _any_letters: 2,
-}  # fmt: skip
+def _range(chance: Chance) -> str:
+    parts = map(chance.choice, (STARTS, STARTS, STEPS))
+    return "{{start = {}, stop = {}, {}}}".format(*parts).replace(", }", "}")
+
+
+MADE = (_long, _digits, _deep, _any_letters, _range)
 
 
 def value(chance: Chance) -> str:
     """Return the text of a hostile value."""
-    kind = chance.weighted(VALUES)
-    return str(kind(chance) if callable(kind) else chance.choice(kind))
+    if chance.random() < 0.35:
+        return chance.choice(MADE)(chance)
+    told = (NUMBERS, WORDS, KINDS, BROKEN)
+    return str(chance.choice(chance.choices(told, (6, 5, 5, 2))[0]))
 
 
 def key(chance: Chance, known: list[str]) -> str:
@@ -107,26 +87,14 @@ def key(chance: Chance, known: list[str]) -> str:
 
 def warm(place: Path) -> Specimen:
     """Compute a campaign, so that all is imported and compiled that forks need."""
-    return undisturbed(PLAIN, place)
+    return undisturbed(replace(PLAIN, speeds=3), place)
 
 
 # Campaign files
 
-DOCUMENT = {
-    "[scene]": "speed = 410, nodal_diameter = 1, gap = 1.28e-4, friction = 0.1, "
-               'force = 75e3, pulse = 7.8e-4, direction = "squeeze", duration = 2e-3',
-    "[engine]": 'name = "four_motions", file = ""',
-    "[engine.casing]": 'kind = "ring", harmonics = 20, thickness = 0.027, damping = .1',
-    "[engine.rotor]": 'blades = 22, elements = 10, radius = 0.5, centre = "free", '
-                      "mistuning = []",
-    "[solver]": 'scheme = "modal", time_step = 2e-6, modes = 110, plan = "lean", '
-                'until = "end"',
-    "[output]": 'traces = "orbit", interval = 1e-4',
-    "[campaign]": "case_limit = 10, save_every = 600",
-    "[sweep]": "speed = {start = 300; stop = 400; num = 3}, friction = [0.0; 0.2]",
-}  # fmt: skip
-EXTRA = (
-    ("[zip]", [("gap", "[1e-4, 2e-4]"), ("force", "[7e4, 8e4]")]),
+Document = list[tuple[str, list[tuple[str, str]]]]  # [(header, [(key, value)])]
+SWEEP = [("speed", "{start = 300, stop = 400, num = 3}"), ("friction", "[0.0, 0.2]")]
+TABLES = (
     ("[zip]", [("gap", "[1e-4, 2e-4, 3e-4]"), ("force", "[7e4]")]),
     ("[[cases]]", [("gap", "1e-4")]), ("[cases]", [("gap", "1e-4")]), ("[[cases]]", []),
     ("[preset]", [("name", "1")]), ("[[scene]]", [("speed", "1")]),
@@ -136,16 +104,21 @@ MUTATIONS = {"value": 12, "key": 3, "twice": 2, "table twice": 1, "table": 2,
              "header": 2, "sweep": 2, "no table": 1}  # fmt: skip
 COMMANDS = {("campaign", "--dry-run", "--out", "{out}"): 6, ("model",): 2,
             ("job", "slurm"): 1}  # fmt: skip
-Document = list[tuple[str, list[tuple[str, str]]]]  # [(header, [(key, value)])]
 
 
 def document() -> Document:
-    """Return a small campaign with every table, as text."""
-    out: Document = []
-    for header, told in DOCUMENT.items():
-        pairs = [pair.split(" = ", 1) for pair in told.split(", ")]
-        out.append((header, [(name, v.replace(";", ",")) for name, v in pairs]))
-    return out
+    """Return a small campaign that gives every input, as text."""
+    import tomli_w
+
+    from hpcwhirl.scene import Scene, flatten
+
+    tables: dict[str, list[tuple[str, str]]] = {}
+    for full, given in flatten(Scene(duration=2e-3)).items():
+        if isinstance(given, str | bool | int | float):
+            place, _, name = ("scene." * ("." not in full) + full).rpartition(".")
+            told = tomli_w.dumps({name: given}).strip().partition(" = ")[2]
+            tables.setdefault(f"[{place}]", []).append((name, told))
+    return [*tables.items(), ("[sweep]", list(SWEEP))]
 
 
 def mutate(doc: Document, chance: Chance) -> str:
@@ -164,12 +137,11 @@ def mutate(doc: Document, chance: Chance) -> str:
     elif kind == "table twice":
         doc.append((header, pairs))
     elif kind == "table":
-        name, its = chance.choice(EXTRA)
+        name, its = chance.choice(TABLES)
         doc.insert(chance.randrange(len(doc)), (name, list(its)))
     elif kind == "header":
         form = chance.choice(["[{}]", "[[{}]]", "[{}", "[ {} ]"])
-        name = key(chance, [*known, "engine.casing", "cases", "sweep"])
-        doc[at] = form.format(name), pairs
+        doc[at] = form.format(key(chance, [*known, "engine.casing", "cases"])), pairs
     elif kind == "sweep":
         doc[-1][1].append((chance.choice(known), value(chance)))
     else:
@@ -188,7 +160,9 @@ def bytes_of(doc: Document, chance: Chance) -> bytes:
         data[place:place] = chance.choice(BYTES)
     elif kind == "head":
         data[:0] = chance.choice(HEADS)
-    return bytes(damaged(data, kind, chance) if kind in ("cut", "flipped") else data)
+    elif kind:
+        data = (cut if kind == "cut" else flipped)(data, chance)
+    return bytes(data)
 
 
 def attempt_toml(_: Specimen, chance: Chance, place: Path) -> Verdict:
@@ -226,13 +200,11 @@ def attempt_set(shared: Specimen, chance: Chance, place: Path) -> Verdict:
     known = [n for name in input_names() for n in (name, name.rsplit(".", 1)[-1])]
     many = range(chance.choice([1, 1, 2]))
     sets = [w for _ in many for w in ("--set", _setting(chance, known))]
-    commands = {
+    words = chance.weighted({
         ("campaign", str(shared.file), "--dry-run", "--out", str(place / "out")): 6,
-        ("model",): 4,
-        ("run", "table2", "--set", "time_step=2e-6", "--json"): 2,
+        ("model",): 4, ("run", "table2", "--set", "time_step=2e-6", "--json"): 2,
         ("classify", str(shared.out)): 1,
-    }
-    words = chance.weighted(commands)
+    })  # fmt: skip
     short = ("--set", "duration=1e-5", "--set", "interval=1e-5")
     ended = run([*words, *sets, *(short if words[0] == "run" else ())], place)
     return Verdict(words[0], refusal(ended))
@@ -240,16 +212,10 @@ def attempt_set(shared: Specimen, chance: Chance, place: Path) -> Verdict:
 
 # Names of directories and files
 
-NAMES = (
-    "out", "with space", "quote'\"", "$(id)", "`id`", "a;b", "*", "?", "%s%n", "{0}",
-    "é", "\U0001f6e9", "-", "--help", "-v", "#", "~", "~root", "CON", "a=b", "a:b",
-    "\udcff\udcfe", "a\udc80b", "a\nb", "a\x1b[31mb", "\t", "\r", "\x07", "\u202egnp",
-    "\u2028", "a\x85b", "x" * 255, "é" * 127, "x" * 250, "x" * 256, "é" * 200,
-    "/".join(["y" * 200] * 25), "../" * 40 + "dev/null/x", "", " ", ".", "..",
-    "a/../out", "./out/", "out//", "/dev/null", "/dev/full", "/dev/zero", "/dev/stdout",
-    "/proc/self/fd/1", "/sys/x", "/proc/x", "TAKEN/file", "TAKEN/loop", "TAKEN/real",
-    "TAKEN/dangling", "TAKEN/pipe", "TAKEN/file/below", "TAKEN/link",
-)  # fmt: skip
+NAMES = [
+    *TABLE["names"]["names"], "x" * 255, "é" * 127, "x" * 250, "x" * 256,
+    "/".join(["y" * 200] * 25), "../" * 40 + "dev/null/x", "\udcff\udcfe", "a\udc80b",
+]  # fmt: skip
 
 
 def _hostile_name(place: Path, chance: Chance) -> str:
@@ -269,41 +235,29 @@ def _out(shared: Specimen, name: str, place: Path) -> str:
     inside = place / "in"
     words = ["campaign", str(shared.file), "--out", name]
 
-    def given(call: list[str]) -> str:
-        ended = run(call, place, lambda: os.chdir(inside))
-        return fault(ended, (0,), MOST)
+    def given(call: list[str]) -> Ended:
+        return run(call, place, lambda: os.chdir(inside))
 
-    ended = run(words, place, lambda: os.chdir(inside))
+    ended = given(words)
     if ended.code or not name:
         return refusal(ended, most=MOST)
     again = (["status", "--", name], ["gather", "--", name], words)
-    return differs(inside / name, shared.truth, place) or first(map(given, again))
+    wrong = differs(inside / name, shared.truth, place)
+    return wrong or first(fault(given(call), (0,), MOST) for call in again)
 
 
-def _file(shared: Specimen, name: str, place: Path) -> str:
-    """Take a campaign from a file of that name."""
+def _read(shared: Specimen, name: str, place: Path) -> str:
+    """Take a campaign and an engine from a file of that name, then ask after it."""
     with suppress(OSError, ValueError):
         if "/in/" in name and not os.path.lexists(name):
             shutil.copyfile(shared.file, name)
-    words = ["campaign", "--dry-run", "--out", str(place / "out"), "--", name]
-    return refusal(run(words, place), most=MOST)
-
-
-def _asked_after(_: Specimen, name: str, place: Path) -> str:
-    """Ask after a directory of that name."""
-    commands = ("status", "gather", "classify", "figures")
-    return first(refusal(run([c, "--", name], place), (2,), MOST) for c in commands)
-
-
-def _engine(_: Specimen, name: str, place: Path) -> str:
-    """Take an engine from a file of that name."""
     toml = place / "engine.toml"
-    text = "".join(f"\\U{ord(c):08x}" for c in name if not _surrogate(ord(c)))
-    wrong = refusal(run(["model", "--set", f"file={name}"], place), most=MOST)
-    for end in ("", "\\u0000"):
-        toml.write_text(f'[engine]\nfile = "{text}{end}"\n')
-        wrong = wrong or refusal(run(["model", toml], place), most=MOST)
-    return wrong
+    toml.write_text(f'[engine]\nfile = "{_escaped(name)}"\n')
+    calls = [["campaign", "--dry-run", "--out", str(place / "out"), "--", name],
+             ["model", "--set", f"file={name}"], ["model", str(toml)]]  # fmt: skip
+    asked = [[c, "--", name] for c in ("status", "gather", "classify", "figures")]
+    wrong = first(refusal(run(words, place), most=MOST) for words in calls)
+    return wrong or first(refusal(run(c, place), (2,), MOST) for c in asked)
 
 
 def _written(_: Specimen, name: str, place: Path) -> str:
@@ -315,30 +269,18 @@ def _written(_: Specimen, name: str, place: Path) -> str:
     return first(refusal(run(words, place), most=MOST) for words in calls)
 
 
-USES: dict[Callable[[Specimen, str, Path], str], int] = {
-    _out: 5, _file: 2, _asked_after: 2, _engine: 2, _written: 1
-}  # fmt: skip
-
-
 def attempt_names(shared: Specimen, chance: Chance, place: Path) -> Verdict:
     """Use a hostile name once."""
-    name, use = _hostile_name(place, chance), chance.weighted(USES)
-    what = use.__name__.strip("_").replace("_", " ")
+    name = _hostile_name(place, chance)
+    use = chance.weighted({_out: 5, _read: 4, _written: 1})
+    what = use.__name__.strip("_")
     return Verdict(f"{what}: {name[-50:]!r}", use(shared, name, place))
 
 
 # Conditions of `cases --where`
 
-VARIABLES = ("speed", "gap", "regime", "word", "case", "whirl", "friction", "message",
-             "sped", "x", "__import__", "é", "\u202e", "growth_rate")  # fmt: skip
-OPERANDS = (
-    "1", "0", "-1", "400", "1e400", "nan", "inf", "1" * 309, "9" * 5000,
-    "0x" + "f" * 99, "damped", "sustained", "'damped'", '"', "'", "True", "None", "[]",
-    "()", "{}", "1j", "1_000", "0b1", "…", "x" * 5000,
-)  # fmt: skip
-SIGNS = ("==", "!=", "<", ">", "<=", ">=", "=", "and", "or", "not", "+", "-", "*", "/",
-         "**", "%", "//", "@", "in", "is", ":=", ",", ".", ";", "&", "|", "~", "if",
-         "else", "lambda x:", "\n", "\t", "#")  # fmt: skip
+VARIABLES, OPERANDS, SIGNS = TABLE["conditions"].values()
+OPERANDS += ["1" * 309, "9" * 5000, "0x" + "f" * 99, "x" * 5000]
 EVERY = [*VARIABLES, *OPERANDS, *SIGNS]
 
 
@@ -370,21 +312,78 @@ def attempt_conditions(shared: Specimen, chance: Chance, place: Path) -> Verdict
     if chance.random() < 0.2:
         words.append(f"--sort={chance.choice(VARIABLES)}")
     ended = run(words, place)
-    damaged = "damaged" in ended.err
-    odd = sorted({c for c in ended.out if ord(c) < 32 and c not in "\n\t"})
-    wrong = refusal(ended) or (f"the file is called {ended.last}" if damaged else "")
-    what = kind.__name__.strip("_").replace("_", " ")
-    return Verdict(what, wrong or (f"{odd!r} on stdout" if odd else ""))
+    called = f"the file is called {ended.last}" if "damaged" in ended.err else ""
+    odd = controls(ended.out)
+    wrong = refusal(ended) or called or (f"{odd!r} on stdout" if odd else "")
+    return Verdict(kind.__name__.strip("_").replace("_", " "), wrong)
 
 
-def _few(place: Path) -> Specimen:
-    return undisturbed(replace(PLAIN, speeds=2), place)
+# Functions of a case: none changes what is stored, ends or hangs a campaign. Each is
+# written to a file, called, then changed by a number and called again: it is refused.
+
+SOURCE = """
+import os, sys, threading
+import numpy as np
+NUMBER = {number}
+class Silent(Exception):
+    def __str__(self): raise self
+class Bare(BaseException): pass
+class Odd:
+    def __float__(self): sys.exit(0)
+def f(case):
+    {body}
+    return {{"x": NUMBER * 1.0}}
+"""
+BODIES = TABLE["functions"]
+BESIDE = frozenset({"x", "measure_message"})  # variables of the function's own
 
 
-FAMILIES = {
-    "toml": Family("hostile campaign files", 2000, warm, attempt_toml),
-    "set": Family("hostile `--set`", 2000, warm, attempt_set),
-    "names": Family("hostile names", 200, _few, attempt_names),
-    "conditions": Family("hostile conditions of `cases --where`", 1000, warm,
-                         attempt_conditions),
+def _call(place: Path, body: str, number: int, file: Path) -> Ended:
+    """Return how a campaign ended that was called with a function of this body."""
+
+    def action() -> int:
+        import hpcwhirl
+
+        os.chdir(place)
+        sys.path.insert(0, str(place))
+        sys.dont_write_bytecode = True
+        f = __import__("own_measure").f
+        try:
+            hpcwhirl.campaign(file, "out", measure=f, variables={"x": "1"}).close()
+        except ValueError as refused:
+            print(f"hpcwhirl: error: {refused}", file=sys.stderr)
+            return 2
+        return 0
+
+    text = SOURCE.format(number=number, body=body)
+    (place / "own_measure.py").write_text(text)
+    return fork(action, place, f"call-{number}").wait()
+
+
+def attempt_measures(shared: Specimen, chance: Chance, place: Path) -> Verdict:
+    """Call a campaign with a hostile function, then with another one."""
+    kind = chance.choice(list(BODIES))
+    body = chance.choice(BODIES[kind])
+    wrong = fault(_call(place, body, 1, shared.file), (0,))
+    wrong = wrong or differs(place / "out", shared.truth, place, BESIDE)
+    if not wrong:
+        again = _call(place, body, 2, shared.file)
+        wrong = fault(again, (2,))
+        if not wrong and "another measure" not in again.err:
+            wrong = f"another one was not refused as one: {again.last}"
+    return Verdict(kind, f"{body}: {wrong}" if wrong else "")
+
+
+Attempt = Callable[[Specimen, Chance, Path], Verdict]
+ROWS: dict[str, tuple[str, int, Attempt]] = {
+    "toml": ("hostile campaign files", 2000, attempt_toml),
+    "set": ("hostile `--set`", 2000, attempt_set),
+    "names": ("hostile names", 200, attempt_names),
+    "conditions": ("hostile conditions of `cases --where`", 1000, attempt_conditions),
+    "measures": ("hostile functions of a case, then changed ones", 200,
+                 attempt_measures),
 }  # fmt: skip
+FAMILIES = {
+    name: Family(title, count, warm, attempt)
+    for name, (title, count, attempt) in ROWS.items()
+}

@@ -1,20 +1,19 @@
-"""Two of everything at once in one directory, and directories taken over."""
+"""Two of everything at once in one directory."""
 
 from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from attacks.family import Chance, Family, Verdict, fault, first
 from attacks.process import Ended, command, fork, run
 from attacks.specimens import PLAIN, Specimen, Table, differs, parts, table, undisturbed
 
 LIMITS = ("--set", "significance=1e-3", "--set", "drift=10", "--set", "rise=1e-9")
-LOCKED, UNLOCKED = ({"HDF5_USE_FILE_LOCKING": value} for value in ("TRUE", "FALSE"))
+SPREADS = (0.0, 0.005, 0.03)  # s between the starts of two
 
 
 @dataclass(frozen=True)
@@ -53,24 +52,22 @@ def _faults(ends: Sequence[Ended], *allowed: int) -> str:
     return first(fault(ended, allowed) for ended in ends)
 
 
-def attempt_gathers(shared: Pair, chance: Chance, place: Path) -> Verdict:
+def attempt(shared: Pair, chance: Chance, place: Path) -> Verdict:
+    """Let commands meet in a directory."""
+    kind, out = chance.weighted(KINDS), place / "out"
+    wrong = kind(shared, chance, out) or parts(out)
+    return Verdict(kind.__name__.strip("_"), wrong)
+
+
+def _gathers(shared: Pair, chance: Chance, out: Path) -> str:
     """Gather a directory several times at once."""
-    out = shutil.copytree(shared.specimen.out, place / "out")
+    shutil.copytree(shared.specimen.out, out)
     if chance.random() < 0.5:
         (out / "results.h5").unlink()
     calls = [["gather", str(out), *(["--compress", "1"] * (chance.random() < 0.3))]
              for _ in range(chance.choice([2, 2, 2, 3]))]  # fmt: skip
-    ends = _at_once(calls, chance.choice([0.0, 0.005, 0.03]), chance, place)
-    wrong = _faults(ends, 0) or differs(out, shared.specimen.truth, place)
-    return Verdict(f"{len(calls)} gathers", wrong or parts(out))
-
-
-def attempt_mixed(shared: Pair, chance: Chance, place: Path) -> Verdict:
-    """Let two different commands, or two campaigns, meet in a directory."""
-    kind = chance.weighted({_classify: 2, _campaigns: 2, _shards: 1, _status: 1})
-    out = place / "out"
-    wrong = kind(shared, chance, out) or parts(out)
-    return Verdict(kind.__name__.strip("_"), wrong)
+    ends = _at_once(calls, chance.choice(SPREADS), chance, out.parent)
+    return _faults(ends, 0) or differs(out, shared.specimen.truth, out.parent)
 
 
 def _classify(shared: Pair, chance: Chance, out: Path) -> str:
@@ -79,7 +76,7 @@ def _classify(shared: Pair, chance: Chance, out: Path) -> str:
     classify = ["classify", str(out), *LIMITS]
     calls = [["gather", str(out)], *[classify] * chance.choice([1, 1, 2])]
     chance.shuffle(calls)
-    ends = _at_once(calls, chance.choice([0.0, 0.005, 0.03]), chance, out.parent)
+    ends = _at_once(calls, chance.choice(SPREADS), chance, out.parent)
     truths = (shared.specimen.truth, shared.relabelled)
     wrong = [differs(out, truth, out.parent) for truth in truths]
     return _faults(ends, 0) or (f"neither's file: {wrong[0]}" if all(wrong) else "")
@@ -93,9 +90,9 @@ def _campaigns(shared: Pair, chance: Chance, out: Path) -> str:
     refused = [ended for ended in ends if ended.code]
     if len(refused) == len(ends):
         return f"none is complete: {'; '.join(ended.last for ended in ends)}"
-    unsaid = [end.last for end in refused if "process" not in end.err]
-    unsaid_ = f"not told whose it is: {unsaid[0]}" if unsaid else ""
-    return _faults(ends, 0, 2, 75) or unsaid_ or _once(shared.specimen, out)
+    unsaid = [f"not told whose it is: {end.last}" for end in refused
+              if "process" not in end.err]  # fmt: skip
+    return _faults(ends, 0, 2, 75) or first(unsaid) or _once(shared.specimen, out)
 
 
 def _shards(shared: Pair, chance: Chance, out: Path) -> str:
@@ -104,16 +101,6 @@ def _shards(shared: Pair, chance: Chance, out: Path) -> str:
     calls = mode.calls(shared.specimen.file, out)
     ends = _at_once(calls, chance.choice([0.0, 0.05]), chance, out.parent)
     return _faults(ends, 0) or _once(shared.specimen, out)
-
-
-def _once(specimen: Specimen, out: Path) -> str:
-    """Return what differs from the truth, or that cases were computed twice."""
-    from hpcwhirl.store.directory.journal import Journals
-
-    rows = [row["digest"] for log in Journals(out).by_file().values() for row in log]
-    twice = len(rows) != len(set(rows))
-    wrong = differs(out, specimen.truth, out.parent)
-    return wrong or (f"{len(rows)} results of {len(set(rows))} cases" if twice else "")
 
 
 def _status(shared: Pair, chance: Chance, out: Path) -> str:
@@ -129,55 +116,21 @@ def _status(shared: Pair, chance: Chance, out: Path) -> str:
     return wrong or _once(shared.specimen, out)
 
 
-# Take-over
+def _once(specimen: Specimen, out: Path) -> str:
+    """Return what differs from the truth, or that cases were computed twice."""
+    from hpcwhirl.store.directory.journal import Journals
 
-OWNERS = ("sweep", "longer list", "refined, twins of speckle")
-STRIDE = 101  # a prime: few tries are spread over all points, many come to each
-Point = tuple[Any, Any]  # a recorded command; the call, or the fault at an await
-
-
-def prepare_takeover(place: Path) -> list[Point]:
-    """Record commands that own a directory; return each point at which they await.
-
-    These are the calls that change the directory, and every await of two ranks for one
-    another.
-    """
-    from crashing import awaits, checks
-    from crashing.kinds import kinds
-
-    chosen = [kinds()[name] for name in OWNERS]
-    checks.prepare(chosen, place)
-    points: list[Point] = []
-    for number, kind in enumerate(chosen):
-        record = checks.record(kind, place / f"record-{number}")
-        points += [(record, at) for at in awaits.claims_of(record)]
-        seen = awaits.awaits_of(record, place, awaits.TWO)
-        points += [(record, at) for at in awaits.faults(seen, awaits.stop)]
-    return points
+    rows = [row["digest"] for log in Journals(out).by_file().values() for row in log]
+    twice = len(rows) != len(set(rows))
+    wrong = differs(out, specimen.truth, out.parent)
+    return wrong or (f"{len(rows)} results of {len(set(rows))} cases" if twice else "")
 
 
-def attempt_takeover(points: list[Point], chance: Chance, place: Path) -> Verdict:
-    """Stop a command at a point, take its directory over, let it go on."""
-    from crashing import awaits
-
-    del place
-    record, at = points[chance.number * STRIDE % len(points)]
-    where = f"a call: {at}"
-    if not isinstance(at, int):
-        where = f"an await: of rank {at.rank}, {at.where}, {at.at}"
-    return Verdict(f"{record.kind.name}, {where}", awaits.lost(record, at))
-
-
+KINDS: dict[Callable[[Pair, Chance, Path], str], int] = {
+    _gathers: 10, _classify: 2, _campaigns: 2, _shards: 1, _status: 1,
+}  # fmt: skip
 FAMILIES = {
-    "gathers": Family("overlapping gathers, HDF5's locks on", 200, prepare,
-                      attempt_gathers, LOCKED),
-    "gathers-unlocked": Family("overlapping gathers, HDF5's locks off", 200, prepare,
-                               attempt_gathers, UNLOCKED),
-    "together": Family("two commands in one directory, locks on", 100, prepare,
-                       attempt_mixed, LOCKED),
-    "together-unlocked": Family("two commands in one directory, locks off", 100,
-                                prepare, attempt_mixed, UNLOCKED),
-    "take-over": Family("`--take-over` at every await of who owns a directory", 400,
-                        prepare_takeover, attempt_takeover,
-                        shim=Path(__file__).parents[1] / "crashing" / "shim.c"),
+    f"together{suffix}": Family(f"commands in one directory, HDF5's locks {locks}", 300,
+                                prepare, attempt, {"HDF5_USE_FILE_LOCKING": value})
+    for suffix, locks, value in (("", "on", "TRUE"), ("-unlocked", "off", "FALSE"))
 }  # fmt: skip

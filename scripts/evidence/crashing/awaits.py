@@ -70,15 +70,22 @@ def look_at(kind: Kind, found: Record, place: Path, share: float) -> list[Facts]
             tally.add(" ".join(map(str, point)), struck_apart(found, point))
         out.append(tally.facts())
     if kind.name in OWNED:
+        points: list[int | wire.Fault] = [*claims_of(found)]
+        points += faults(awaits_of(found, place, TWO), stop)
         tally = Tally("stopped, lost to another that ends its work, goes on")
-        for at in _some(list(claims_of(found)), share):
-            call = found.calls[at] if at < len(found.calls) else None
-            where = (
-                f"before call {at}: {call.kind} {call.path}" if call else "at its end"
-            )
-            tally.add(where, lost(found, at))
+        for at in _some(points, share):
+            tally.add(_told(found, at), lost(found, at))
         out.append(tally.facts())
     return out
+
+
+def _told(found: Record, at: int | wire.Fault) -> str:
+    """Return where a directory is lost, in words."""
+    if isinstance(at, wire.Fault):
+        return f"rank {at.rank} at its {at.at + 1}. {at.where}"
+    if at == len(found.calls):
+        return "at its end"
+    return f"before call {at}: {found.calls[at].kind} {found.calls[at].path}"
 
 
 def _some(all_of: list[Any], share: float) -> list[Any]:
@@ -115,8 +122,9 @@ def awaits_of(
     note.unlink(missing_ok=True)
     empty(found)
     ranks = start(found, size, note=note)
-    if ranks.wait():
-        raise checks.BrokenError(ranks.told)
+    wrong = ranks.wrong()
+    if wrong:
+        raise checks.BrokenError(wrong)
     rows = (line.split(" ", 1) for line in note.read_text().splitlines())
     return Counter((int(rank), where) for rank, where in rows)
 
@@ -140,10 +148,8 @@ def empty(found: Record) -> None:
 
 def start(found: Record, size: int, **options: Any) -> wire.Ranks:
     """Start the command on some ranks, what it says in a new file."""
-    told = found.place / "again"
-    told.unlink(missing_ok=True)
     plain = checks.act(found.kind, found.kind.call(found.place))
-    return wire.start(size, plain, told, **options)
+    return wire.start(size, plain, found.place / "again", **options)
 
 
 def struck(found: Record, fault: wire.Fault) -> str:
@@ -151,29 +157,21 @@ def struck(found: Record, fault: wire.Fault) -> str:
     empty(found)
     os.environ["CRASH_OWNERS"] = str(found.place / "w" / "out" / "owners")
     ranks = start(found, RANKS, fault=fault)
+    dies = fault.act is _die
+    allowed = (0, -signal.SIGKILL) if dies else ENDS if fault.act is _lose else (0,)
     try:
-        code = ranks.wait(stopped=True)
-        if code is None:
+        if ranks.wait(stopped=True) is None:
             time.sleep(PAUSE)
             ranks.go_on()
-            code = ranks.wait()
     except TimeoutError:
         return "hangs"
-    if fault.act is _die:
-        allowed: tuple[int | None, ...] = (-signal.SIGKILL,)
-    else:
-        allowed = ENDS if fault.act is _lose else (0,)
-    told = ranks.told
-    if (code not in allowed and code != 0) or "Traceback" in told:
-        return f"ends with {code}: {told.strip()[-300:]}"
-    return checks.wrong_again(found, 2 if fault.act is _die else 1)
+    wrong = ranks.wrong(allowed)
+    return wrong or checks.wrong_again(found, 2 if dies else 1)
 
 
 def struck_apart(found: Record, point: tuple[str, int, str]) -> str:
     """Return what goes wrong where an interpreter of isolated cases is struck."""
     empty(found)
-    told = found.place / "struck"
-    told.unlink(missing_ok=True)
     plain = checks.act(found.kind, found.kind.call(found.place))
 
     def action(comm: Any) -> int:
@@ -184,16 +182,11 @@ def struck_apart(found: Record, point: tuple[str, int, str]) -> str:
         os.environ[isolated.STRUCK] = ",".join(map(str, point))
         return plain(comm)
 
-    ranks = wire.start(1, action, told)
-    try:
-        code = ranks.wait()
-    except TimeoutError:
-        return "hangs"
-    if code not in (0, 1) or "Traceback" in ranks.told:
-        return f"ends with {code}: {ranks.told.strip()[-300:]}"
-    if code == 1 and point[2] not in isolated.ENDS:
-        return f"a case is lost: {ranks.told.strip()[-300:]}"
-    return checks.wrong_again(found, 1, "--retry", "crashed")
+    ranks = wire.start(1, action, found.place / "struck")
+    wrong = ranks.wrong((0, 1))
+    if not wrong and ranks.code == 1 and point[2] not in isolated.ENDS:
+        wrong = f"a case is lost: {ranks.told.strip()[-300:]}"
+    return wrong or checks.wrong_again(found, 1, "--retry", "crashed")
 
 
 def claims_of(found: Record) -> Iterator[int]:
@@ -221,7 +214,6 @@ def lost(found: Record, at: int | wire.Fault) -> str:
     world, log = found.place / "w", found.place / "lost.log"
     log.unlink(missing_ok=True)
     told = found.place / "first"
-    told.unlink(missing_ok=True)
     plain = checks.act(found.kind, found.kind.call(found.place))
 
     def watched(comm: Any) -> int:
@@ -234,22 +226,19 @@ def lost(found: Record, at: int | wire.Fault) -> str:
         owned = owned and not any(map(_publishes, found.calls[at : at + 1]))
     else:
         first, owned = wire.start(TWO, plain, told, fault=at), False
+    wrong = ""
     try:
-        code = first.wait(stopped=True)
-        wrong = "" if code is not None else taken_over(taker)
-        plan = _plan(world)
-        if code is None:
+        if first.wait(stopped=True) is None:
+            wrong, plan = taken_over(taker), _plan(world)
             first.go_on()
-            code = first.wait()
-        if not wrong and owned and plan != _plan(world):
-            wrong = "is told another plan by the first"
+            first.wait()
+            if not wrong and owned and plan != _plan(world):
+                wrong = "is told another plan by the first"
     except TimeoutError:
         return "hangs"
     if wrong:
         return f"who takes over: {wrong}"
-    if code not in ENDS or "Traceback" in first.told:
-        return f"ends with {code}: {first.told.strip()[-300:]}"
-    return checks.wrong_again(taker, 1)
+    return first.wrong(ENDS) or checks.wrong_again(taker, 1)
 
 
 def _plan(world: Path) -> bytes:
@@ -271,8 +260,7 @@ def taken_over(found: Record) -> str:
     words = kind.call(found.place)
     if words[0] == "campaign":
         words = [*words, "--take-over"]
-    plain, told = checks.act(kind, words), found.place / "taker"
-    told.unlink(missing_ok=True)
+    plain = checks.act(kind, words)
 
     def elsewhere(comm: Any) -> int:
         from hpcwhirl.store.directory import owner
@@ -280,8 +268,5 @@ def taken_over(found: Record) -> str:
         owner.machine = lambda: "another machine"
         return plain(comm)
 
-    ranks = wire.start(1, elsewhere, told)
-    code = ranks.wait()
-    if code or "Traceback" in ranks.told:
-        return f"ends with {code}: {ranks.told.strip()[-300:]}"
-    return checks.differs(found)
+    wrong = wire.start(1, elsewhere, found.place / "taker").wrong()
+    return wrong or checks.differs(found)

@@ -109,11 +109,7 @@ def record(kind: Kind, place: Path) -> Record:
         watch(place / "w", log)
         return plain(comm)
 
-    ranks = wire.start(min(RECORDING, kind.ranks), action, place / "told")
-    code = ranks.wait()
-    if code:
-        msg = f"{kind.name} undisturbed ends with {code}: {ranks.told[-800:]}"
-        raise BrokenError(msg)
+    _well(wire.start(min(RECORDING, kind.ranks), action, place / "told"), kind.name)
     calls = calls_of(log)
     after = Disk.of(place / "w")
     made = state(before, calls, Crash(len(calls), PROCESS))
@@ -145,11 +141,13 @@ def _plain(disk: Disk) -> Any:
 
 
 def _give(kind: Kind, words: list[str], place: Path, size: int) -> None:
-    ranks = wire.start(size, act(kind, words), place / "told")
-    code = ranks.wait()
-    if code:
-        msg = f"{words} ends with {code}: {ranks.told[-800:]}"
-        raise BrokenError(msg)
+    _well(wire.start(size, act(kind, words), place / "told"), " ".join(words))
+
+
+def _well(ranks: wire.Ranks, what: str) -> None:
+    wrong = ranks.wrong()
+    if wrong:
+        raise BrokenError(f"{what} undisturbed {wrong}")
 
 
 def contents(kind: Kind, out: Path) -> dict[str, str]:
@@ -260,9 +258,7 @@ def wrong_again(found: Record, size: int, *more: str) -> str:
 
 
 def _judged_after(found: Record, size: int, plain: Callable[[Any], int]) -> str:
-    place = found.place
-    told, answer = place / "again", place / "answer.json"
-    told.unlink(missing_ok=True)
+    place, answer = found.place, found.place / "answer.json"
     answer.unlink(missing_ok=True)
 
     def action(comm: Any) -> int:
@@ -272,14 +268,8 @@ def _judged_after(found: Record, size: int, plain: Callable[[Any], int]) -> str:
             answer.write_text(json.dumps(_judged(found, kept)))
         return code
 
-    ranks = wire.start(size, action, told)
-    try:
-        code = ranks.wait()
-    except TimeoutError:
-        return "hangs"
-    if code or "Traceback" in ranks.told:
-        return f"ends with {code}: {ranks.told.strip()[-300:]}"
-    return str(json.loads(answer.read_text()))
+    wrong = wire.start(size, action, place / "again").wrong()
+    return wrong or str(json.loads(answer.read_text()))
 
 
 def differs(found: Record) -> str:
@@ -292,9 +282,9 @@ def differs(found: Record) -> str:
         answer.write_text(json.dumps(_differs(found)))
         return 0
 
-    ranks = wire.start(1, action, found.place / "told")
-    if ranks.wait():
-        return f"leaves results that cannot be read: {ranks.told.strip()[-300:]}"
+    wrong = wire.start(1, action, found.place / "told").wrong()
+    if wrong:
+        return f"leaves results that cannot be read: {wrong}"
     return str(json.loads(answer.read_text()))
 
 

@@ -14,36 +14,8 @@ import tomli_w
 from common import on_engine
 
 Words = Sequence[str]
-GRID = """
-scene = {duration = 2e-3}
-solver = {time_step = 4e-6}
-output = {interval = 1e-4}
-"""
-TWO = "sweep = {speed = [300, 410]}\n"
-LONGER = "sweep = {speed = [300, 350, 410, 430]}\n"
-DENSE = """
-scene = {duration = 0.01}
-output = {interval = 1e-3, traces = "summary"}
-[sweep]
-speed = {start = 40, stop = 520, num = 4}
-gap = [8e-5, 4e-4]
-[refine]
-over = ["speed", "gap"]
-levels = 1
-scale = {gap = "log"}
-words = "both"
-first = "draft"
-"""
-TWINS = """
-[twins]
-count = 2
-spread = {force = 0.1}
-"""
-OPEN = """
-scene = {duration = 0.05, speed = 330.0}
-solver = {time_step = 8e-6}
-output = {interval = 1e-3, traces = "summary"}
-"""
+TABLE = Path(__file__).with_suffix(".toml")
+CAMPAIGN = ("campaign", "{file}", "--report=no", "--out", "{out}")
 
 
 @dataclass(frozen=True)
@@ -67,7 +39,7 @@ class Kind:
 
     name: str
     text: str
-    words: Words = ("campaign", "{file}", "--report=no", "--out", "{out}")
+    words: Words = CAMPAIGN
     before: tuple[tuple[str, Words], ...] = ()
     engine: str = ""
     slices: int = 0
@@ -89,52 +61,21 @@ class Kind:
         return [w.format(file=file, out=out) for w in words or self.words]
 
 
-CAMPAIGN = Kind.words
-FIRST = ((GRID + TWO, CAMPAIGN),)
-DAMPED = "mostly_damped"
-LEGS = ("--extend", "undecided", "--to", "0.1")
-
-
 def kinds() -> dict[str, Kind]:
-    """Return {name: kind}."""
-    found = [
-        Kind("sweep", GRID + 'sweep = {speed = [300, 410], friction = [0.0, 0.2]}\n',
-             every=1, under_mpirun=True),
-        Kind("zip", GRID + "zip = {speed = [300, 410, 420], gap = [2e-4, 3e-4, 4e-4]}"),
-        Kind("list", GRID + "[[cases]]\nspeed = 300\n[[cases]]\nspeed = 410\n"
-             "gap = 2e-4\n"),
-        Kind("sampled", GRID + '[sample]\ncount = 1\nmethod = "saltelli"\n'
-             'gap = {distribution = "uniform", low = 1e-4, high = 3e-4}\n'
-             'force = {distribution = "uniform", low = 7e4, high = 8e4}\n'),
-        Kind("refined", DENSE, engine=DAMPED, under_mpirun=True),
-        Kind("refined, confirmed", DENSE + 'confirm = "standard"\n', engine=DAMPED),
-        Kind("refined, twins of boundaries", DENSE + TWINS + 'of = "boundary"\n',
-             engine=DAMPED),
-        Kind("refined, twins of speckle", DENSE + TWINS + 'of = "speckle"\n',
-             engine=DAMPED),
-        Kind("twins", OPEN + "sweep = {speed = [250, 330, 400]}\n" + TWINS
-             + 'of = "boundary"\n', engine=DAMPED),
-        Kind("decided", OPEN.replace("8e-6", '8e-6, until = "decided", longest = 0.3')
-             + "sweep = {speed = [330, 400]}\n", engine=DAMPED),
-        Kind("extended", OPEN + "sweep = {speed = [330, 400]}\n",
-             words=(*CAMPAIGN, *LEGS), engine=DAMPED,
-             before=((OPEN + "sweep = {speed = [330, 400]}\n", CAMPAIGN),)),
-        Kind("measure", GRID + TWO, words=("measure", "{file}", "{out}")),
-        Kind("states", GRID.replace("2e-3", "1e-2") + TWO + "[campaign]\n"
-             "save_every = 1e-9\nkeep_states = true\n", slices=512),
-        Kind("isolated", GRID + TWO, words=(*CAMPAIGN, "--isolate"), every=64, ranks=1),
-        Kind("longer list", GRID + LONGER, before=FIRST,
-             beyond=GRID + LONGER.replace("430", "430, 440")),
-        Kind("fresh", GRID + TWO, every=4, words=(*CAMPAIGN, "--fresh"), before=FIRST),
-        Kind("gather", GRID + TWO, every=1, words=("gather", "{out}"), before=FIRST),
-        Kind("classify", GRID + TWO, before=FIRST, ranks=1, every=1,
-             words=("classify", "{out}", "--set", "significance=2")),
-        Kind("map", GRID + TWO, words=("map", "{out}"), before=FIRST, ranks=1, every=1,
-             made=("map.png", "map.svg")),
-        Kind("report", GRID + TWO, words=("report", "{out}"), before=FIRST, ranks=1,
-             every=1, made=("report.html",)),
-    ]  # fmt: skip
-    return {kind.name: kind for kind in found}
+    """Return {name: kind} of the table."""
+    told = tomllib.loads(TABLE.read_text("utf-8"))
+
+    def text(parts: list[str]) -> str:
+        return "".join(told["texts"].get(part, part) for part in parts)
+
+    out = {}
+    for row in told["kinds"]:
+        for name in ("text", "beyond"):
+            row[name] = text(row.get(name, []))
+        row["before"] = tuple((text(one["text"]), one.get("words", CAMPAIGN))
+                              for one in row.get("before", []))  # fmt: skip
+        out[row["name"]] = Kind(**row)
+    return out
 
 
 def widest(case: Any) -> Mapping[str, float]:

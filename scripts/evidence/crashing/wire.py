@@ -10,7 +10,6 @@ import os
 import signal
 import sys
 import time
-import traceback
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,10 +18,12 @@ from multiprocessing.connection import Connection, Pipe, wait
 from pathlib import Path
 from typing import Any, NoReturn
 
+from forks import RAISED, forked
+
 from hpcwhirl.launch import Alone
 
 TOGETHER = -1  # the tag of what all ranks call
-ABORTED, RAISED = 100, 99  # 100 + code; a rank that raised
+ABORTED = 100  # and the code
 LIMIT = 120.0  # s until ranks count as hung
 
 
@@ -157,22 +158,6 @@ class Wire(Alone):
         os._exit(ABORTED + code)
 
 
-def _rank(comm: Wire, action: Callable[[Wire], int], streams: Path) -> NoReturn:
-    code = RAISED
-    try:
-        handle = os.open(streams, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-        for stream in (1, 2):
-            os.dup2(handle, stream)
-        code = action(comm)
-    except BaseException:  # noqa: BLE001 - told, and a code that no command has
-        traceback.print_exc()
-    finally:
-        with suppress(Exception):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        os._exit(code)
-
-
 @dataclass
 class Ranks:
     """Forks at work.
@@ -181,13 +166,15 @@ class Ranks:
     ----------
     pids : of the ranks
     streams : where all that they print is
+    code : the first exit code that is not 0, else 0; -N where signal N ended one
     """
 
     pids: list[int]
     streams: Path
+    code: int | None = None
 
     def wait(self, *, stopped: bool = False, limit: float = LIMIT) -> int | None:
-        """Return the first code that is not 0, else 0; -N where signal N ended one.
+        """Return `code` once all have ended.
 
         Parameters
         ----------
@@ -214,6 +201,7 @@ class Ranks:
                 self.kill(left)
                 msg = f"hung: see {self.streams}"
                 raise TimeoutError(msg)
+        self.code = worst
         return worst
 
     def go_on(self) -> None:
@@ -227,6 +215,16 @@ class Ranks:
         for pid in pids:
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
+
+    def wrong(self, allowed: tuple[int, ...] = (0,)) -> str:
+        """Return what is wrong with how they end, "" where nothing is."""
+        try:
+            code = self.wait() if self.code is None else self.code
+        except TimeoutError:
+            return "hangs"
+        if code in allowed and "Traceback" not in self.told:
+            return ""
+        return f"ends with {code}: {self.told.strip()[-300:]}"
 
     @property
     def told(self) -> str:
@@ -247,21 +245,23 @@ def start(
     ----------
     size : of the communicator
     action : what each does with it; gives its exit code
-    streams : a file for what they print
+    streams : a new file for what they print
     fault : that strikes one of them
     note : a file that is told of every await
     """
+    streams.unlink(missing_ok=True)
     ends: list[dict[int, Connection]] = [{} for _ in range(size)]
     for one in range(size):
         for other in range(one):
             ends[one][other], ends[other][one] = Pipe()
     pids = []
     for rank in range(size):
-        pid = os.fork()
-        if not pid:
+
+        def own(rank: int = rank) -> int:
             _close(ends[:rank] + ends[rank + 1 :])
-            _rank(Wire(rank, ends[rank], fault, note), action, streams)
-        pids.append(pid)
+            return action(Wire(rank, ends[rank], fault, note))
+
+        pids.append(forked(own, streams, streams))
     _close(ends)
     return Ranks(pids, streams)
 

@@ -1,0 +1,39 @@
+"""What scripts share: rows that are kept, works in turn, shares."""
+
+import json
+
+from common import in_turn, kept, share, table
+
+
+def test_rows_are_measured_once_and_stay_in_their_file(tmp_path):
+    path, asked = tmp_path / "rows", []
+
+    def measure(one):
+        asked.append(one["index"])
+        return {"square": one["index"] ** 2}
+
+    wanted = [{"index": i, "engine": "one"} for i in range(4)]
+    some = kept(path, wanted[:2], measure)
+    assert kept(path, wanted, measure)[:2] == some
+    assert asked == [0, 1, 2, 3]
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    assert rows == [one | {"square": i**2} for i, one in enumerate(wanted)]
+    assert kept(path, wanted[2:3], measure) == rows[2:3]
+
+
+def test_works_are_done_in_turn():
+    order = []
+
+    def work(name):
+        order.append(name)
+        return float(len(order))
+
+    found = in_turn({n: (lambda n=n: work(n)) for n in "ab"}, 3)
+    assert "".join(order) == "ababab"
+    assert found == {"a": [1.0, 3.0, 5.0], "b": [2.0, 4.0, 6.0]}
+
+
+def test_shares_and_tables_are_told_in_markdown():
+    assert share(0, 0) == "none"
+    assert share(5, 10).startswith("5 of 10: 50.0% (23.7% to 76.3%)")
+    assert table(("a", "b"), [(1, "x")]) == ["| a | b |", "|---|---|", "| 1 | x |"]
