@@ -18,7 +18,7 @@ def save_apart(cache: Any, key: Any, data: Any) -> None:
     """Save compiled code as `IndexDataCacheFile.save` does, but under a unique name."""
     overloads = cache._load_index()
     name = overloads.get(key)
-    if name is not None:  # the same code again
+    if name is not None:  # the cache has code for this key already
         cache._save_data(name, data)
         return
     overloads[key] = name = cache._data_name(uuid.uuid4().int)
