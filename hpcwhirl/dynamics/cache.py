@@ -8,7 +8,7 @@ from hpcwhirl.dynamics import kernels
 
 
 def cache_facts() -> dict[str, Any]:
-    """Return {name: value}: path, writability, number of kernels of numba's cache."""
+    """Return {fact: value} of numba's cache: path, writability, number of kernels."""
     folder = kernels.WANTED
     compiled = sum(1 for _ in folder.rglob("*.nbc")) if folder.is_dir() else 0
     return {

@@ -17,7 +17,7 @@ from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
-MOST_KEPT = 32  # cached models, as in `reduction.model`
+MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 Floats = NDArray[np.float64]
 
 
@@ -32,7 +32,7 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(model: Model) -> Floats:
-    """Return the harmonics' cos and sin parts for unit modes, (H + 1, 2, m)."""
+    """Return the casing's harmonics, cos and sin, per unit amplitude, (H + 1, 2, m)."""
     if model.casing is None or model.ring is None:
         return np.zeros((0, 2, 0))
     return np.asarray(model.ring.waves() @ model.casing.shapes)
@@ -61,7 +61,7 @@ def _read(rows: Floats, values: Floats) -> Floats:
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
     """Return harmonics (count, H + 1, 2), m, of a rigid casing, every `stride` steps.
 
-    H is that of a ring with this discretization, but at least the highest of the shape.
+    H is that of an elastic ring with these inputs, or the shape's highest if larger.
     """
     out = np.zeros((count, _highest(scene) + 1, 2))
     times = stride * np.arange(1, count + 1) * scene.solver.time_step

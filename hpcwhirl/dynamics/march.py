@@ -1,4 +1,4 @@
-"""Integration of one case in slices; phases are computed from the step number."""
+"""Integration of one case in slices; times and angles follow from the step number."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ Floats = NDArray[np.float64]
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice
-TELLING = 0.1  # least share of `SLICE_SECONDS` from which a step's time is measured
-LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
+TELLING = 0.1  # least share of `SLICE_SECONDS` that a slice must take to time its steps
+LEAST_SECONDS = 1e-6  # least duration of a slice that is assumed for that
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 LOOKS = 50  # rows of evidence between two searches for a certificate
 PATIENCE = 16  # largest multiple of `LOOKS` between two searches
-TOUCHDOWNS = 12  # touchdowns of a blade up to which one sector stands for all, `_watch`
-CLEAR = 2.0  # durations of the pulse before the first search for a certificate
+TOUCHDOWNS = 12  # touchdowns of a blade beyond which all sectors are integrated
+CLEAR = 2.0  # time of the first search for a certificate, in durations of the pulse
 MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
 
@@ -58,8 +58,8 @@ class March:
         the case; its `scene` and `model` are also attributes here, and so is `lean`,
         the scene and model that are integrated
     start
-        the initial motion, the last one of another march; None: that of the case's
-        `start_energy`, rest, or the circle of an unbalanced rotor
+        the initial motion: the final one of another march; None: the motion given by
+        `start_energy` of the case, else rest, or the circle of an unbalanced rotor
 
     Raises
     ------
@@ -107,7 +107,7 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, wall, arrays to this interval; adapt `state` unless it is None."""
+        """Set speed, wall and arrays to this interval; adapt `state` if it is given."""
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
         self.wall = wall_of(self.lean.model, scene, released=free)
@@ -179,7 +179,7 @@ class March:
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the number of steps, at most `size`, to the next check."""
+        """Return the number of steps to the next look or watch, at most `size`."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -188,7 +188,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Schedule a search at the first row of evidence at least `steps` ahead."""
+        """Set the next search to the first row of evidence at least `steps` ahead."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
@@ -251,7 +251,7 @@ class March:
 
     @property
     def _stress_shape(self) -> tuple[int, int]:
-        """Numbers (N, P) of blades, and of named points whose stress is stored, or 0.
+        """Numbers (N, P) of blades, and of named points with stored stress; P may be 0.
 
         The stress is computed from the state at each sample. A scheme that jumps does
         not stop at samples, so that none is stored.
@@ -408,7 +408,7 @@ class March:
 
     @property
     def kind(self) -> tuple[str | int, ...]:
-        """Key of marches with the same kernel and about the same time per step."""
+        """Key, equal for marches with the same kernel and similar time per step."""
         lean = self.lean
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
         modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0

@@ -31,7 +31,7 @@ from hpcwhirl.structure import FourierOperator, RingOperator
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-LANES = 4  # modes that the kernel sums at a time; arrays are padded with modes at rest
+LANES = 4  # modes that the kernel sums at a time; padding modes never move
 EMPTY = np.zeros((0, 0))
 
 

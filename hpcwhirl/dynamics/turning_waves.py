@@ -127,7 +127,7 @@ class Diameter:
         raise NotImplementedError
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to dt (v- + v+), (m,)."""
+        """Return the increment of dt (v- + v+) by a unit Lambda, (m,)."""
         raise NotImplementedError
 
     def lost(self) -> Complexes:
@@ -138,9 +138,9 @@ class Diameter:
         raise NotImplementedError
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return row (w,) and number, of the energy and loss that Lambda adds, J.
+        """Return (row (w,), number) for the energy and loss that Lambda adds, J.
 
-        In a step it adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
+        In a step they are Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
         step without Lambda.
         """
         raise NotImplementedError

@@ -9,7 +9,7 @@ about it, as in `case.unbalance`. Both are integrated by the same scheme, see
 `kernels.driven`.
 
 From one interval to the next the motion is continuous, while the matrices of its
-energy change: what the energy of y gains thereby is entered as work of the loading.
+energy change: the change of the energy of y is entered as work of the loading.
 
 K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once. For a new
 interval only small systems are solved, those of equal size at once.
@@ -138,7 +138,7 @@ class DrivenRotor:
         )
 
     def set(self, body: DrivenBody, interval: Interval) -> None:
-        """Set the kernel's arrays of a rotor to those of an interval."""
+        """Set the kernel's arrays `body` to those of an interval."""
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
         self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler

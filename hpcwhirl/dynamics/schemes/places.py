@@ -154,8 +154,8 @@ class Held(NamedTuple):
     Attributes
     ----------
     rotor, ring : layouts of their motions
-    places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
-    beside : whether the state's gaps are without the rotor's displacement
+    places : (n,), m, displacement of the rotor at amplitudes 0; None: 0
+    beside : whether the gaps in the state leave out the rotor's displacement
     """
 
     rotor: RotorPlaces
@@ -165,7 +165,7 @@ class Held(NamedTuple):
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments of a state of `parts` equal parts."""
+    """Return amplitudes and present increments in a state of `parts` equal arrays."""
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 
@@ -189,7 +189,7 @@ def write_gaps(
 
 
 def nothing_booked(state: CyclicState, *, exact: bool) -> None:
-    """Set the works in a state to 0, and its counters to those of a beginning march.
+    """Set the works in a state to 0, and its counters to those at the start of a march.
 
     exact : whether the kernel is that of the exact flow, for which no step is pending
     """
