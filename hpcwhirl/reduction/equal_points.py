@@ -24,8 +24,9 @@ from hpcwhirl.reduction.spin import turned_alike
 def rotor_by_diameter(model: Model) -> ModalModel:
     """Return the rotor for frequencies, with modes by nodal diameter where possible.
 
-    It is the model's rotor, unless that has several points per tip and sectors equal
-    within `recognise.EQUAL`: then it is cyclic, with waves if it has terms of rotation.
+    It is the model's rotor unchanged, unless tips have several points and sectors are
+    equal within `recognise.EQUAL`: then modes have nodal diameters and, with terms of
+    rotation, waves.
     """
     own, blades = model.rotor, model.blades
     if own.points is None:

@@ -89,7 +89,7 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
         squared, modes = eigh(stiff, inertia * np.eye(2))
         frequencies = np.sqrt(
             np.maximum(squared, 0.0)
-        )  # a free ring's are 0 to round-off
+        )  # of a free ring, rigid motions have omega^2 = 0 up to round-off
         kept = [0, 1]
         if casing.families == "bending" and h > 0:
             kept.remove(_stretches(h, modes))

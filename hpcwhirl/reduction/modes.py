@@ -31,7 +31,7 @@ from hpcwhirl.structure import CyclicStructure, Rotation
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Added = tuple[Complexes, Complexes, Complexes]
-REACH = 2.0  # reference speed of a basis for all speeds, over the first frequency
+REACH = 2.0  # ratio of a basis's reference speed to the first frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
@@ -282,7 +282,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, for whose modes a basis for all speeds is extended.
+    """Return the speed, rad/s, whose modes are added to a basis for all speeds.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """

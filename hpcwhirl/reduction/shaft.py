@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-RIGID = 0.01  # largest relative deviation from a translation, since modes are truncated
+RIGID = 0.01  # largest relative deviation from a translation; left-out modes cause it
 
 
 class MisplacedError(ValueError):

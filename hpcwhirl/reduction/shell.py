@@ -16,7 +16,7 @@ from hpcwhirl.structure import FourierOperator, Sines, Uniform, shell_matrices
 
 Floats = NDArray[np.float64]
 NONE = np.zeros((0, 0))
-STILL = 1e-12  # motion at a station, over the largest, that counts as none
+STILL = 1e-12  # motion at a station that counts as 0, relative to the largest
 
 
 def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
@@ -38,7 +38,7 @@ def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOpera
         for p in range(casing.axial_modes):
             inertia, stiff = shell_matrices(casing, radius, h, p + 1)
             squared, modes = eigh(stiff, inertia * np.eye(3))
-            if h == 0:  # torsion is uncoupled: such small entries are round-off
+            if h == 0:  # torsion is uncoupled: entries that couple it are round-off
                 modes[np.abs(modes) < STILL * np.abs(modes).max()] = 0.0
             kept = range(3)
             if casing.families == "bending":
