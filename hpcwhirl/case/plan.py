@@ -34,8 +34,8 @@ FOLDING = (
     "unbalance",
     "engine.rotation",
 )  # inputs that decide folds and kernel; of mistuning, only whether there is any
-MOST_KEPT = 256  # cached settling times
-SOON = 0.7  # part of the run in which a certificate must be expected, to be sought
+MOST_KEPT = 256  # number of cached settling times
+SOON = 0.7  # part of a run by whose end a certificate must be possible, to be sought
 
 
 class Marched(NamedTuple):
@@ -51,7 +51,8 @@ class Plan:
 
     Attributes
     ----------
-    folds : g, number of sectors that move alike, of which one is integrated; 1: all are
+    folds : g, number of sectors that move alike, of which one is integrated; 1: all
+        sectors are integrated
     settles : whether the run seeks a certificate, after which it continues in closed
         form or ends
     settling : s, time after which the ring, if not touched, moves less than the gap

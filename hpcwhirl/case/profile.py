@@ -21,9 +21,9 @@ from hpcwhirl.scene.profile import HARMONICS
 
 Floats = NDArray[np.float64]
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
-LEAST = 1e-9  # size of a harmonic, over the largest, below which it is left out
+LEAST = 1e-9  # amplitude of a harmonic, relative to the largest, that counts as 0
 AROUND = 1 << 14  # number of angles at which the least gap is searched
-MOST_KEPT = 64  # cached shapes
+MOST_KEPT = 64  # number of cached shapes
 
 
 class Shape(NamedTuple):
