@@ -104,7 +104,7 @@ def parse(text: str) -> tuple[Step, ...]:
 
 
 class _NoneError(Exception):
-    """A text does not follow the grammar."""
+    """Raised where a text does not follow the grammar."""
 
 
 def _refuse(why: str) -> NoReturn:

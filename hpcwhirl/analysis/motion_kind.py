@@ -18,10 +18,10 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.side_by_side import SideBySide
 
 Floats = NDArray[np.float64]
-DELTA = 1e-9  # distance of twins over the motion's size
+DELTA = 1e-9  # distance of twins, relative to the size of the motion
 PARTS = 4  # intervals per revolution, at the end of which the twin is moved back
-SETTLE = 0.1  # first part of the revolutions, not counted, in which the twin adjusts
-STILL = 1e-9  # variation over the largest value below which a quantity is constant
+SETTLE = 0.1  # first share of the revolutions, not counted, in which the twin adjusts
+STILL = 1e-9  # variation of a constant quantity, relative to its largest value
 
 
 def twins_of(
@@ -95,7 +95,7 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
     Returns
     -------
     (points, m), distance of the centre from the axis, its x and y, and the square roots
-    of the energies of rotor and casing, each over its standard deviation in time;
+    of the energies of rotor and casing, each divided by its standard deviation in time;
     constant ones are left out. At whole revolutions the rotating and the static frame
     agree
     """
