@@ -4,8 +4,8 @@ On a branch, each coarse case begins with the last state of the coarse case befo
 If the words of two successive cases differ, a fold lies between them. The case half way
 between them also begins with the last state of the first one; then the half in which
 the word changes is bisected, and so on. So the case in the middle of a cell continues
-the case at that end of the cell which the branch passes first, and the binary digits of
-a place give all cases before it: the history is a function of the place alone.
+the case at that end of the cell which the branch passes first. All cases before a case
+follow from the binary digits of its place: the history is a function of the place.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ class Branches:
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]
         rest = abs(place - found[-1]) if found else 0
-        if rest == 1 << self.side.depth:  # a coarse case that follows another one
+        if rest == 1 << self.side.depth:  # a coarse case, continuing another coarse one
             return found
-        while rest & (rest - 1):  # each binary digit 1 but the lowest is a case
+        while rest & (rest - 1):  # every digit 1 except the lowest gives a case before
             step = 1 << (rest.bit_length() - 1)
             found.append(found[-1] + sign * step)
             rest -= step
