@@ -15,7 +15,7 @@ from hpcwhirl.planner.neighbours import Settings, at_boundary
 from hpcwhirl.refinement.rule import Family
 from hpcwhirl.scene.history import history_of, parsed
 
-LATE = ("boundary", "even")  # twins that can be chosen only from the words of all cases
+LATE = ("boundary", "even")  # values of twins.of that need the words of all cases
 
 
 class Followers(NamedTuple):
@@ -24,7 +24,7 @@ class Followers(NamedTuple):
     Attributes
     ----------
     cases : numbers of further cases
-    twinned : numbers of ended cases that have twins
+    twinned : numbers of ended cases whose twins are to be computed
     """
 
     cases: Sequence[int] = ()
@@ -131,7 +131,7 @@ class Chains:
             self._next.setdefault(before[case], []).append(case)
 
     def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
-        """Return the cases that begin where a case has ended, even if it failed."""
+        """Return the cases that begin where `case` ended, even if it failed."""
         return Followers(self._next.get(case, ()))
 
 
