@@ -118,7 +118,7 @@ def refused(law: str, scheme: str) -> str:
 def _unless_rigid(name: str, usual: Any, told: str) -> Rule:
     """Return the rule that an input must be `usual` if the casing has a layer.
 
-    told : text for that value in the message
+    told : text for the value `usual` in the message
     """
     return Rule(
         ("engine.casing.contact_law", name),

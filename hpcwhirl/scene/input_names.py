@@ -27,7 +27,7 @@ TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campa
 
 
 def input_names() -> dict[str, str]:
-    """Return {dotted name: meaning with unit} of every scene input."""
+    """Return {dotted name: meaning with its unit} of every input of a scene."""
     return {name: told.labelled(told.meaning) for name, told in INPUTS.items()}
 
 

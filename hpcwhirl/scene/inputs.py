@@ -104,7 +104,7 @@ class Solver(Inputs):
     )
     amplitude_limit: Positive = given(
         0.1,
-        "tip displacement over R_bd at which a run ends; its radial and "
+        "ratio of tip displacement to R_bd at which a run ends; its radial and "
         "tangential parts together, as a vector",
     )
 
@@ -192,7 +192,7 @@ class Scene(Inputs, metaclass=_Told):
     )
     friction_speed: Positive = given(
         10.0,
-        "sliding speed over which friction falls by 1/e, of Stribeck's law",
+        "sliding speed v_s in exp(-|v| / v_s), by which Stribeck's friction falls",
         "m/s",
         symbol="v_s",
         later=True,

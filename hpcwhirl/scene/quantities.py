@@ -70,7 +70,7 @@ ROW: dict[str, Quantity] = {
         "f8", "1/s", growth_centre="growth rate of the centre's ln rms displacement"
     ),
     **_table("f8", "1/s", growth_last="as growth_rate, last quarter of the window"),
-    **_table("f8", "1", summit="ln of rotor amplitude at the end over highest before"),
+    **_table("f8", "1", summit="ln(rotor amplitude at the end / highest before)"),
     **_table("f8", "1", whirl_ratio="(P+ - P-)/(P+ + P-) of forward, backward power"),
     **_table(
         "f8", "m2/s", orbit_area="area swept per second by the centre, forward > 0"
@@ -90,15 +90,15 @@ ROW: dict[str, Quantity] = {
         "f8", "m", certificate_reach="upper bound of displacements after it, or 0"
     ),
     **_table(
-        "f8", "1", ledger_error="largest error of the energy ledger, over throughput"
+        "f8", "1", ledger_error="largest error of the energy ledger / its throughput"
     ),
-    **_table("f8", "1", step_share="time step over the stability limit"),
+    **_table("f8", "1", step_share="time step / stability limit of the time step"),
     **_table("f8", "1", gap_error="relative difference of gaps in solver and bodies"),
     **_table(
         "f8",
         "1",
         slip_ratio="largest velocity of a tip in contact relative to the casing, "
-        "without Omega R, over Omega R; from 1 on a tip may have slid backward",
+        "without Omega R, / Omega R; from 1 on a tip may have slid backward",
     ),
     **_table(
         "f8",
@@ -128,9 +128,7 @@ CHAOS: dict[str, Quantity] = {
     **_table("f8", "1/s", exponent="largest Lyapunov exponent"),
     **_table("f8", "1/s", exponent_error="half the width of its 95 % interval"),
     **_table("i8", "1", period="revolutions after which the motion recurs best"),
-    **_table(
-        "f8", "1", return_distance="distance after a period, over the size of motion"
-    ),
+    **_table("f8", "1", return_distance="distance after a period / size of the motion"),
     **_table("f8", "1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
 # variables of campaigns in which speed or gap change in time
@@ -150,8 +148,8 @@ WORN: dict[str, Quantity] = {
 }  # fmt: skip
 # variables of cases whose tuned counterpart was computed, too
 TUNED: dict[str, Quantity] = {
-    **_table("f8", "1", amplification="blade_amplitude over that of the tuned engine"
-             " with the same other inputs, modes and step"),
+    **_table("f8", "1", amplification="blade_amplitude / that of the tuned engine with"
+             " the same other inputs, modes and step"),
 }  # fmt: skip
 PERFORMANCE: dict[str, Quantity] = {
     **_table("f8", "s", seconds="wall time in the kernel"),
@@ -161,7 +159,7 @@ PERFORMANCE: dict[str, Quantity] = {
 }
 # use of time of each rank of each run, over the dimension `worker`
 SHARES: dict[str, Quantity] = {
-    **_table("f8", "1", busy_fraction="worker_busy over worker_span"),
+    **_table("f8", "1", busy_fraction="worker_busy / worker_span"),
     **_table("f8", "s", worker_busy="time for computing and storing cases"),
     **_table(
         "f8", "s", worker_span="from the first case of any rank to the end of all"
@@ -238,7 +236,7 @@ DERIVED: dict[str, Quantity] = {
     **_table(
         "f8",
         "1",
-        clearance_consumption="radial amplitude of a mode's tips over the whole one",
+        clearance_consumption="radial amplitude of a mode's tips / whole amplitude",
     ),
 }
 # arrays of a model's file, by the last part of their names

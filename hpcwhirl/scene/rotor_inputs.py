@@ -21,11 +21,11 @@ from hpcwhirl.scene.rules import NO_BLADE, OF_ROTOR
 
 
 class Rotor(Inputs):
-    """Bladed disk in the rotating frame (reference §1).
+    """Bladed disk in the rotating frame.
 
     A blade is clamped on the disk's rim at `disk_radius` and tapers linearly in
-    thickness. Spokes (centre to blade root) and rim beams (root to root) stand
-    for the disk.
+    thickness. Spokes (centre to blade root) and rim beams (root to root) represent
+    the disk.
     """
 
     RULES = OF_ROTOR
@@ -56,7 +56,7 @@ class Rotor(Inputs):
         0.010548, "thickness of a blade at its root, in plane", "m"
     )
     taper: Positive = given(
-        0.77753, "thickness of a blade at the tip over that at the root"
+        0.77753, "ratio of a blade's thickness at the tip to that at the root"
     )
     spoke_width: Positive = given(
         0.0039693,

@@ -16,7 +16,7 @@ class Rule:
     Attributes
     ----------
     inputs : dotted names of the inputs, relative to the table
-    holds : function from their values, scalars or (cases,), to whether they are
+    holds : function that returns whether their values, scalars or (cases,), are
         allowed; a list is passed as its length
     message : function from the values of a case that breaks the rule to the text of
         its error

@@ -20,7 +20,7 @@ from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
 AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
 MOST_STEPS = 1e13  # largest number of steps of a case
-MOST_GAP = 10.0  # largest gap over tip radius
+MOST_GAP = 10.0  # largest ratio of gap to tip radius
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:

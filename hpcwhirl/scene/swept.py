@@ -159,7 +159,7 @@ def check_count(cases: float, told: str) -> None:
     Parameters
     ----------
     cases : number of cases
-    told : text before the number in the error message, such as "got"
+    told : text before that number in the error message, such as "got"
     """
     if cases > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"

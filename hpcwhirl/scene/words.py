@@ -76,7 +76,7 @@ MOTIONS = {  # words of sustained motions if output.chaos > 0
     "periodic": Look("#2F6DB3", "#FFFFFF", "P", "s", "periodic"),
     "quasi-periodic": Look("#4BA386", "#000000", "Q", "o", "quasi-periodic"),
     "chaotic": Look("#F0AE45", "#000000", "C", "^", "chaotic"),
-    "untold": Look("#8D8D8D", "#000000", "?", "D", "not told"),
+    "untold": Look("#8D8D8D", "#000000", "?", "D", "not determined"),
     "none": Look("#DBD9DD", "#000000", "–", ".", "not sustained"),
 }
 # {variable: its words}; a word is stored as its index
@@ -169,12 +169,12 @@ RULES = {
     "regime": (
         # rotation and friction carried the tips to the amplitude limit, not the load
         Rule("divergent", ("stop == 'amplitude'",)),
-        # loaded by the pulse within the window
+        # the pulse still acts within the window
         Rule("undecided", ("begin < load_end",)),
         # no contact can recur; or at rest
         Rule("damped", ("certificate >= 0",)),
         Rule("damped", ("late_energy == 0",)),
-        # no contact, the energy falling significantly and every part falling
+        # no contact; the energy falls significantly, and that of no part grows
         Rule(
             "damped",
             (
@@ -187,8 +187,9 @@ RULES = {
             ),
         ),
         Rule("undecided", ("late_contacts == 0",)),
-        # fed by rotation and friction, and grown, no slower in the last quarter, the
-        # rotor too, to the highest of the run; contact that grows moves casing or shaft
+        # rotation and friction feed energy; total and rotor have grown to the highest
+        # of the run, not slower in the last quarter; casing or shaft change, as contact
+        # that grows moves them
         Rule(
             "divergent",
             (
@@ -200,7 +201,8 @@ RULES = {
                 "not steady_rub",
             ),
         ),
-        # contact feeds what is lost, losses turn the energy over, and nothing changes
+        # contact feeds as much energy as is lost, more than the motion has is lost, and
+        # amplitudes hardly change
         Rule("sustained", ("clear", "largest_change <= drift", *KEPT_UP)),
         Rule("sustained", ("not clear", "largest_change <= unclear", *KEPT_UP)),
         # the same for casing and shaft, which only contact moves steadily, while waves
@@ -209,8 +211,8 @@ RULES = {
         # anything else, such as decaying while still touching
         Rule("undecided"),
     ),
-    # not by the signed area, which weights each line's power with its frequency: a
-    # small fast line would outweigh a large slow one that turns the other way
+    # by power, not by the signed area, which weights each line's power with its
+    # frequency: a small fast line would outweigh a large slow one of opposite sense
     "whirl": (
         Rule("none", ("orbit_radius < whirl_floor * gap_scale",)),
         Rule("forward", ("whirl_ratio > direction",)),
@@ -218,7 +220,7 @@ RULES = {
         Rule("mixed"),
     ),
 }
-# The same for `motion`, where output.chaos asks for it; `turn` is a revolution, s.
+# Rules for `motion`, if output.chaos > 0; `turn` is the time of a revolution, s.
 MOTION_RULES = (
     Rule("none", ("regime != 'sustained'",)),
     # measured over too short a time, or ended at a limit

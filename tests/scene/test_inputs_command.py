@@ -79,7 +79,7 @@ TOLD = {
     "engine.rotor.disk_radius": ("0.035891", "rim", "m"),
     "engine.rotor.blade_width": ("0.13275", "m"),
     "engine.rotor.root_thickness": ("0.010548", "m"),
-    "engine.rotor.taper": ("0.77753", "tip over that at the root"),
+    "engine.rotor.taper": ("0.77753", "at the tip to that at the root"),
     "engine.rotor.spoke_width": ("0.0039693", "centre to the blade roots", "m"),
     "engine.rotor.spoke_thickness": ("0.051338", "m"),
     "engine.rotor.rim_width": ("0.99966", "root to root", "m"),
