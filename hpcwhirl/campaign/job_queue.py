@@ -16,7 +16,7 @@ FOLLOWING = 2  # priority of refined cases, from which others may follow
 
 
 class JobQueue(WorkQueue):
-    """A work queue of jobs; jobs that follow from a completion go out next.
+    """A work queue of jobs; those that follow from a completion are handed out next.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from hpcwhirl.store.results.gather import gather
 
 
 def write_case(path: Path, design: Design, result: Result) -> None:
-    """Write the results of a campaign of one case, atomically.
+    """Write the results of one case as a campaign's results file, atomically.
 
     The file is gathered beside `path`, as for a campaign, and renamed.
 

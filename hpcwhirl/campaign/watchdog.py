@@ -21,7 +21,7 @@ from hpcwhirl.launch import ALONE, Communicator, end_all
 
 STOPPED = 75
 LOOK_EVERY = 0.25  # s between checks
-AFTER_ROOT = 2.0  # s that other ranks wait longer, so that rank 0 can report
+AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can report first
 
 
 class Watchdog:
@@ -29,7 +29,7 @@ class Watchdog:
 
     Parameters
     ----------
-    stopping : handler of stop requests; once it is settled, nothing is ended
+    stopping : handler of stop requests; nothing is ended once all cases are computed
     seconds : time from the request until the end, s
     comm : communicator of all ranks
     """

@@ -49,7 +49,7 @@ class Server:
                 self._answer(asked)
 
     def _next(self) -> Record | None:
-        """Return the next request, None at the end; late stop requests are skipped."""
+        """Return the next request; None at the end. Late stop requests are skipped."""
         while True:
             line, found, rest = self._come.partition(b"\n")
             if found:
@@ -76,7 +76,7 @@ class Server:
             raise Stop
 
     def _warm(self, asked: Record) -> None:
-        with contextlib.suppress(Exception):  # this case will fail
+        with contextlib.suppress(Exception):  # the case itself will fail the same way
             March(resolve(apply_settings(Scene(), asked["warm"]))).warm()
         self._send({"status": "warm"})
 
@@ -91,7 +91,7 @@ class Server:
             )
         except Stop:
             self._send({"status": "stopped"})
-        except Exception as failed:  # noqa: BLE001 - a failed case is a row
+        except Exception as failed:  # noqa: BLE001 - sent as the answer
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
             status = "timeout" if isinstance(failed, LateError) else "failed"
