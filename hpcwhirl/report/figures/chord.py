@@ -18,7 +18,7 @@ from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
 BINS = 120  # number of cells along time and around the casing
-DECADES = 1e-3  # least impulse on the scale of colours, over the largest
+DECADES = 1e-3  # least impulse on the scale of colours, relative to the largest
 
 
 def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:

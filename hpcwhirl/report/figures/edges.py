@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hpcwhirl.scene import Scene
 
 SETTLED = 0.5  # last fraction of the motion, whose orbit is drawn
-ROOM = 3.0  # end of the axis of radii, over the largest radius on the edge
+ROOM = 3.0  # ratio of the end of the axis of radii to the largest radius on the edge
 
 
 def edge_figure(scene: Scene, found: Edge) -> Any:

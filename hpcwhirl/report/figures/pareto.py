@@ -31,8 +31,8 @@ class Row:
     Attributes
     ----------
     axis, label : what is varied, and the setting's name
-    cost : computing time of all scenes, over that with their own settings
-    spread : range of the repeats' times, over their median
+    cost : ratio of the computing time of all scenes to that with their own settings
+    spread : range of the times of repeats, divided by their median
     agree, runs : number of runs with the words of the reference, and of all runs
     errors : {variable: (median over the scenes, largest)}, relative
     score : median over the scenes of the largest error of each scene

@@ -40,7 +40,7 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
 FEW_TURNS = 50  # revolutions, up to which dots are larger
-PLAIN = 10.0  # largest |work over losses| up to which its axis is linear
+PLAIN = 10.0  # largest |work / losses| for which the axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
 

@@ -23,8 +23,8 @@ Floats = NDArray[np.float64]
 COLUMNS = 120  # largest number of spectra
 TURNS = 8.0  # revolutions at the mean speed that each spectrum covers
 FEWEST = 32  # least number of samples of a spectrum
-DECADES = 4
-STRIP = 0.05  # height of the strip of words, over that of the axes
+DECADES = 4  # decades of amplitude that are shown
+STRIP = 0.05  # height of the strip of words, relative to that of the axes
 
 
 def spectra_over(

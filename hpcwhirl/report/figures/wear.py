@@ -14,7 +14,7 @@ from hpcwhirl.report.labels import axis_of, title_of
 from hpcwhirl.store.reading.results_file import Results
 
 MICRO = 1e6  # micrometres in a metre
-MOST_ROWS = 400  # of the map, along time
+MOST_ROWS = 400  # largest number of rows of the map, along time
 
 
 def draw_wear(cases: Results, case: int) -> Any:

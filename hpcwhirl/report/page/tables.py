@@ -34,8 +34,8 @@ class Told:
 
     Attributes
     ----------
-    title : what the table shows
-    head, rows : texts of its column heads, and of each row
+    title : text on what the table shows
+    head, rows : texts of the column heads; texts of each row
     command : command that prints the whole table
     """
 
