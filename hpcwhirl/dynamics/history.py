@@ -84,7 +84,7 @@ class History:
         displacements, relative to the latter, at rows of evidence with contact
     slip : m/s, largest tangential velocity of a tip in contact, from vibration only,
         less that of the casing at the tip; from every eighth step with contact
-    step_share : time step over the stability limit of the faster body
+    step_share : time step, divided by the stability limit of the faster body
     stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" if the run
         ended with its certificate
     steps : number of steps taken

@@ -38,9 +38,11 @@ def read_every(rows, q, points, tips, spectra):
 @verb
 def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
                where):  # fmt: skip
-    """Compute tips and gaps of points that might touch; return the lowest gap, m.
+    """Compute tips and gaps of points that might touch; return two values.
 
-    Arguments are those of `whole.read_near`; near, spectra : as in `turn_points`
+    They are the lowest of these gaps, m, and whether the last solution had active
+    points. Arguments are those of `whole.read_near`; near, spectra : as in
+    `turn_points`
     """
 
 
