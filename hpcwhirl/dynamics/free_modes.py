@@ -51,9 +51,9 @@ class ModesMotion:
         return self.alpha * z + self.beta * z.conj()
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return the factors f, (modes, r), with Re(f^T z^n) = Re(conj(rows) q).
+        """Return factors f, (modes, r): after n steps, displacements are Re(f^T z^n).
 
-        rows : (r, modes), contribution of unit amplitudes to each of r displacements
+        rows : (r, modes), which give the r displacements Re(conj(rows) q)
         """
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 

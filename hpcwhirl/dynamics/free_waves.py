@@ -47,9 +47,9 @@ class WavesMotion:
         return self.amplitudes * z
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return the factors f, (waves, r), with Re(f^T z^n) = Re(conj(rows) a).
+        """Return factors f, (waves, r): after n steps, displacements are Re(f^T z^n).
 
-        rows : (r, waves), contribution of unit amplitudes to each of r displacements
+        rows : (r, waves), which give the r displacements Re(conj(rows) a)
         """
         return (rows.conj() * self.amplitudes).T
 

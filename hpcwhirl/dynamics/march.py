@@ -107,7 +107,10 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, wall and arrays to this interval; adapt `state` if it is given."""
+        """Set speed, wall and arrays to those of the present interval.
+
+        state : state of the kernel, which is adapted; None: none is
+        """
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
         self.wall = wall_of(self.lean.model, scene, released=free)
@@ -126,7 +129,7 @@ class March:
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
-        """Set the arrays to the first interval, within a `with` statement."""
+        """Set the arrays to those of the first interval inside a `with` statement."""
         steps = self.steps
         self.counter[contact.STEP] = 0
         self._refresh(None)
@@ -137,11 +140,11 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set the arrays to a restored state's interval, see `snapshot.restore`."""
+        """Set the arrays to those of the interval in which a restored state lies."""
         self._refresh(None)
 
     def _coast(self) -> FreeDecay | None:
-        """Return the search for a certificate of free decay; None if impossible."""
+        """Return what finds a certificate of free decay; None if there can be none."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -179,7 +182,7 @@ class March:
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the number of steps to the next look or watch, at most `size`."""
+        """Return the number of steps to the next `_look`, `_watch`, at most `size`."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -188,7 +191,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Set the next search to the first row of evidence at least `steps` ahead."""
+        """Let `_look` search at the first row of evidence at least `steps` ahead."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 

@@ -99,7 +99,7 @@ class ModeWaves:
 
         It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
 
-        reads : (N, m), displacements of the tips from q
+        reads : (N, m), displacements of the tips for unit q
         """
         growth = np.maximum(np.abs(1 + self.ahead), 1.0) ** LOOK_EVERY
         moved = np.abs(reads).max(axis=0) * np.abs(self.ahead)

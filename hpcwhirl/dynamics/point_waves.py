@@ -223,7 +223,7 @@ class PointWaves:
         return -(-self.size // EIGHT) * EIGHT
 
     def places(self) -> tuple[Integers, Integers]:
-        """Return the indices of re and im of each body's waves, (2 w,) each."""
+        """Return indices of re and im of the waves of rotor and casing, (2 w,) each."""
         own, beside = np.split(self.index, [len(self.rotor.ahead)])
         return (
             np.concatenate([own, self.half + own]),

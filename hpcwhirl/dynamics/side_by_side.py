@@ -128,7 +128,7 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return the arrays of a state that hold the casing's motion; if rigid, rotor's."""
+    """Return the state's arrays of the casing's motion (the rotor's, if rigid)."""
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:
         found = [getattr(state, n) for n in some if hasattr(state, n)]

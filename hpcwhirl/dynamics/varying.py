@@ -182,9 +182,9 @@ class DrivenRotor:
         return out
 
     def dense(self, body: DrivenBody) -> tuple[Floats, Floats, Floats]:
-        """Return keep and pull (m, m), and d' due to `force` (m,).
+        """Return matrices keep and pull, (m, m), and the increment by `force`, (m,).
 
-        pull includes the forces of `swerve`.
+        The matrix pull includes the forces of `swerve`.
         """
         out = np.zeros((2, len(self.order), len(self.order)))
         moved = np.zeros(len(self.order))

@@ -149,7 +149,7 @@ class WholeWaves:
 
         It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
 
-        reads : (N, m), displacements of the tips from x
+        reads : (N, m), displacements of the tips for unit x
         """
         growth = np.maximum(np.abs(1 + self.ahead), 1.0) ** LOOK_EVERY
         moved = np.abs(reads @ self.shapes).max(axis=0) * np.abs(self.ahead)

@@ -76,7 +76,7 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set index and shape (N, w), coordinates of the ring at each point and weights.
+    """Set index, shape (N, w): the ring's coordinates that move a point, their weights.
 
     turned : rad, angle of blade 0
     """
@@ -121,7 +121,8 @@ def farthest(tips):
 def pulse_work(push, modal, ahead, increments):
     """Return the work of the pulse in a step, J.
 
-    push, modal : N; (n,), modal forces of 1 N; ahead, increments : d_{n+1}, d_n
+    push, modal : force, N; modal forces (n,) of a unit force
+    ahead, increments : d_{n+1}, d_n
     """
     total = 0.0
     for m in range(len(ahead)):

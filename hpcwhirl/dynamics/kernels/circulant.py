@@ -171,7 +171,7 @@ def by_slots(size, space):
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Compute `openings` by spectra; return four numbers, the least is its result."""
+    """Do what `openings` does, by spectra; its result is the least of four returned."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)

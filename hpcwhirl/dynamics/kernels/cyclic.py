@@ -226,7 +226,7 @@ def angle_of(wall, speed, time):
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set the spectrum (2 k,), m, of the gaps less the clearance: bodies and shape."""
+    """Set the gaps' spectrum (2 k,), m, without clearance: sum of bodies and shape."""
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if is_shaped(wall):
@@ -292,7 +292,10 @@ def prepare(step, speed, wall, state, sample):
 
 
 def sampling(passes):
-    """Return the function that samples states of `passes`: `differences` or `flow`."""
+    """Return the function that samples a state.
+
+    passes : module whose states it samples, `differences` or `flow`
+    """
 
     def sample_step(
         step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
@@ -349,7 +352,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the time loop of `passes`: the module `differences` or `flow`."""
+    """Return the time loop; passes : module of its passes, `differences` or `flow`."""
     exact = passes is flow
 
     def march(
