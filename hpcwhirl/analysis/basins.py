@@ -50,7 +50,7 @@ APART = (  # inputs whose values have no order
 BY = ("regime", "attractor")
 BOX = 5  # number of starts along each side of a box, as in Daza et al. 2016
 MEASURES = {
-    "entropy": "Shannon entropy of the fractions, natural logarithm",
+    "entropy": "Shannon entropy of the shares, natural logarithm",
     "basin_entropy": "S_b: mean entropy of boxes of starts, natural logarithm",
     "boundary_entropy": "S_bb: mean entropy of boxes with several motions",
     "boxes": "boxes of starts",

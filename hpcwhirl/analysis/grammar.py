@@ -254,7 +254,7 @@ class _Parser:
         token = self._next
         if self._is("sign", "("):
             if self._list(self.either, ")") > 1:
-                _refuse("a list stands after 'in' alone")
+                _refuse("a list may stand only after 'in'")
             return
         if token.kind == "end":
             _refuse("something is missing at its end")
