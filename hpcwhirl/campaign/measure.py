@@ -129,7 +129,7 @@ def _end_child(leave: Callable[[int], Any]) -> None:
     if isinstance(left, SystemExit):
         code = left.code if isinstance(left.code, int) else int(left.code is not None)
     else:
-        say("a process forked by measure returned from it: ended, the case goes on")
+        say("a process forked by measure returned and was ended; the case goes on")
     sys.stdout.flush()
     leave(code)
 

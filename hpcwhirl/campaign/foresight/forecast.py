@@ -184,7 +184,7 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return the ratio of this machine's times to those of the constants above.
+    """Return the ratio of this machine's times to the nominal ones of this module.
 
     loaded : time from the start of this process until it began to read its inputs, s
     """

@@ -135,10 +135,8 @@ def _check_twin(sample: Sample, base: Scene) -> None:
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
-            msg = (
-                f"[sample] {TUNED} needs one modes and time_step for all cases: {name} "
-            )
-            msg += f"must be 0, got {value:g}, which sets others for the tuned engine"
+            msg = f"[sample] {TUNED} needs equal modes, time_step in all cases: {name} "
+            msg += f"must be 0, got {value:g}, which may choose others when tuned"
             raise InputError(msg)
 
 
