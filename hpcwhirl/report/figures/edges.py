@@ -29,7 +29,7 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
     for name, side in (("low", found.low), ("high", found.high)):
         look = REGIMES[side.word] if side.word in REGIMES else REGIMES["undecided"]
         axes.plot(side.time, factor * side.radius, c=look.stroke, lw=0.7, gid=name,
-                  label=f"leaves it: {look.told}")  # fmt: skip
+                  label=f"leaves the edge: {look.told}")  # fmt: skip
     axes.plot(found.time, factor * radius, c=DARK, lw=0.9, label="edge", gid="edge")
     axes.axhline(factor * scene.gap, color="black", ls="--", lw=0.8, label="gap")
     for start in found.time[1:][np.diff(found.pieces) != 0]:

@@ -202,7 +202,7 @@ def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the figure of a Poincaré section: the static-frame centre once a turn."""
+    """Return a figure of the centre, static frame, once a revolution (Poincaré)."""
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])

@@ -207,7 +207,7 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
         axes.axhline(floor, c="grey", ls=":", lw=1.0, label="twins differ by (median)")
     axes.margins(x=0.2)
     axes.set(xscale="log", yscale="log",
-             xlabel="computing time over that of the scenes as given",
+             xlabel="computing time / that of the scenes as given",
              ylabel="largest relative error, median over the scenes",
              title=f"Speed against accuracy, {facts.get('machine', '')}")  # fmt: skip
     axes.legend(fontsize=8)

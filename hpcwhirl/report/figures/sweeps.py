@@ -141,7 +141,7 @@ def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
 
 
 def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) -> Any:
-    """Return the full-spectrum cascade of the static-frame centre, in the window."""
+    """Return the cascade of the centre's full spectra in the window, static frame."""
     top = centre_top(cases, line)
     edges = np.linspace(-top, top, 401)
     speeds = np.array([cases.rows[i]["speed"] for i in line])
@@ -246,4 +246,4 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
     if max(map(abs, axes.dataLim.intervaly), default=0.0) > PLAIN:
         axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
-    axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
+    axes.set(xlabel=axis_of("speed"), ylabel="energy fed / lost in the window")

@@ -216,4 +216,4 @@ def _label(
         unit, factor = shown_in(units[0])
         return with_unit(plain[0], unit), factor
     unit = "" if units[0] == units[1] else f", {units[0]} / {units[1]}"
-    return f"{plain[0]} over {plain[1]}{unit}", 1.0
+    return f"{plain[0]} / {plain[1]}{unit}", 1.0
