@@ -83,8 +83,8 @@ class Casing(Inputs):
     )
     amplitude: Finite = given(
         0.0,
-        "amplitude A0 of the distortion of a rigid casing; must begin outside the "
-        "blades",
+        "amplitude A0 of the distortion of a rigid casing, which must not reach the "
+        "blades at the start",
         "m",
         symbol="A0",
     )

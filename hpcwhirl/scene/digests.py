@@ -162,9 +162,9 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """(column, texts) of each swept input: each value's JSON and the text after it.
+        """(column, texts) of each swept input, then of the engine's file.
 
-        The last pair is that of the engine's file.
+        A text is the JSON of a value and what follows it, up to the next swept input.
         """
         pairs = []
         for name, text in zip(sorted(self.table.names), self._text[1], strict=True):

@@ -48,8 +48,8 @@ class Engine(Inputs):
     rotation: Literal["none", "full", "auto"] = given(
         "none",
         "effects of rotation on the rotor; none: none, as in the paper; full: "
-        "Coriolis terms, centrifugal stiffening and softening, and supports that "
-        "stand still; a rotor from file must have these terms; `gap_at` says at which "
+        "Coriolis terms, centrifugal stiffening and softening, and supports that do "
+        "not turn; a rotor from file must have these terms; `gap_at` says at which "
         "speed `gap` is measured; auto: none if the centre is clamped and no wave "
         "changes by more than 1 % or `accuracy`, else full",
     )
@@ -328,13 +328,13 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def end_time(self) -> float:
-        """Engine time to simulate, s."""
+        """Time to simulate, s."""
         end: float = end_time(self.duration, self.revolutions, self.speed)
         return end
 
     @property
     def end_times(self) -> tuple[float, ...]:
-        """Engine times at which the word of the case is determined, s, ascending.
+        """Simulated times at which the word of the case is determined, s, ascending.
 
         Each is twice the one before, so that the window of a word, the last 40 % of the
         run, does not overlap the window of an earlier word.

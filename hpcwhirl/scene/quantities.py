@@ -87,13 +87,13 @@ ROW: dict[str, Quantity] = {
         "f8", "s", certificate="time from which no contact can recur, -1 for none"
     ),
     **_table(
-        "f8", "m", certificate_reach="upper bound of displacements after it, or 0"
+        "f8", "m", certificate_reach="bound of displacements after certificate, or 0"
     ),
     **_table(
         "f8", "1", ledger_error="largest error of the energy ledger / its throughput"
     ),
     **_table("f8", "1", step_share="time step / stability limit of the time step"),
-    **_table("f8", "1", gap_error="relative difference of gaps in solver and bodies"),
+    **_table("f8", "1", gap_error="relative error of solved gaps, from displacements"),
     **_table(
         "f8",
         "1",
@@ -177,7 +177,7 @@ STATUS: dict[str, Quantity] = {
 # variables of the cases of a refined campaign
 REFINED: dict[str, Quantity] = {
     **_table("S16", "1", preset="preset whose inputs the case has"),
-    **_table("i8", "1", final="1 unless a case of higher fidelity here has a word"),
+    **_table("i8", "1", final="1 unless a case of higher fidelity has a word here"),
     **_table("i8", "1", fidelity="0: first fidelity, 1: confirmation"),
     **_table("i8", "1", level="bisections after which the point appears, 0: coarse"),
     **_table("i8", "1", panel="number of the combination of unrefined inputs"),
@@ -267,7 +267,7 @@ ARRAYS: dict[str, Quantity] = {
     **_table("f8", "rad", tip_angle="angle of each contact point from its blade's"),
     **_table("f8", "m", tip_gap="clearance of each contact point less the gap"),
     **_table("f8", "Pa/m", stress="stress at named points, of unit coordinates"),
-    **_table("S60", "1", stress_name="names of these points"),
+    **_table("S60", "1", stress_name="names of the points of stress"),
     **_table("f8", "m", station="axial positions of modal_radial, modal_tangential"),
     **_table("f8", "1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
     **_table(

@@ -125,7 +125,7 @@ _LOAD = _Remark(
     _overloads,
     lambda get: f"force is {get('force'):g} N for {get('pulse'):g} s: that alone "
     f"moves the casing by some {_pushed(get):.2g} m, "
-    f"{_pushed(get) / get('gap'):.0f} gaps, before it ends: a knock moves it by "
+    f"{_pushed(get) / get('gap'):.0f} gaps, before it ends, a usual pulse by "
     "about one; lower force or pulse",
 )  # fmt: skip
 

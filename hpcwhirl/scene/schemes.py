@@ -138,18 +138,18 @@ _TABLE = (
         turns=0.3e-6, times=EQUAL,
     ),
     Scheme(
-        "exact", "exact flow, flights and a certificate", math.inf, 0.24e-6, folds=True,
+        "exact", "exact flow, jumps between contacts", math.inf, 0.24e-6, folds=True,
         flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
         times=FLYING,
     ),
     Scheme(
         "general",
-        "mode by mode, also takes over where modal cannot (a ring of elements, "
+        "mode by mode, also used where modal cannot be (a ring of elements, "
         "supports that differ by direction)",
         2, 0.59e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(
-        "paper", "the dense Algorithm 1, slow and obvious", 2, 16e-6, matrices=True,
+        "paper", "Algorithm 1, full matrices, slow but simple", 2, 16e-6, matrices=True,
         turns=50e-6, times=DENSE,
     ),
 )  # fmt: skip

@@ -34,8 +34,8 @@ KEYS = {  # {table: documentation of its keys, which are any inputs}
         "values of inputs that change together", "as in [sweep], all of equal length"
     ),
     "cases": Key(
-        "inputs of one case; [[cases]] stands before each, or above all tables cases = "
-        '"FILE.csv", whose head names inputs and units: speed [rpm],gap [mm]',
+        "inputs of one case, below [[cases]]; or, above all tables, cases = "
+        '"FILE.csv", whose first line names inputs and units: speed [rpm],gap [mm]',
         "a value",
     ),
 }

@@ -97,7 +97,7 @@ OPEN = (
     "divergent",
 )  # regimes that may change in a longer run, see is_open
 TOLD = {  # {outcome: message for a case}
-    "overloaded": "the swing of the pulse, not growth, moved the tips to the amplitude "
+    "overloaded": "the pulse itself, not growth, moved the tips to the amplitude "
     "limit; lower force or pulse, or raise amplitude_limit"
 }
 
