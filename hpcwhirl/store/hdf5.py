@@ -88,7 +88,7 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn any error of reading a damaged file, inside the block, into one of one line.
+    """Turn errors of reading a damaged file, inside the block, into a one-line error.
 
     Raises
     ------

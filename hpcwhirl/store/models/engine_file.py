@@ -286,7 +286,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Turn errors of reading a damaged file, inside the block, into one of one line."""
+    """Turn errors of reading a damaged file, inside the block, into a single line."""
     try:
         yield
     except (InputError, MissingFileError):
