@@ -1,7 +1,7 @@
 """Analysis of motion: whirl (Eq. 12), spectra, regimes, critical speeds (Eq. 13).
 
 Every run has an energy ledger: energy + damping + impact - pulse - friction - rotation
-= residual, which is 0 for the discrete scheme but for round-off, some 1e-12 of the
+= residual, which is 0 for the discrete scheme except for round-off, some 1e-12 of the
 throughput. The words of a case follow only from numbers stored with them, so that
 results can be relabelled with other thresholds (`regimes`). Whirl is determined in the
 static frame, Z = (x_o + i y_o) exp(i Omega t): a wave that turns backward in the

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
-FARTHEST = 10.0  # largest change of a feature from point to point, in tolerances
+FARTHEST = 10.0  # largest change of an attractor's features to the next point
 LEAST = 1e-300  # smallest number whose logarithm is taken
 STRONG = 0.7  # least mean silhouette
 FEWEST = 3  # least number of points of a cluster
@@ -61,7 +61,7 @@ class Feature:
     log: bool = False
 
     def of(self, data: xarray.Dataset) -> Floats:
-        """Return the feature of each case over its tolerance, (cases,), finite."""
+        """Return the feature of each case / its tolerance, (cases,), all finite."""
         value = np.asarray(data[self.name].to_numpy(), dtype=float)
         if self.over:
             value = value / max(np.abs(data[self.over].to_numpy()).max(), LEAST)
@@ -120,8 +120,8 @@ def attractors(data: xarray.Dataset, point: Ints) -> Words:
     """Return the name of the attractor of each case, (cases,).
 
     Names are ``A1 sustained``, ``A2 divergent``, ...; ``damped`` and ``undecided`` stay
-    as they are, and "" stands for a case without a regime. Groups of fewer than three
-    starts count for the nearest attractor.
+    as they are, and "" is the name of a case without a regime. Groups of fewer than
+    three starts are added to the nearest attractor.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _groups(
 
 
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
-    """Return the features of all cases over their tolerances, (cases, features).
+    """Return the features of all cases / their tolerances, (cases, features).
 
     Features of the centre are 0 where it does not whirl, since they are round-off then.
     """

@@ -36,9 +36,9 @@ STARTS = (
 # inputs whose values have no order
 APART = ("nodal_diameter", "direction", "start_modes", "start_draw", "start_as")
 BY = ("regime", "attractor")
-BOX = 5  # starts along each side of a box, as in Daza et al. 2016
+BOX = 5  # number of starts along each side of a box, as in Daza et al. 2016
 MEASURES = {
-    "entropy": "Shannon entropy of the fractions, natural logarithm",
+    "entropy": "Shannon entropy of the shares, natural logarithm",
     "basin_entropy": "S_b: mean entropy of boxes of starts, natural logarithm",
     "boundary_entropy": "S_bb: mean entropy of boxes with several motions",
     "boxes": "boxes of starts",
@@ -51,11 +51,11 @@ class Starts:
 
     Attributes
     ----------
-    inputs : names of the variables that differ between the starts of a point
-    drawn : whether these were drawn instead of swept
-    swept : names of the variables of the other swept inputs
-    point : (cases,), number of the combination of these, a point of the sweep
-    chosen : (cases,), which cases count: all, or the independent draws
+    inputs : names of the inputs that differ between the starts of a point
+    drawn : whether `inputs` were drawn instead of swept
+    swept : names of the other swept inputs
+    point : (cases,), number of each case's combination of `swept`, a point of the sweep
+    chosen : (cases,), whether a case counts: all do, or only independent draws
     """
 
     inputs: tuple[str, ...]
@@ -214,7 +214,7 @@ def _with_medians(
 def _boxed(
     data: xarray.Dataset, starts: Starts, word: NDArray[np.str_], box: int
 ) -> dict[str, Any]:
-    """Return {variable: (points,)} of the basin entropies, see `basin_entropy`."""
+    """Return {variable: (points,)}: entropies and number of boxes, `basin_entropy`."""
     rows = []
     for point in np.unique(starts.point):
         own = np.flatnonzero(starts.point == point)

@@ -21,7 +21,7 @@ from hpcwhirl.scene.input_names import full_name
 from hpcwhirl.scene.words import word_of
 from hpcwhirl.store.reading.results_file import Results
 
-ASIDE = ("branch", "history")
+ASIDE = ("branch", "history")  # inputs that distinguish the branches of a bundle
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def aside_of(results: Results) -> tuple[str, str]:
 
 
 def bundles_of(results: Results) -> list[list[int]]:
-    """Return the finished cases of each bundle of branches.
+    """Return the numbers of the finished cases of each bundle of branches.
 
     The branches of a bundle differ only in direction and in where they begin.
     """

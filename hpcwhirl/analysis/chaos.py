@@ -23,14 +23,14 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.side_by_side import SideBySide
 
 Floats = NDArray[np.float64]
-ROUND_OFF = 2.0**-52  # smallest distance that counts, relative
+ROUND_OFF = 2.0**-52  # least distance that is not round-off, relative to the motion
 BLOCKS = 10  # blocks of growths whose means give the interval of an exponent
 SHARE = 0.95  # confidence level of the interval
 FEWEST = 2 * BLOCKS  # growths below which there is no interval
 LONGEST = 32  # longest period that is searched, revolutions
 RETURNS = 3  # least number of periods that a section must cover
-EXACT = 1e-3  # distance of a return, over the motion's size, that counts as zero
-ANGLES = 100  # angles c of the 0-1 test
+EXACT = 1e-3  # distance of a return, relative to the size of the motion, taken as 0
+ANGLES = 100  # number of angles c of the 0-1 test
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 DELTA = 1e-9  # distance of twins over the motion's size
 PARTS = 4  # intervals per revolution, at the end of which the twin is moved back
@@ -42,7 +42,7 @@ class Twins(Protocol):
     """A reference and its twin, which are integrated side by side."""
 
     def advance(self) -> float:
-        """Integrate both by one interval; return distance over size of the motion."""
+        """Integrate both by one interval; return their relative distance."""
 
     def draw(self, factor: float) -> None:
         """Set the twin to reference + factor (twin - reference)."""
@@ -70,9 +70,9 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
     Parameters
     ----------
     twins : reference and twin, a distance `delta` apart
-    delta : distance over the motion's size, above round-off and in the linear range
-    settle : number of intervals before these, in which the twin turns into the fastest
-        growing direction
+    delta : distance relative to the motion's size, above round-off, in the linear range
+    settle : number of intervals before those counted, in which the twin turns into the
+        fastest growing direction
     """
     out = np.zeros(settle + count)
     for i in range(len(out)):
@@ -118,7 +118,7 @@ def returns(section: Floats) -> tuple[int, float]:
 
     Parameters
     ----------
-    section : (points, m), one point per revolution, each column over its own scale
+    section : (points, m), one point per revolution, columns divided by their scales
     """
     most = min(LONGEST, len(section) // RETURNS)
     if most < 1:

@@ -27,7 +27,7 @@ from hpcwhirl.store.reading.shares import words_of
 if TYPE_CHECKING:
     import xarray
 
-WORD = "word"  # a case's regime, or the reason why it has none
+WORD = "word"  # variable with a case's regime or, if it has none, the reason
 AT_ONCE = 100_000  # number of texts read at a time
 Kind = Literal["number", "text", "truth"]
 ORDERED = {"<", "<=", ">", ">="}
@@ -125,7 +125,7 @@ def _evaluated(text: str, source: Source, wanted: Kind, option: str) -> Any:
 
 
 def _plain(column: NDArray[Any]) -> NDArray[Any]:
-    """Return a column as text or as floats, since integers could overflow."""
+    """Return a column as text or as floats; integers could overflow in expressions."""
     return column if is_text(column) else column.astype(float)
 
 
@@ -209,7 +209,7 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check the operands of == or !=; a name that the other can have is a word."""
+        """Check operands of == or !=; make a name a word if the other may have it."""
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):

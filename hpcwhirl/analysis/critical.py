@@ -20,7 +20,7 @@ from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.waves import wave_roots
 
 Floats = NDArray[np.float64]
-REACH = 3.0  # highest speed searched, over the critical speed by frequencies at rest
+REACH = 3.0  # ratio of the highest speed searched to Eq. 13 with frequencies at rest
 POINTS = 61  # number of speeds between which crossings are searched
 
 
@@ -59,7 +59,7 @@ def critical_of_waves(
     0 the frequency, in the rotating frame, of the wave against the rotation. It is
     solved for 1F, and for the families that move the shaft (n = 1 only). A critical
     speed is the lowest speed at which the left side rises through n omega_c, searched
-    up to `REACH` times the critical speed by frequencies at rest.
+    up to `REACH` times the critical speed that follows from frequencies at rest.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def coincidences(
 def campbell(
     rotor: Mapping[str, float], k: int, speeds: Floats
 ) -> dict[str, tuple[Floats, Floats]]:
-    """Return the Campbell lines k Omega +- omega_bd of modes, rad/s, casing's frame.
+    """Return the lines k Omega +- omega_bd of a Campbell diagram, rad/s, static frame.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ class LostEdgeError(WhirlError):
 
 
 class Motions(Protocol[State]):
-    """A system whose motions can be followed."""
+    """A system whose states can be blended, compared and integrated."""
 
     def between(self, low: State, high: State, share: float) -> State:
         """Return low + share (high - low) at the same time."""
@@ -94,8 +94,8 @@ def bisect(
     Parameters
     ----------
     motions : the system
-    low, high : states on the side LOW and HIGH, which is not checked
-    near : distance to reach
+    low, high : states on the sides LOW and HIGH, without check
+    near : distance at which bisection ends
     """
     apart, made = motions.distance(low, high), 0
     while apart > near and made < HALVED:

@@ -112,6 +112,6 @@ def _apply(step: Step, parts: list[Any]) -> Any:
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return a function from {name: value} to the value of a condition, parsed once."""
+    """Return the function that gives a condition's value from {name: value}."""
     program = parse(text)
     return lambda known: value_of(program, known)

@@ -103,7 +103,7 @@ def parse(text: str) -> tuple[Step, ...]:
 
 
 class _NoneError(Exception):
-    """A text does not follow the grammar."""
+    """Raised where a text does not follow the grammar."""
 
 
 def _refuse(why: str) -> NoReturn:
@@ -253,7 +253,7 @@ class _Parser:
         token = self._next
         if self._is("sign", "("):
             if self._list(self.either, ")") > 1:
-                _refuse("a list stands after 'in' alone")
+                _refuse("a list may stand only after 'in'")
             return
         if token.kind == "end":
             _refuse("something is missing at its end")

@@ -143,7 +143,7 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
-    """Return each case's word, with twins the majority's, and share of damped twins.
+    """Return each case's word (with twins, the majority's) and its damped twins' share.
 
     A damped case whose share of damped twins is below `sure` has the word "unsure".
     """

@@ -32,12 +32,12 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 USUAL = Thresholds()
-FEWEST = 4 * BLOCKS  # rows of evidence of a window
+FEWEST = 4 * BLOCKS  # least number of rows of evidence in a window
 LOOKS = 4096  # number of times between which crossings of a speed are searched
 
 
 class Spell(NamedTuple):
-    """An interval of a run with the same words.
+    """An interval of a run in which its words do not change.
 
     Attributes
     ----------
@@ -82,9 +82,9 @@ def _words(case: Case, history: History, begin: float, end: float) -> tuple[str,
 
 
 def _held(case: Case, begin: float, end: float, start: float) -> Scene:
-    """Return the scene of a window, with its mean speed and gap, which are constant.
+    """Return the scene by which a window is judged: mean speed and gap, constant.
 
-    start : s, time from which evidence is taken; only the rest of the pulse counts
+    start : s, time from which evidence is taken; of the pulse only the rest counts
     """
     scene, middle = case.scene, 0.5 * (begin + end)
     schedule = schedule_of(scene, case.model)

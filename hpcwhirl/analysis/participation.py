@@ -25,7 +25,7 @@ from hpcwhirl.reduction.model import Model
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-LEAST = 1e-9  # relative cut-off of singular values: linearly dependent signals
+LEAST = 1e-9  # singular value, relative to the largest, of linearly dependent signals
 
 
 def contributions(

@@ -22,12 +22,12 @@ from hpcwhirl.scene import Scene
 
 Floats = NDArray[np.float64]
 Value = float | int | str
-STEADY_SHARE = 0.4  # last part of a run, the window of evidence
+STEADY_SHARE = 0.4  # share of a run, at its end, that is the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged
-SETTLED = 0.2  # first part of a run, which `summit` leaves out
+SETTLED = 0.2  # share of a run, at its beginning, that `summit` leaves out
 FED = ("pulse", "friction", "rotation")  # terms of the ledger that feed energy
-HARDLY = 1e-10  # distance from an unbalanced rotor's circle, over it, that counts as 0
-NOTHING = 1e-280  # J, energy that counts as rest: denormals or amplitudes set to 0
+HARDLY = 1e-10  # distance from an unbalanced rotor's circle, in its radii, taken as 0
+NOTHING = 1e-280  # J, energy up to which a body counts as at rest
 
 
 def _limit(default: float, meaning: str) -> float:
@@ -58,8 +58,8 @@ class Thresholds:
     )
     onward: float = _limit(
         0.9,
-        "least growth rate in the window's last quarter over that of the whole window, "
-        "of a `divergent` motion",
+        "least ratio of the growth rate in the window's last quarter to that of the "
+        "whole window, of a `divergent` motion",
     )
     above: float = _limit(0.02, "least `summit` of a `divergent` motion")
     replaced: float = _limit(
@@ -67,11 +67,11 @@ class Thresholds:
     )
     turnover: float = _limit(
         2.0,
-        "least energy lost in the window over the mean energy, of a `sustained` motion",
+        "least ratio of energy lost in the window to the mean energy, if `sustained`",
     )
     direction: float = _limit(1.0 / 3.0, "least |P+ - P-|/(P+ + P-) that names a whirl")
     whirl_floor: float = _limit(
-        1e-6, "orbit radius over gap below which there is no whirl"
+        1e-6, "ratio of orbit radius to gap below which there is no whirl"
     )
 
 
@@ -111,7 +111,7 @@ def block_means(values: Floats, count: int) -> Floats:
     size, longer = divmod(values.shape[-1], count)
     cut, lead = longer * (size + 1), values.shape[:-1]
     rest = values[..., cut:].reshape(*lead, count - longer, size)
-    means = np.add.reduce(rest, axis=-1) / size  # `mean` takes twice as long
+    means = np.add.reduce(rest, axis=-1) / size  # `np.mean` takes twice as long
     if longer:
         first = values[..., :cut].reshape(*lead, longer, size + 1)
         more = np.add.reduce(first, axis=-1) / (size + 1)
@@ -146,10 +146,10 @@ def _levels(means: Floats) -> Floats:
 def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     """Return the growth rate of ln sqrt(energy) and its standard error, 1/s.
 
-    The rate is a linear fit to blocks. The scatter of a block is its distance from the
-    mean of its neighbours, so that a smooth rise has none, even if it accelerates. A
-    body at rest has rate 0 and error 0; a body that came to rest within the window
-    (energy below `NOTHING`) has the smallest decay rate that explains it.
+    The rate is that of a line fitted to the levels of blocks. The error follows from
+    the distance of each level from the mean of its neighbours, so that a smooth rise
+    has none, even if it accelerates. A body at rest has rate 0 and error 0; a body that
+    came to rest within the window has the smallest decay rate that explains it.
     """
     return growths(np.stack([time, energy]))[0]
 
@@ -229,9 +229,9 @@ def evidence(
     At a changing speed, the motion that there would be without contact grows or falls
     with the speed; contact adds a further motion. If the window has contact, energies
     and orbit are those of the added motion or of the whole motion, whichever changes
-    less; if it has none, those of the added motion, which then decays. At such a speed
-    `summit` of an unbalanced rotor is 0, since the speed may cause its growth; it is
-    also 0 where the gap changes, since the closing gap may cause growth.
+    less; if it has none, those of the added motion, which then decays. `summit` is 0
+    for an unbalanced rotor whose speed changes and where the gap changes, since the
+    speed or the closing gap may cause growth.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def evidence(
     turned = static_frame(
         centre, angle_at(scene, time) if angles is None else angles[first:]
     )
-    with np.errstate(all="ignore"):  # of a diverged run, `History.stop` decides
+    with np.errstate(all="ignore"):  # the outcome of such a run follows from its `stop`
         rates, mean = _growing(scene, judged, history.circle, start)
         if len(judged.whole) and history.last_contact > start:
             still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)
@@ -354,11 +354,11 @@ def _squared(centre: Floats, circle: Floats) -> Floats:
 def slip_ratio(scene: Scene, history: History) -> float:
     """Return max |v' - u_c'| / (|Omega| R) over contacts; 0 without rotation.
 
-    v' is the tangential velocity of a tip, the centre's motion included and Omega R
-    excluded; u_c' that of the casing at the tip. Below 1 every tip in contact slides in
-    the direction of rotation, and friction that always drags against the rotation is
-    Coulomb's law; from 1 on a tip may have slid backwards, where real friction would
-    push it forwards. At speed 0 no friction acts.
+    v' is the tangential velocity of a tip, with the centre's motion but without Omega
+    R; u_c' that of the casing at the tip. Below 1 every tip in contact slides in the
+    direction of rotation, and friction that always drags against the rotation is
+    Coulomb's law; from 1 on a tip may have slid backwards, and real friction would have
+    pushed it forwards. At speed 0 no friction acts.
     """
     rim = abs(extremes(scene)[0]) * scene.engine.rotor.radius
     return _finite(history.slip / rim) if rim > 0.0 else 0.0

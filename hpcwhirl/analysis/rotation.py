@@ -94,8 +94,8 @@ def _film(rotor: ModalModel, speed: float) -> dict[str, float] | None:
     -------
     damping : c_0, N s/m
     clearance : m
-    straight, circling : displacement over clearance at which the damping of straight
-        motions through the middle, and of circles, exceeds c_0 by a tenth
+    straight, circling : ratio of displacement to clearance at which the damping of
+        straight motions through the middle, and of circles, exceeds c_0 by a tenth
     """
     own = rotor.spin.support.at(speed) if rotor.spin else ROUND
     if not own.film:
@@ -118,10 +118,10 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 
 
 def beside(case: Case) -> Case | None:
-    """Return the case with the other engine.rotation: none for full, full for none.
+    """Return the case with the other value of engine.rotation, none or full.
 
-    Inputs that need full get values that have no effect. Returns None if the engine
-    does not allow the other kind.
+    Inputs that need full get values without effect. None if the engine does not allow
+    the other value.
     """
     other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}

@@ -100,7 +100,7 @@ def motion_of(row: Mapping[str, Any], limits: Mapping[str, float]) -> str:
 
 
 def evidence_names() -> list[str]:
-    """Return the names that rules and definitions use, without those of `DEFINED`."""
+    """Return the names in rules and definitions that must be stored as evidence."""
     texts = [*DEFINED.values()]
     texts += [need for rules in RULES.values() for rule in rules for need in rule.needs]
     names = set().union(*(names_in(parse(text)) for text in texts))
@@ -108,7 +108,7 @@ def evidence_names() -> list[str]:
 
 
 def as_data() -> dict[str, Any]:
-    """Return definitions and rules as data for JSON, for the page."""
+    """Return definitions and rules as data for JSON, for the page of a campaign."""
     tables = {
         name: [{"word": rule.word, "needs": list(rule.needs)} for rule in rules]
         for name, rules in RULES.items()

@@ -35,7 +35,7 @@ USUAL = ("growth_rate", "orbit_radius", "divergent")  # quantities by default
 RESAMPLES = 999  # number of resamples of the bootstrap
 SEED = 0  # seed of the bootstrap, fixed so that intervals are reproducible
 STILL = 0.01  # largest share of resamples in which no value varies
-WIDE = 0.5  # width of an interval above which an index, 0 to 1, counts as unknown
+WIDE = 0.5  # width of an index's interval above which the index counts as unknown
 FEWEST = 8  # least number of pairs of draws for indices
 Floats = NDArray[np.float64]
 

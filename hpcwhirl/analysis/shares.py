@@ -22,8 +22,8 @@ Words = NDArray[np.str_]
 def shares(data: xarray.Dataset) -> xarray.Dataset:
     """Return the share of each regime at each point of a sampled campaign's sweep.
 
-    Cases without a regime, failed or unstable, count only in `lost`. With method
-    `saltelli`, only the independent draws A and B count.
+    Cases without a regime, failed or unstable, count only in `lost`. With sample.method
+    "saltelli", only the independent draws A and B count.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def shares_of(
     chosen: NDArray[np.bool_],
     along: str = "regime",
 ) -> xarray.Dataset:
-    """Return the share of each kind of motion at each point, as `shares` does.
+    """Return the share of each kind of motion at each point, in the form of `shares`.
 
     Parameters
     ----------

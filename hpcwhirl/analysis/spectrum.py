@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-MOST_KEPT = 8  # cached windows of 32 bytes per sample
+MOST_KEPT = 8  # number of cached windows, 32 bytes per sample each
 
 
 def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:

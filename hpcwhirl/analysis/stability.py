@@ -182,16 +182,16 @@ def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
 
 
 def fastest(roots: Complexes, below: float = np.inf) -> complex:
-    """Return the root s with the largest growth Re s of those with |Im s| < `below`.
+    """Return the root s of largest growth Re s with |Im s| < `below`, rad/s.
 
-    below : rad/s. Without such a root, Re s is -infinity.
+    If there is none, Re s is -infinity.
     """
     slow = roots[np.abs(roots.imag) < below]
     return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
 
 
 def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
-    """Return a rotating-frame frequency as in the static frame, rad/s; > 0: with Omega.
+    """Return the static-frame frequency of a rotating-frame one, rad/s; > 0: forward.
 
     e^{i (k phi + line t)} with phi = theta - Omega t turns as theta = (k Omega - line)
     t / k; for k = 1 the result is the frequency of the centre's orbit.

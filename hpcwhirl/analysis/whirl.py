@@ -57,7 +57,7 @@ def whole_revolutions(time: Floats, speed: float) -> slice:
         return slice(0, len(time))
     interval = time[1] - time[0]
     span = len(time) * interval
-    if abs(speed) * span < 2 * np.pi:  # first, since 2 pi / speed might overflow
+    if abs(speed) * span < 2 * np.pi:  # tested first, since 2 pi / speed may overflow
         return slice(0, len(time))
     revolution = 2 * np.pi / abs(speed)
     turns = np.floor(span / revolution)
@@ -79,7 +79,7 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
     count = len(orbit)
     if count < FEWEST:
         return WhirlNumbers(0.0, 0.0, 0.0, 0.0)
-    orbit = orbit - np.add.reduce(orbit) / count  # `mean` takes twice as long
+    orbit = orbit - np.add.reduce(orbit) / count  # `np.mean` takes twice as long
     radius = float(np.sqrt(np.add.reduce(np.abs(orbit) ** 2) / count))
     if not radius > 0.0:
         return WhirlNumbers(0.0, 0.0, 0.0, 0.0)

@@ -46,7 +46,7 @@ class Timing:
     contact : share of the timed steps that have contact
     touching : mean number of blades in contact in such a step
     microseconds_per_step : median over the repeats, us
-    spread : (largest - smallest) over median of the repeats
+    spread : (largest - smallest) / median of the repeats' times
     """
 
     scheme: str
@@ -134,9 +134,10 @@ def _touching(march: March, saved: Any) -> float:
 
 
 def tail_ratio(scene: Scene, repeats: int) -> float:
-    """Return the time of a step of a decayed motion over that of a large one.
+    """Return the time of a step of a decayed motion, divided by that of a large one.
 
-    Products of the decayed amplitudes would be denormal numbers.
+    It shows whether a decayed motion, of which products of amplitudes would be
+    denormal numbers, is slower.
     """
     faint = apply_settings(scene, {"force": FAINT})
     alive, tail = time_steps(

@@ -72,8 +72,8 @@ class Row:
     timing : time of its steps, see `Timing`
     step_in_contact : time of a step with contact, us; 0 if no step had contact
     counts : operations and bytes of a mean step; with contact a lower bound
-    peak, bandwidth : operations and bytes per second over the measured peak rates, that
-        of reading as measured for an array of as many bytes; 0 if `exact` jumps
+    peak, bandwidth : operations and bytes per second, each divided by the highest rate
+        measured (of reading: for an array of as many bytes); 0 if `exact` jumps
     """
 
     blades: int
@@ -314,7 +314,7 @@ def _line(row: Row) -> list[str]:
 
 
 def over_single(rows: Sequence[Row]) -> list[str]:
-    """Return lines of ratios: time of a step with several points a tip over one."""
+    """Return lines on the time of a step with several points a tip / with one."""
     of = {
         (row.blades, row.sectors, row.motion, row.points): row
         for row in rows

@@ -15,7 +15,7 @@ from hpcwhirl.scene.input_names import Value
 from hpcwhirl.structure.bladed_disk import MOST_DOF
 
 Settings = dict[str, Value]
-A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes over N
+A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes / N
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Prepared(NamedTuple):
 def begin(prepared: Prepared, stopping: Stopping) -> Claim:
     """Claim and prepare a campaign's directory; return the claim. Only rank 0 calls.
 
-    stopping : ends the wait for other processes
+    stopping : handler of stop requests, which ends waiting for other processes
 
     Raises
     ------

@@ -92,7 +92,7 @@ class Call:
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
-        directory = Directory(Path(given).absolute())  # a measure may go elsewhere
+        directory = Directory(Path(given).absolute())  # a measure may change directory
         policy = Policy.of(rules, take_over=bool(self.options.get("take_over")))
         directory.check_usable()
         fresh = bool(self.options.get("fresh"))
@@ -142,7 +142,7 @@ def _tell_broken(_session: Session, failed: BaseException) -> int:
 
 
 def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
-    """Return the directory of a campaign, or why it has no results yet."""
+    """Return a campaign's directory, or the error that says why it has no results."""
     safe = f"finished cases are safe in {prepared.directory}"
     if ending.lasting:
         return InputError(f"{ending.reason}; {safe}")

@@ -52,8 +52,8 @@ class Checkpoints:
     def set_out(self, digest: str, course: Course) -> None:
         """Continue a case from its saved state, if there is one that fits.
 
-        An undecided case is marched to several end times, see `simulate.Course`; the
-        state may belong to any of these marches.
+        An undecided case has marches to several end times, see `simulate.Course`; the
+        state may belong to any of them.
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 
 class LateError(CaseError):
-    """A case has reached its limit of computing time."""
+    """Raised where a case has reached its limit of computing time."""
 
 
 class DiedError(CaseError):
-    """The process of a case died."""
+    """Raised where the process of a case has died."""
 
 
 class FailedError(CaseError):
-    """A case failed in a process of its own, which has already printed the reason."""
+    """Raised where a case failed in its own process, which has printed the reason."""
 
 
 def late(march: March, limit: float) -> LateError:

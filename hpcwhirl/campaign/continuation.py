@@ -28,7 +28,7 @@ class Ends(Protocol):
     """Storage of the last motions of cases."""
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return whether a case is known to have ended, and its last motion."""
+        """Return (whether a case is known to have ended, its last motion or None)."""
 
     def keep(self, digest: str, motion: Motion | None) -> None:
         """Store the last motion of a case, None for none."""
@@ -46,7 +46,7 @@ def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
 def begun(
     case: Case, march: Callable[[Case, Motion | None], Ended], ends: Ends | None = None
 ) -> Begin:
-    """Return a case as it will be integrated, and the motion with which it begins.
+    """Return the case to be integrated, and the motion with which it begins.
 
     Parameters
     ----------

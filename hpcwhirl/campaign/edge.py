@@ -35,9 +35,9 @@ from hpcwhirl.scene.schemes import SCHEMES
 
 Floats = NDArray[np.float64]
 USUAL = Thresholds()
-AFTER = 2.0  # time at which the two states are taken, over the pulse's duration
-ROWS = 2  # rows of evidence in a stride, 1/6 of the fastest line's period
-LOOKS = 3  # times `look` after which an undecided side counts as unknown
+AFTER = 2.0  # time at which the two states are taken, in durations of the pulse
+ROWS = 2  # rows of evidence in a stride: 1/6 of the period of `limits.fastest_line`
+LOOKS = 3  # multiple of `look` after which an undecided side counts as unknown
 LATER = 0.5  # last fraction of the followed motion, from which numbers are computed
 Tell = Callable[[str], None] | None
 CAN_TELL = ("damped", "sustained", "divergent")
@@ -237,7 +237,7 @@ def edge(
     Raises
     ------
     InputError
-        if both pulses lead to the same word, or one to no word within the time given
+        if both pulses lead to the same word, or one to none within `LOOKS` times look
     analysis.edge_tracking.LostEdgeError
         if the edge is lost
     """
@@ -301,8 +301,8 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
     Parameters
     ----------
     scene, force : the scene, and the force of the pulse, N
-    start : time at which it stops, s
-    longer : further time that it can be integrated, s
+    start : time at which the march is returned, s
+    longer : time by which it can be integrated further, s
     """
     settings: dict[str, Any] = {"force": force, "duration": start + longer}
     settings |= {"revolutions": 0.0, "until": "certain", "traces": "summary"}

@@ -42,7 +42,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.results.measured import WHY_NOT
 
-MOST_TOLD = 5  # largest number of failures that a rank prints; each has a record
+MOST_TOLD = 5  # largest number of failures that a rank prints; all have records
 
 
 @dataclass
@@ -86,7 +86,7 @@ class Evaluator:
         self.where = {"rank": context.rank, "host": socket.gethostname()}
         self.told = 0
         self.lost = False  # whether results could not be written
-        self.beside = array("d")  # s, time of each result beyond its kernel
+        self.beside = array("d")  # s, time outside the kernel, of each result
 
     def warm(self, cases: Sequence[int]) -> None:
         """Compile the kernels that some cases need, by one step of one case each."""
@@ -102,7 +102,7 @@ class Evaluator:
                     March(self.design.resolved(case)).warm()
                 except Stop:
                     raise
-                except Exception:  # noqa: BLE001 - it will fail as a row
+                except Exception:  # noqa: BLE001 - the case will fail with a record
                     continue
 
     def _kinds(self, cases: Sequence[int]) -> list[int]:
@@ -175,7 +175,7 @@ class Evaluator:
                 )
         except Stop:
             raise
-        except Exception as failed:  # noqa: BLE001 - a failed case is a row
+        except Exception as failed:  # noqa: BLE001 - recorded as a failed case
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
             cause = self._changed(case) or failed
@@ -234,7 +234,7 @@ class Evaluator:
         end = completion_of(record)
         kept = keep and end.is_open
         self._drop(computed.before, *([] if kept else [computed.digest]))
-        if not self.design.grows:  # else more cases may begin there
+        if not self.design.grows:  # otherwise further cases may begin with it
             self.context.checkpoints.drop_end(computed.follows)
         return end
 

@@ -56,7 +56,7 @@ class Ending:
     gave_up : whether it stopped after `max_fails` failures
     piloted : whether it was a pilot whose time was up
     left : number of cases of other shards without a result so far
-    lasting : whether the same command would stop again for the same reason
+    lasting : whether the same command would stop again at once for the same reason
     gathered : whether results.h5 was written; False if it was up to date
     """
 
@@ -97,7 +97,7 @@ def conclude(
         return _stopped(cases, error)
     except (MissingFileError, StoreError) as error:
         return replace(_stopped(cases, error), lasting=True)
-    # counted in the published file
+    # failures are counted in the results file that was published
     count: dict[str, int] = {}
     if comm.rank == 0:
         count = count_statuses(directory.results)

@@ -2,9 +2,9 @@
 
 It has two parts: the SHA-256 of the source files in which the function, and the
 functions that it names, are written; and the SHA-256 of the bytecode and of all values
-in reach: defaults, closures, arguments of `functools.partial`, attributes, class
-constants and the globals that the code names. It does not cover other modules:
-installed packages, and modules that a user's own module imports.
+that the function can use: defaults, closures, arguments of `functools.partial`,
+attributes, class constants and the globals that the code names. It does not cover other
+modules: installed packages, and modules that a user's own module imports.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ def fingerprint(function: Any, version: object = None) -> str:
     Raises
     ------
     InputError
-        if the version is invalid, or if none is given and something in reach of the
-        function has no comparable value, or its source cannot be read
+        if the version is invalid; or if none is given, and a value that the function
+        uses cannot be compared, or its source cannot be read
     """
     if version is not None:
         return f"{VERSION} {_checked(version)}"
@@ -92,7 +92,7 @@ def fingerprint(function: Any, version: object = None) -> str:
 
 
 def difference(was: str, now: str) -> str:
-    """Return a text on how two fingerprints differ, "" for no known difference.
+    """Return a phrase on how two fingerprints differ; "" for no known difference.
 
     Code and values are compared only if both are from the same version of Python.
     """
@@ -136,7 +136,7 @@ def _source_of(function: Any) -> None:
 
 
 def _within(called: Any) -> Any:
-    """Return the function inside a wrapper or callable object, None if unknown."""
+    """Return the function that a wrapper or callable object calls; None if unknown."""
     if isinstance(called, functools.partial):
         return called.func
     if isinstance(called, MethodType):

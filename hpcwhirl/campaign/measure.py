@@ -43,7 +43,7 @@ ALLOWED = 'a mapping such as {"largest_tip": "m"} or {"largest_tip": ("m", "mean
 
 
 class _EndError(Exception):
-    """A user's function has tried to end the campaign's process."""
+    """Raised where a user's function has tried to end the campaign's process."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Measure:
         return {name: list(told) for name, told in self.variables.items()}
 
     def __call__(self, scene: Scene, result: Result) -> dict[str, Any]:
-        """Return record entries: the function's numbers for a case, or why it has none.
+        """Return record entries: the function's numbers, or why there are none.
 
         An exception of the function, even by `sys.exit` or `os._exit`, is no failure of
         the case, whose words do not depend on it: the variables become NaN, and
@@ -128,7 +128,7 @@ def _end_child(leave: Callable[[int], Any]) -> None:
     if isinstance(left, SystemExit):
         code = left.code if isinstance(left.code, int) else int(left.code is not None)
     else:
-        say("a process forked by measure returned from it: ended, the case goes on")
+        say("a process forked by measure returned and was ended; the case goes on")
     sys.stdout.flush()
     leave(code)
 

@@ -25,8 +25,8 @@ from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
 Floats = NDArray[np.float64]
-PATIENCE = 3.0  # longest time without a finished case, over the longest case's time
-LEAST_PATIENCE = 60.0  # s, lower limit of that time; then a rank counts as gone
+PATIENCE = 3.0  # a rank counts as gone if no case ended in so many times of the longest
+LEAST_PATIENCE = 60.0  # s, lower limit of that time
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Progress:
     rate : cases per hour of these ranks; None before the first case has ended
     eta : time left at that rate, by predicted cost, s; None if unknown
     kernel_share : share of these ranks' time spent in the kernel, up to their last
-        case; the busy fraction in results also counts writing records
+        case; `busy_fraction` in results also includes writing records
     stopped : `STOP` if that file exists, else why the last run stopped early, if known
     core_hours : kernel time spent, including cases computed twice, h
     core_hours_left : predicted kernel time of the cases left, h
@@ -121,8 +121,8 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
     """Return work and times of the rank that wrote a journal; None without times.
 
     A rank computes one case at a time: when a case ends, the rank has run for at least
-    the computing time of all its cases so far. Each case so gives an upper limit of the
-    starting time, and the earliest is taken.
+    the computing time of all its cases so far. So each case gives an upper limit of the
+    rank's starting time, and the earliest limit is taken.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def status_of(end: Completion) -> str:
 def computing(
     notes: Sequence[Note], digests: Sequence[str], ends: Mapping[str, float], now: float
 ) -> list[Computing]:
-    """Return the cases that each rank computes, without those that have ended since.
+    """Return the cases that each rank computes, without those that have ended.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the ranks that seem to be working, since their last case ended recently.
+    """Return the ranks whose last case ended recently, so that they seem to be working.
 
     "Recently" is relative to the last case that ended on any rank.
 

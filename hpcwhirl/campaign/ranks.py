@@ -55,8 +55,8 @@ class Tally:
     span : time from the first units sent until all ranks have ended, s
     cases : number of computations finished here, including twins and later stages
     seconds : time of the last computation, s
-    beside, first : overhead of a computation beyond its kernel, s: the median, and the
-        extra of the first one
+    beside, first : time of a computation outside the kernel, s: the median, and what
+        the first one took in addition
     waits : function called repeatedly while this rank waits for others
     """
 
@@ -246,7 +246,7 @@ class _Worker:
                     self.between()
                 units = self.wait()
         except Stop:
-            self.wait()  # a question is always open here: receive its answer
+            self.wait()  # a request is always open here: receive its answer
         self.tell(BYE)
         while not self.halted:
             self.tally.wait()

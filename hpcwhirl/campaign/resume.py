@@ -49,8 +49,8 @@ def prepare(
     ----------
     design, directory : the campaign
     extend : end time to which undecided cases are extended, s; None: as before
-    mends : whether another user's function than before is accepted, since only cases
-        without its numbers will be computed
+    mends : whether a changed user's function is accepted, since only cases without
+        numbers of the function will be computed
     check : raises if another process has taken over the directory; see
         `store.directory.owner.Claim.check`
 

@@ -26,7 +26,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Claim
 
 PROGRESS_EVERY = 5.0  # s between progress lines, at first
-PROGRESS_SHARE = 0.02  # later, time between progress lines over the time spent so far
+PROGRESS_SHARE = 0.02  # later: time between lines as a share of the time spent so far
 PROGRESS_RAREST = 300.0  # s, longest time between progress lines
 
 
@@ -87,7 +87,7 @@ def _computed(
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
-    """Compute the jobs left; return (work, whether complete, whether it gave up)."""
+    """Compute the jobs left; return (work, whether all ended, whether it gave up)."""
     work, queue = work_of(design, directory, policy, comm)
     names = design.measure.variables if design.measure else ()
     checkpoints = Checkpoints(directory.states, policy.save_every, say)

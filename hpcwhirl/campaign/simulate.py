@@ -58,7 +58,7 @@ class Result:
         (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
         `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
         stress matrix `stress` (n, N, P), Pa; empty for `summary`
-    performance : numbers that depend on the machine and the day
+    performance : numbers that depend on the machine and its load, such as times
     """
 
     row: dict[str, Value]
@@ -189,7 +189,7 @@ class Course:
 
     @one_thread()
     def set_out(self, steps: int, total: int) -> None:
-        """Select the march to which a saved state belongs.
+        """Begin the march, among those of the case, to which a saved state belongs.
 
         steps, total : step of the state, and number of steps of its march
         """
@@ -288,7 +288,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return remarks on a case: its outcome, motion beyond a squeeze film's clearance.
+    """Return remarks on a case: its outcome, and motion beyond a film's clearance.
 
     Parameters
     ----------

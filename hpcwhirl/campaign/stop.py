@@ -26,8 +26,8 @@ from hpcwhirl.launch import ALONE, Communicator, end_all
 
 SIGNALS = early_signals.SIGNALS
 MARGIN = 60.0  # s reserved before a wall-time ends, but at most a tenth of it
-LOOK_EVERY = 1.0  # s between checks for the file
-BREAK_EVERY = 0.2  # s between checks during work without slices
+LOOK_EVERY = 1.0  # s between checks for the file STOP
+BREAK_EVERY = 0.2  # s between checks during work that is not divided into slices
 PILOT_OVER = "the pilot is over"
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 STOPPED = 75
@@ -63,7 +63,7 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, file: Path | None, seconds: float | None) -> None:
-        """Also stop if a file exists, and after some time.
+        """Also request a stop if a file exists, and after some time.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class _Alarm:
 
 @contextmanager
 def breakable(check: Callable[[], None]) -> Iterator[None]:
-    """Context in which a timer calls `check`, so that Stop may be raised in any line.
+    """Let a timer call `check` inside the block, so that any line may raise Stop.
 
     It is for work without slices: compiling a kernel takes up to a minute, building a
     model may take seconds. Nothing inside may write to the campaign's files.

@@ -39,7 +39,7 @@ class Work:
     jobs, cases : number of jobs left so far, and of cases with jobs left
     kinds : one case for each kernel that the cases left may need
     suspects : cases to isolate, since they were being computed when two processes died
-    mine : all cases of this run, that is, of its shard
+    mine : numbers of all cases of this run's shard
     run : number of the run
     extended : end times to which undecided cases are extended, s
     plan : identity of the plan to which case numbers refer
@@ -58,7 +58,7 @@ class Work:
 def work_of(
     design: Design, directory: Directory, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
-    """Return the work of all ranks, and the queue, which is empty except on rank 0."""
+    """Return the work of all ranks, and the queue of rank 0, empty on other ranks."""
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
         work, queue = _planned(design, directory, policy, comm.size)
@@ -111,7 +111,7 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
 
 
 def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
-    """Return whether the case of a record is to be computed again.
+    """Return whether the case of a record must be computed again.
 
     retry : statuses to compute again; cases with damaged traces, or for which the
         user's function returned no numbers, are computed again, too

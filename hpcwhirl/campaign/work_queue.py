@@ -15,15 +15,15 @@ from hpcwhirl.planner.jobs import Completion, Job, JobCode
 from hpcwhirl.planner.planner import Jobs, Planner
 
 SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
-EVERY = 8  # sorted again when the times newly known number 1/EVERY of the units left
+EVERY = 8  # units are sorted again after 1/EVERY of those left have finished
 SHORTEST = 0.05  # s, predicted time up to which units are added to an answer
-A_RANK = 1e-3  # s per rank, the same if it is longer: 20 times rank 0's time to answer
+A_RANK = 1e-3  # s per rank, used if larger than `SHORTEST`: 20 answers of rank 0
 MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
-LEAST_A_RANK = 1e-4  # s per rank, likewise, even beyond `FAIR`: twice an answer's time
+LEAST_A_RANK = 1e-4  # s per rank, up to which `FAIR` is ignored: two answers of rank 0
 FASTEST = 1e-4  # s, least predicted time of a unit
 FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949
-LAST = 0  # priority of units that go out after all others
+LAST = 0  # priority of units that are handed out after all others
 Answers = list[tuple[int, list[int]]]  # (rank, its next units) each
 Cases = NDArray[np.int64]
 USUAL = 1  # priority of a job
@@ -31,9 +31,9 @@ FOLLOWING = 2  # priority of refined cases, from which others may follow
 
 
 def scattered(count: int) -> NDArray[np.int64]:
-    """Return 0 .. count - 1 in an order of which any part is spread evenly.
+    """Return 0 .. count - 1 in an order of which every part is spread evenly.
 
-    It goes in steps of about 0.618 count, coprime to count, modulo count.
+    Successive numbers differ, modulo count, by about 0.618 count, coprime to count.
     """
     step = max(round(GOLDEN * count), 1)
     while math.gcd(step, count) > 1:
@@ -87,7 +87,7 @@ class WorkQueue:
         self.dropped = False
         self.left = 0
         self.told = self.took = 0.0  # s, predicted and actual time of finished units
-        self.stale = True  # whether predictions are nominal ones
+        self.stale = True  # whether predictions do not use finished units yet
         self.learned = 0
         turn = np.ones(len(rows), dtype=np.int8)  # the highest priority goes out first
         turn[list(order.last)] = LAST
@@ -223,7 +223,7 @@ class WorkQueue:
 
 
 class Questions:
-    """Open requests of the workers; pure bookkeeping, without messages and clock.
+    """Open requests of the workers; sends no message and reads no clock.
 
     A worker asks in advance and is answered at once. Only the last units, one for each
     rank, are reserved for workers without work; otherwise a unit could wait behind the
@@ -248,7 +248,7 @@ class Questions:
     def hungry(self, rank: int) -> Answers:
         """Return the answers that are due after a rank has run out of work.
 
-        If its request was answered meanwhile, there is none for it.
+        There is none for this rank if its request was answered before.
         """
         if rank in self.open:
             self.idle[rank] = None

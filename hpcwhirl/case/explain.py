@@ -73,7 +73,7 @@ def _folding(case: Case) -> Note:
         "to contact: after more than 12 touchdowns of a blade, or contact for longer "
         "than the rotor's slowest period, the case begins anew with the whole model "
         "(folds in the results is 1 then)",
-        f"{few} of {many} modal amplitudes are marched",
+        f"{few} of {many} modal amplitudes are integrated",
     )
 
 
@@ -85,8 +85,8 @@ def _settling(scene: Scene, plan: Plan) -> Note:
         f"{rest}, once the amplitudes of all modes together are below the gap",
         "all modes are held and damped, and the sum of their amplitudes bounds every "
         f"gap for all time: no contact can recur (certificate in the results); {ways}",
-        f"at best all steps after {plan.settling:.3g} s, when the ring by itself would "
-        f"swing less than the gap, of {scene.end_time:.3g} s",
+        f"at best all steps after {plan.settling:.3g} s, when a ring that no blade "
+        f"touches swings by less than the gap, of {scene.end_time:.3g} s",
     )
 
 
@@ -148,21 +148,21 @@ def facts_of_file(rotor: ModalModel) -> dict[str, object]:
     facts: dict[str, object] = {
         "equal_sectors": rotor.cyclic,
         "suspension_known": not np.isnan(rotor.centre_share).any(),
-        "told": "rotor from file: fewer than 3 blades, marched by scheme general",
+        "told": "rotor from file: fewer than 3 blades, integrated by scheme general",
     }
     if rotor.points is not None:
         facts["told"] = (
-            f"rotor from file: {rotor.points.count} contact points a tip, marched "
+            f"rotor from file: {rotor.points.count} contact points a tip, integrated "
             "in the rotating frame, without folding, certificate and closed form"
         )
     if symmetry is None:
         return facts | {"deviation": None, "tolerance": None, "where": None}
     size = symmetry.deviation if np.isfinite(symmetry.deviation) else None
     differ = "" if size is None else f" by {size:.2g} at most"
-    way = "marched as the built-in one" if rotor.cyclic else "marched by scheme general"
+    way = "like the built-in one" if rotor.cyclic else "by scheme general"
     sentence = (
         f"rotor from file: sectors differ{differ} ({symmetry.where}); up to "
-        f"{symmetry.tolerance:g} they are taken for equal: {way}"
+        f"{symmetry.tolerance:g} they are taken for equal: integrated {way}"
     )
     where = {"tolerance": symmetry.tolerance, "where": symmetry.where}
     return facts | {"deviation": size, "told": sentence} | where

@@ -45,14 +45,14 @@ PATTERN = Rotor()
 RING = {"thickness": 0.0218, "width": 0.16, "support_frequency": 14.6}
 ROTOR_DAMPING, RING_DAMPING, FILM = 0.0104, 0.064, 0.03
 TIP_SPEED = 400.0  # m/s, at full speed
-OF_FULL_SPEED = 0.5  # frequency of 1F over revolutions per second at full speed
+OF_FULL_SPEED = 0.5  # ratio of 1F's frequency to revolutions per second at full speed
 FANS = (0.3, 1.0)  # usual range of that ratio
 STIFFNESS_A_BLADE = 500.0 / 22.0  # k_o / (k_blade N)
-GAP = 1.28e-4 / RADIUS
-PULSE_PERIODS = 1.0 / 25.0  # in periods of 1F
-GAPS_A_PERIOD = 20.0
-DURATION_PERIODS = 60.0
-CLOSE, MOST_TRIALS = 0.002, 12  # search of thickness: relative error of 1F, steps
+GAP = 1.28e-4 / RADIUS  # ratio of the gap to the tip radius
+PULSE_PERIODS = 1.0 / 25.0  # duration of the pulse, in periods of 1F
+GAPS_A_PERIOD = 20.0  # speed that the pulse gives the ring, in gaps per period of 1F
+DURATION_PERIODS = 60.0  # duration of the run, in periods of 1F
+CLOSE, MOST_TRIALS = 0.002, 12  # search of thickness: relative error of 1F, most steps
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Checked:
 
     @property
     def share(self) -> float:
-        """Frequency of 1F over revolutions per second at full speed."""
+        """Ratio of the frequency of 1F to the revolutions per second at full speed."""
         return self.family * 2 * math.pi / self.full_speed
 
 
@@ -192,7 +192,7 @@ def _rotor(fan: Fan, scale: float, thicker: float) -> dict[str, Any]:
     try:
         stiffness = blade_stiffness(Rotor(**inputs))
     except ValueError:
-        return inputs  # the scene's own check gives the error
+        return inputs  # the check of the scene will raise the error
     return inputs | {
         "centre_stiffness": _round(STIFFNESS_A_BLADE * fan.blades * stiffness)
     }
@@ -216,7 +216,7 @@ def _modal_mass(ring: Mapping[str, Any], radius: float, lobes: int) -> float:
 
 
 def _round(value: float) -> float:
-    """Return a number rounded to four digits, for inputs that are read by people."""
+    """Return a number rounded to four digits, so that inputs are easy to read."""
     return float(f"{value:.4g}")
 
 

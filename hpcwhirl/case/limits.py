@@ -33,16 +33,16 @@ from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 Floats = NDArray[np.float64]
-MOST_KEPT = 32  # cached models, as in `reduction.model`
+MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 SLOWER = 1.072  # see `turned`: largest (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
-SAFE = 0.9  # largest step chosen by accuracy, over its limits
-MATTERS = 1e-2  # least compliance of a mode that counts, over the largest one
-PER_PERIOD = 12.0  # rows of evidence per period of the fastest line
+SAFE = 0.9  # largest ratio of a step chosen by accuracy to the limits of the step
+MATTERS = 1e-2  # least compliance of a mode that counts, relative to the largest
+PER_PERIOD = 12.0  # rows of evidence per period of `fastest_line`
 FEWEST_ROWS = 160  # least number of rows of evidence in a run
-FEWEST_IN_PULSE = 10  # steps: with fewer, more than 1 % of the impulse is missing
+FEWEST_IN_PULSE = 10  # least steps of a pulse; fewer miss over 1 % of its impulse
 HARDLY = 0.7  # xi from which a mode hardly oscillates; a larger xi counts as this one
-RESOLVED = 1e-8  # frequency error below which round-off rules; it is taken ~ x^2
-FEWEST_IN_RISE = 50  # steps of a rigid casing's rise; fewer miss a tenth of its impulse
+RESOLVED = 1e-8  # error below which round-off dominates `frequency_error`; below, ~ x^2
+FEWEST_IN_RISE = 50  # least steps of a shape's rise; fewer miss a tenth of the impulse
 MOST_GROWTH = 0.05  # relative growth of a rigid casing's distortion per step: 3 % error
 
 
@@ -162,7 +162,7 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return a phrase on why no unbalance is allowed; "" if it is allowed.
+    """Return the case in which no unbalance is allowed, for a message; "": allowed.
 
     own : the supports at the scene's speed
     """
@@ -209,7 +209,7 @@ def check_loading(scene: Scene) -> None:
 
 
 def check_wall(scene: Scene) -> None:
-    """Raise InputError if a casing's shape would jump into the blades.
+    """Raise InputError if a casing's shape would move into the blades too fast.
 
     Contact removes any penetration within one step: if a casing is inside the blades at
     once, or after few steps, the impulse grows as the step shrinks. If it takes many
@@ -285,7 +285,7 @@ def _wall_reach(scene: Scene) -> float:
 
 
 def longest_turn(model: Model, scene: Scene) -> float:
-    """Return the time in which a blade passes half of the casing's shortest wave, s."""
+    """Return the time in which a blade passes half the casing's shortest wave, s."""
     waves = float(max(scene.nodal_diameter, *shape_of(scene).orders, 0))
     if isinstance(model.ring, RingOperator):
         waves = max(waves, 0.5 * model.ring.elements)
@@ -416,7 +416,7 @@ def step_asked(model: Model, scene: Scene) -> float:
 
 
 def fastest_line(model: Model, speed: float) -> float:
-    """Return the highest frequency of motion that matters in the static frame, rad/s.
+    """Return the highest frequency, static frame, of modes that matter, rad/s.
 
     A mode matters if it has at least `MATTERS` of the largest modal compliance of the
     centre (of the tips, if no mode moves the centre) under a steady load. Its frequency

@@ -29,7 +29,7 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
-LEAST = 1e-9  # size of a harmonic, over the largest, below which it is left out
+LEAST = 1e-9  # amplitude of a harmonic, relative to the largest, that counts as 0
 AROUND = 1 << 14  # number of angles at which the least gap is searched
 MOST_KEPT = 64  # cached shapes
 NEVER = 0  # step of the release of a casing that is not let go

@@ -29,7 +29,7 @@ class Case:
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
-    own : model to use; None: it is made from the scene
+    own : model to use; None: the model is computed from the scene
     goes_on : whether the case begins with the last state of another, without a pulse
     """
 

@@ -39,8 +39,8 @@ from hpcwhirl.scene.rules import STANDING, WHOLE
 
 LEFT_OUT = 0.01  # largest relative change of a wave at which the terms are left out
 FREE = "a free centre"
-SEEN = 1e-2  # least modal compliance of a wave that counts, over the largest one
-MOST_KEPT = 256  # cached estimates
+SEEN = 1e-2  # least modal compliance of a wave that counts, relative to the largest
+MOST_KEPT = 256  # number of cached estimates
 Pair = tuple[str, complex, complex]  # name of a wave, its s or conj(s) in both models
 
 

@@ -29,7 +29,7 @@ from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
 NONE = np.zeros((0, 0))
-MOST_KEPT = 32  # cached models of one sector
+MOST_KEPT = 32  # number of cached models of one sector
 
 
 def folded_body(

@@ -23,10 +23,10 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import kept_rows
 
 Floats = NDArray[np.float64]
-USUAL = 1e-4  # accuracy of the intervals where the solver's is not given
-STANDS = 1e-6  # speed, over the largest one, that counts as standstill
+USUAL = 1e-4  # accuracy of the intervals if `solver.accuracy` is not given
+STANDS = 1e-6  # speed, relative to the largest, that counts as standstill
 MOST_STEPS = 4096  # largest number of steps of an interval
-MOST_KEPT = 32  # cached models, as in `reduction.model`
+MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ def extremes(scene: Scene) -> tuple[float, float]:
 
 
 def closure_at(scene: Scene, time: Any) -> Any:
-    """Return by how much the gap has closed at times, m, without growth of the tips."""
+    """Return the closure of the gap at times, m, without the growth of the tips."""
     if scene.gap_table:
         times, gaps = np.array(kept_rows(scene.gap_table)).T
         return gaps[0] - np.interp(time, times, gaps)
@@ -201,8 +201,9 @@ class Interval(NamedTuple):
 
     Attributes
     ----------
-    speed, rate : rad/s, mean Omega from half a step before the start to half a step
-        before the end; mean dOmega/dt, rad/s^2
+    speed : rad/s, mean Omega from half a step before the start to half a step before
+        the end
+    rate : rad/s^2, mean dOmega/dt
     turn : rad/s, mean rate of the angle in the interval
     first : rad/s, rate of the angle's parabola at the start of the interval
     since : s, start of the interval
@@ -227,10 +228,10 @@ class Schedule:
 
     Attributes
     ----------
-    scene, model : whole, with `gap` that of time 0
+    scene, model : scene and model of all sectors; scene.gap is that at time 0
     every : number of steps of an interval
-    straight : whether the angle is a line in an interval, as for a ring that is
-        integrated in the rotor's frame
+    straight : whether the angle is linear in an interval, as is required for a ring
+        that is integrated in the rotor's frame
     """
 
     scene: Scene
@@ -267,7 +268,7 @@ class Schedule:
         ends = np.array([since, until])
         (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
         turn, rate = (after - before) / lasts, (ended - begun) / lasts
-        back, on = self.law.angle(ends - 0.5 * step)  # steps at since .. until - step
+        back, on = self.law.angle(ends - 0.5 * step)  # for steps since .. until - step
         bend = 0.0 if self.straight else 0.5 * rate
         first = turn - bend * lasts
         parts = (
@@ -330,7 +331,7 @@ def interval_of(scene: Scene, model: Model) -> int:
             abs(scene.gap_closure) / scene.gap_time**2 / max(scene.gap, 1e-12)
         )
     longest = math.sqrt(8.0 * accuracy / max(curved, default=math.inf))
-    if scene.gap_table or scene.speed_table:  # an interval cuts corners of a table
+    if scene.gap_table or scene.speed_table:  # kinks of a table may lie in an interval
         longest = min(longest, accuracy**0.5 * _shortest(scene))
     return max(1, int(min(longest / scene.solver.time_step, MOST_STEPS)))
 

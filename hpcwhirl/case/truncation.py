@@ -18,11 +18,11 @@ they also bend, slowly, so that strikes add up in bending but not in stretching,
 which a blade vibrates many times between two strikes: c = `ADDED_UP`. A casing without
 lobes touches all blades at once and few times: c = 1.
 
-Ring, |dc| / |r + c|: the relative error of the contact force, and so of the time at
-which it ends and of each later contact. The bounces of a tip that only stretches depend
-on nothing else: the factor is `STRETCHED` if |r| is all of the motion, `BENT` if it is
-a small part of it, or if the shaft's centre (k = 1) or the whole ring (k = 0) moves
-slowly with it.
+Ring, |dc| / |r + c|: the relative error of the contact force, and so of the end of the
+contact and of each later contact. The bounces of a tip that only stretches depend on
+nothing else: the factor is `STRETCHED` if |r| is all of the motion, `BENT` if |r| is a
+small part of it, or if the shaft's centre (k = 1) or the whole ring (k = 0) moves
+slowly with the tip.
 
 Load, |dp| / |p|: p(t) is the motion of the ring's k lobes due to the pulse alone,
 before any contact. A short pulse on one lobe stretches the ring in addition to moving
@@ -60,9 +60,9 @@ FINEST_FAMILIES = 8  # fixed-interface modes per blade of the reference rotor
 WINDOW = 2e-3  # s, time after a strike in which motions are compared
 TIMES = 200  # number of samples in the window
 ADDED_UP = 2.0  # weight of bending against stretching, since strikes add up in it
-OF_ROTOR = 2.2  # factor from the rotor's difference to the error of motions
-BENT, STRETCHED = 10.0, 45.0  # the same from the ring's difference, see above
-LOADED = 5.0  # the same from the difference under the pulse
+OF_ROTOR = 2.2  # factor on the rotor's part, to give the error of motions
+BENT, STRETCHED = 10.0, 45.0  # factors on the ring's part, see the docstring
+LOADED = 5.0  # factor on the load's part
 OVERDAMPED = 0.999  # largest damping ratio used; larger ones count as this one
 TO_ROTOR = 2 / 3  # share of the allowed error that the rotor may take
 HARMONICS = (4, 6, 8, 12, 20, 40, 80, FINEST)
@@ -105,7 +105,7 @@ def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floa
 
 
 class Wheel(NamedTuple):
-    """A rotor, by its inputs, or by the path of its file and the digest of that."""
+    """A rotor given by inputs, or by the path of its file and the content's digest."""
 
     rotor: Rotor
     file: str
@@ -212,7 +212,7 @@ def _pushed(
     modes = (body.diameter == lobes) & (body.phase == 0)
     crest = body.shapes[operator.radial[max(2 * lobes - 1, 0)]]
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
-    # impulse so far, of 1 in all: a pulse may be shorter than the time between samples
+    # impulse until each sample, 1 in all: a pulse may end before the first sample
     impulse = np.sin(0.5 * math.pi * np.minimum(times, pulse) / pulse) ** 2
     force = np.diff(impulse, prepend=0.0)
     swung = struck(body, crest[None] ** 2, modes)[0]
@@ -222,7 +222,7 @@ def _pushed(
 def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
     """Return weight |part| / |whole|, without underflow or overflow.
 
-    0 if nothing moves since the body is too stiff or too heavy.
+    It is 0 if `whole` is 0, for a body too stiff or too heavy to move.
     """
     if not (part.any() or whole.any()):
         return 0.0

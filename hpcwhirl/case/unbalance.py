@@ -35,7 +35,7 @@ from hpcwhirl.scene.rules import NO_BLADE
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 CLEAR = 0.1  # share of the gap that is left at each blade when a run begins
-MOST_KEPT = 32  # cached circles, like models
+MOST_KEPT = 32  # number of cached circles
 
 
 def force_of(scene: Scene) -> complex:
@@ -51,7 +51,7 @@ def is_unbalanced(scene: Scene) -> bool:
 def released_moment(model: Model) -> complex:
     """Return the unbalance m e, x + i y, kg m, that the loss of a blade causes.
 
-    It is the force at the centre, over Omega^2, that does the same work as the missing
+    Omega^2 times it is the force at the centre that does the same work as the missing
     centrifugal load, on the static deflection caused by a force at the centre.
     """
     spin, hub = model.rotor.spin, 2 * model.blades + np.arange(2)
@@ -78,7 +78,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return xi (n,), m, of an unbalanced rotor; None without, or on round supports."""
+    """Return xi (n,), m, on supports that differ by direction; None if it must be 0."""
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
@@ -167,9 +167,9 @@ def reach_of(model: Model, scene: Scene) -> float:
 
 
 def share_at_start(model: Model, scene: Scene) -> float:
-    """Return the factor on the circle, 0 to 1, with which a run begins.
+    """Return the ratio of the initial displacement to the circle, 0 to 1.
 
-    0 if a blade is lost, since the rotor was balanced before.
+    It is 0 if a blade is lost, since the rotor was balanced before.
     """
     if scene.engine.rotor.lost_blade != NO_BLADE:
         return 0.0
@@ -218,7 +218,7 @@ def facts_of_unbalance(model: Model, scene: Scene) -> dict[str, Any] | None:
     backward : m, radius of the backward part, if supports differ by direction
     lag : rad, angle by which the centre lags the unbalance, in the sense of rotation
     reach : m, outward displacement of the tip that is farthest out
-    over_gap : reach over the least gap; None if that is 0
+    over_gap : reach divided by the least gap; None if that gap is 0
     touches : whether the circle, without contact, would pass through the casing
 
     None without an unbalance.

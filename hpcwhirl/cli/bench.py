@@ -290,13 +290,14 @@ def _show(facts: dict[str, Any]) -> None:
         )
     console.print(
         f"peak memory of the process {facts['peak_memory_mb']:.0f} MB; a step of a "
-        f"decayed motion takes {facts['modal_tail_ratio']:.2f} times one of a large one"
+        f"decayed motion takes {facts['modal_tail_ratio']:.2f} times as long as that "
+        "of a large one"
     )
     for name, over in facts["over_none"].items():
         (with_it, without), (many, few) = over["shares"], over["touching"]
         console.print(
-            f"{name}: a step in flight takes {over['in_flight']:.2f} times one without "
-            f"this feature, a step in contact {over['in_contact']:.2f} times "
+            f"{name}: a step in flight takes {over['in_flight']:.2f} times as long as "
+            f"without this feature, a step in contact {over['in_contact']:.2f} times "
             f"({with_it:.0%} of the timed steps, {many:.1f} blades touching; without "
             f"it {without:.0%}, {few:.1f})"
         )

@@ -21,7 +21,7 @@ from hpcwhirl.scene import to_toml
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
-RIGID = 1e-5  # of the highest frequency: a mode below may be a rigid one
+RIGID = 1e-5  # times the highest frequency: below it, a mode may be a rigid one
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
     "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "

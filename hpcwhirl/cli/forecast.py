@@ -152,11 +152,11 @@ def _more(cost: Forecast, design: Design) -> str:
     """Return a clause on the cases beyond the coarse level of a refined campaign."""
     most = f"with all of them {design.most} at most{_twins(design)}"
     if not cost.finished:
-        return f"that is the coarse level; words may ask for more, {most}"
+        return f"that is the coarse level; its words may require more, {most}"
     more, least, last = cost.more
     beyond = f"{cost.beyond} beyond it have ended, " if cost.beyond else ""
     return (
-        f"that is the coarse level; {beyond}words may ask for some {more} more "
+        f"that is the coarse level; {beyond}words may require some {more} more "
         f"({least} to {last}, guessed from the nearest words known), {most}"
     )
 

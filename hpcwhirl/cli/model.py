@@ -95,7 +95,7 @@ def _show_plan(plan: dict[str, Any]) -> None:
         )
     part = f"one of {plan['folds']} sectors" if plan["folds"] > 1 else "the whole"
     marched = " and ".join(f"{n} {body}" for body, n in plan["marched"].items())
-    print(f"plan {plan['kind']}: {part} is marched, {marched} amplitudes", end="")
+    print(f"plan {plan['kind']}: {part} is integrated, {marched} amplitudes", end="")
     closed = plan["settles"]
     print(", to the end in closed form once no contact can recur" if closed else "")
 
@@ -171,7 +171,7 @@ def _film_numbers(film: dict[str, float] | None) -> dict[str, str]:
     ends = f"{film['straight']:.3f}, {film['circling']:.3f}"
     return {
         "squeeze film: c of small motions, N s/m": f"{film['damping']:.4g}",
-        "displacement over clearance where c is 10 % larger (straight, circle)": ends,
+        "displacement / clearance where c is 10 % larger (straight, circle)": ends,
     }
 
 

@@ -130,7 +130,7 @@ def _explained(march: March) -> dict[str, Any]:
     -------
     left_out : records of what the plan left out
     marched : number of steps that were integrated
-    work_share : amplitudes times steps integrated, over those of the whole model
+    work_share : amplitudes times steps integrated, divided by those of the whole model
     """
     from hpcwhirl.case.explain import amplitudes, notes_of
 
@@ -256,6 +256,6 @@ def _show(facts: dict[str, Any]) -> None:
     if "left_out" in facts:
         print_notes(facts["left_out"])
         print(
-            f"saved: {facts['marched']} steps were marched, "
+            f"saved: {facts['marched']} steps were integrated, "
             f"{facts['work_share']:.1%} of the whole model's amplitudes times steps"
         )

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-FARTHEST = 64  # largest estimate of the draws needed, over the draws made
-RESTS = ("draws", "dropped", "mean", "deviation")  # columns that no input changes
+FARTHEST = 64  # times the draws made: largest number of draws to advise
+RESTS = ("draws", "dropped", "mean", "deviation")  # columns alike for all inputs
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

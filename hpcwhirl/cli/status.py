@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _twins(results: Path) -> str:
-    """Return a sentence on how many cases keep their word in all their twins.
+    """Return a sentence on how many cases have the same word as all their twins.
 
     It is read from results.h5; "" without that file or without twins.
     """

@@ -78,7 +78,7 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with a's contacts and works, not certified."""
+    """Return the state of_a a + of_b b, with contacts and works of a, uncertified."""
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
         if name in parts:
@@ -101,7 +101,7 @@ def _waits(state: Any) -> bool:
 
 
 def _residual(march: March) -> float:
-    """Return the residual of a march's ledger, for the integrated sectors, J."""
+    """Return the residual of a march's ledger, J, summed over integrated sectors."""
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact

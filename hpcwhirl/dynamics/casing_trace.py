@@ -58,7 +58,7 @@ def _read(rows: Floats, values: Floats) -> Floats:
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
     """Return harmonics (count, H + 1, 2), m, of a rigid casing, every `stride` steps.
 
-    H is that of a ring with this discretization, but at least the highest of the shape.
+    H is that of an elastic ring with these inputs, or the shape's highest if larger.
     """
     out = np.zeros((count, _highest(scene) + 1, 2))
     times = stride * np.arange(1, count + 1) * scene.solver.time_step

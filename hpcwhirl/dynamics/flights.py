@@ -19,14 +19,13 @@ LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
 
 
 class Flyer(NamedTuple):
-    """Functions for the motion of a body without contact.
+    """Functions that return coefficients of a body's motion without contact.
 
     Attributes
     ----------
-    jump : returns the coefficients of a jump over a number of steps, see
-        `kernels.flight`
-    bound : returns the coefficients of a bound of the motion over a time, s
-    dies : whether all free motion decays
+    jump : number of steps -> coefficients of a jump over them, see `kernels.flight`
+    bound : time, s -> coefficients of a bound of the motion in that time
+    dies : whether all free motion decays, a flag
     """
 
     jump: Callable[[int], Floats]
@@ -35,7 +34,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of modes with `passes` items (ITEMS, size); step : dt, s."""
+    """Return the `Flyer` of modes; items (ITEMS, size) : see `passes`; step : dt, s."""
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
     return Flyer(
@@ -46,7 +45,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of waves with items (ITEMS, size) of `waves`; step : dt, s."""
+    """Return the `Flyer` of waves; items (ITEMS, size) : see `waves`; step : dt, s."""
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
     return Flyer(
@@ -76,11 +75,11 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
 def flight_arrays(
     scene: Scene, beat: int, rotor: Flyer, ring: Floats
 ) -> Flight | tuple[()]:
-    """Return the argument `flight` of `kernels.flight.fly`; empty without jumps.
+    """Return the argument `flight` of `kernels.flight.fly`; () for other schemes.
 
     Parameters
     ----------
-    scene : the case
+    scene : scene to integrate
     beat : steps between rows of evidence, at which jumps end
     rotor : free motion of the rotor
     ring : items of the ring, packed as in the kernel
@@ -100,7 +99,10 @@ def flight_arrays(
 
 
 def can_fly(scene: Scene) -> bool:
-    """Return whether gaps change only by free motion while there is no contact."""
+    """Return whether gaps change only by free motion while no blade touches.
+
+    They also change by the growing lobes of a rigid casing, which exclude jumps.
+    """
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
 
@@ -109,8 +111,8 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
     """Return the flow of (q, d) over `count` steps, (JUMP_ITEMS, size).
 
     q' = e^-a ((cos b + xi omega S) q + S v), v' = e^-a ((cos b - xi omega S) v
-    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d; v follows from
-    (q, d), and d' from v', by the items `speed`; the loss is the decrease of energy.
+    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d. Items SPEED_D,
+    SPEED_Q relate v to q and d, also at the end. The loss is the decrease of energy.
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
     of_d, of_q = items[passes.SPEED_D], items[passes.SPEED_Q]
@@ -135,11 +137,11 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 
 
 def _bound(items: Floats, longest: float) -> Floats:
-    """Return the items that bound a body's free motion, (BOUND_ITEMS, size).
+    """Return the coefficients that bound a body's free motion, (BOUND_ITEMS, size).
 
     v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is a decreasing envelope
-    of |q'|^2; the displacement of a mode stays below v / omega, and |C| below |C| + v
-    t.
+    of |q'|^2. The displacement of a mode stays below v / omega, and the magnitude of
+    the ring's amplitude C after a time t below its present magnitude plus v t.
 
     longest : s, time for which the bound is used
     """
@@ -157,13 +159,16 @@ def _bound(items: Floats, longest: float) -> Floats:
 
 
 def _turned(angles: Complexes) -> Floats:
-    """Return e^{s t} of waves as items of a jump, (JUMP_ITEMS, size); angles : s t."""
+    """Return the coefficients e^{s t} of a jump of waves, (JUMP_ITEMS, size).
+
+    angles : s t, complex
+    """
     turn = np.exp(angles)
     return np.stack([turn.real, turn.imag])  # TURNED_RE, TURNED_IM
 
 
 def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
-    """Return the items that bound the waves' free motion, (BOUND_ITEMS, size).
+    """Return the coefficients that bound the waves' free motion, (BOUND_ITEMS, size).
 
     A wave's part of a gap, gamma a e^{st}, has the initial rate gamma s a, and a second
     derivative of at most |gamma s^2 a|, times its growth if the wave is unstable.

@@ -24,7 +24,7 @@ class _Motion(NamedTuple):
 
     Attributes
     ----------
-    rotor, ring : motions of the bodies
+    rotor, ring : free motion of each body
     log : (modes,), log z of the rotor's modes, followed by the ring's
     """
 
@@ -61,7 +61,7 @@ class _Start(NamedTuple):
 
     @property
     def to_lose(self) -> float:
-        """Energy lost so far plus remaining energy, J."""
+        """Energy dissipated so far plus the energy that is left at this step, J."""
         columns = contact.WAS_LOST, contact.OF_ROTOR, contact.OF_CASING
         return float(sum(self.row[column] for column in columns))
 
@@ -112,7 +112,7 @@ class FreeDecay:
         -------
         sizes : (N, modes), or (1, modes) if it is equal for all blades, m; the sum of a
             row bounds the radial displacement of the blade's tip relative to the ring
-        decays : (modes,), factor by which each is multiplied in a step
+        decays : (modes,), factor by which a step multiplies each column of `sizes`
         """
         motion, reach = self.motion(state), self.shapes.reach
         ring = np.tile(self.ring.roots.weight, (len(reach), 1))
@@ -215,7 +215,7 @@ class FreeDecay:
     def _leave(
         self, motion: _Motion, state: CyclicState, settled: Any, steps: int
     ) -> None:
-        """Set the state to that after `steps` steps, as the kernel leaves it.
+        """Set the state to the one that the kernel would leave after `steps` steps.
 
         settled : copies of rotor, ring and their sums, with the pending step completed
         """
@@ -225,7 +225,7 @@ class FreeDecay:
         ends = np.exp(np.outer([0, steps], motion.log))
         rotor, ring = motion.energies(ends)
         if isinstance(motion.rotor, WavesMotion):
-            rotor = 0.0 * rotor  # loss of waves: energy given to them less the present
+            rotor = 0.0 * rotor  # loss of waves follows from their energy, see `waves`
         lost = (rotor[0] + ring[0]) - (rotor[1] + ring[1])
         bodies = (motion.rotor, state.rotor), (motion.ring, state.ring)
         last = [body.leave(array, steps, step) for body, array in bodies]
@@ -236,7 +236,9 @@ class FreeDecay:
 def next_look(
     sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
 ) -> int:
-    """Return the number of steps until the bound is below the gap, without contact.
+    """Return the number of steps after which the bound will be below the gap.
+
+    It holds if no contact occurs before; doublings of `shortest` are tried.
 
     Parameters
     ----------

@@ -110,9 +110,9 @@ class ModesMotion:
         return self.alpha * z + self.beta * z.conj()
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return the factors f, (modes, r), with Re(f^T z^n) = Re(conj(rows) q).
+        """Return factors f, (modes, r): after n steps, displacements are Re(f^T z^n).
 
-        rows : (r, modes), contribution of unit amplitudes to each of r displacements
+        rows : (r, modes), which give the r displacements Re(conj(rows) q)
         """
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
@@ -135,10 +135,10 @@ class ModesMotion:
         return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a state to that after `steps` steps, as the kernel would leave it.
+        """Set a state to the one that the kernel would leave after `steps` steps.
 
-        The damping loss of the last step is still to be entered in the ledger; it is
-        the sum of rates times squares.
+        The kernel enters the damping loss of the last step later: it is the sum of
+        rates times squares.
 
         Parameters
         ----------
@@ -180,8 +180,8 @@ class FreeModes:
 
     Attributes
     ----------
-    own : (m,), indices of the modes that can move
-    log, radius : (m,), log z and |z| of these
+    own : (m,), indices of those columns of `items` that hold a mode
+    log, radius : (m,), log z and |z| of these modes
     decays : whether all their free motion decays to zero
     """
 

@@ -47,9 +47,9 @@ class WavesMotion:
         return self.amplitudes * z
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return the factors f, (waves, r), with Re(f^T z^n) = Re(conj(rows) a).
+        """Return factors f, (waves, r): after n steps, displacements are Re(f^T z^n).
 
-        rows : (r, waves), contribution of unit amplitudes to each of r displacements
+        rows : (r, waves), which give the r displacements Re(conj(rows) a)
         """
         return (rows.conj() * self.amplitudes).T
 
@@ -58,7 +58,7 @@ class WavesMotion:
         return self.body.energies(self.places(z))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a state to that after `steps` steps, as the kernel would leave it.
+        """Set a state to the one that the kernel would leave after `steps` steps.
 
         No loss is pending, so that the rates and squares returned, see
         `free_modes.ModesMotion.leave`, are empty.
@@ -86,7 +86,7 @@ class FreeWaves:
     decays : whether all motion that contact can cause decays to zero
     radial : (w,), change of gap by a unit amplitude
     form : (slots, rows, rows), J, upper triangles: energy Re(a* form a) of a slot
-    seen : steps whose amplitudes determine a state
+    seen : number of last steps of which a state holds amplitudes or spectra
     """
 
     seen = waves.SEEN
@@ -117,7 +117,7 @@ class FreeWaves:
         return np.asarray((apart.conj() * pair).real.sum(axis=(0, 2)))
 
     def write(self, past: Complexes, state: Floats, step: int) -> None:
-        """Set a state at a step; past : (seen, w), amplitudes, the last ones first."""
+        """Set a state; past : (seen, w), amplitudes at `step` and at earlier steps."""
         rows = state.reshape(-1, 2, self.slots)
         rows[:] = 0.0
         for back, values in enumerate(past):
@@ -175,7 +175,7 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Set a state; past : (1, w), amplitudes."""
+        """Set a state to amplitudes past, (1, w)."""
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 

@@ -16,8 +16,8 @@ LEDGER_TERMS = (
     "pulse",  # work of the loading, J; with that of an unbalance put on at the start
     "impact",  # lost in inelastic impacts, J, >= 0
     "wear",  # spent on wear of a layer, plastic or by rubbing, J, >= 0
-    "friction",  # work of friction on both bodies (rotation's share included), J
-    "rotation",  # work of the rotation: -lambda Omega dw/dtheta, also of the shape, J
+    "friction",  # work of friction on the motions of both bodies, J
+    "rotation",  # work of the rotation, -lambda Omega dw/dtheta; w with the shape, J
     "residual",  # energy + damping + impact + wear - pulse - friction - rotation, J
 )
 
@@ -32,8 +32,9 @@ class Evidence:
     centre : (b, 2), m, ROTATING frame: x_o, y_o
     rotor, casing : (b,), J, kinetic + strain energy of each body
     fed, friction, lost : (b,), J, cumulative work, as in `History`
-    whole : (b,), J, energy of the whole motion of a rotor with rotation whose speed
-        changes; `rotor` has only that of the motion by contact; (0,) otherwise
+    whole : (b,), J, if the speed changes and rotation is "full": energy of the whole
+        motion of the rotor, while `rotor` is that of the motion that contact causes;
+        else (0,)
     """
 
     time: Floats
@@ -72,17 +73,17 @@ class History:
     casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
         displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless stored
-    point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), the same for all contact
-        points, if tips have several; `tips` then has one of them. Else n_c is 0
+    point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), as `tips`, `blade_impulse`,
+        for all contact points, if a tip has several; else n_c is 0
     stress : (n, N, P), Pa, at the named points of each blade; P is 0 unless stored, and
         if the rotor has no such points
-    ledger : {term: J} over the whole run, see `LEDGER_TERMS`; that at the last row of
-        evidence where the final one is not finite
-    gap_error : largest difference between the solved gaps and those of the bodies, over
-        the lengths from which they are computed, at rows of evidence with contact
+    ledger : {term: J} over the whole run, see `LEDGER_TERMS`; if it is not finite, the
+        ledger at the last row of evidence
+    gap_error : largest difference between the solved gaps and those computed from the
+        displacements, relative to the latter, at rows of evidence with contact
     slip : m/s, largest tangential velocity of a tip in contact, from vibration only,
         less that of the casing at the tip; from every eighth step with contact
-    step_share : time step over the stability limit of the faster body
+    step_share : time step, divided by the stability limit of the faster body
     stop : "end", "amplitude", "nonfinite", "complementarity", or "certain" if the run
         ended with its certificate
     steps : number of steps taken
@@ -141,7 +142,7 @@ class History:
 
 
 def since(history: History, start: float) -> History:
-    """Return a history whose evidence begins after `start`, s, now time 0.
+    """Return a history with the evidence after `start`, s, which becomes time 0.
 
     Samples of the traces and the ledger stay those of the whole run.
     """
@@ -149,11 +150,11 @@ def since(history: History, start: float) -> History:
 
 
 def between(history: History, start: float, end: float) -> History:
-    """Return a history whose evidence is that from `start`, now time 0, to `end`, s.
+    """Return a history with the evidence from `start`, s, as time 0, to `end`, s.
 
     Samples of the traces and the ledger stay those of the whole run. If contact occurs
-    after `end`, the last contact before it is found from the work fed, with the
-    resolution of the rows of evidence.
+    after `end`, the time of the last contact before it is that of the last row in which
+    the work fed changes.
     """
     judged = history.judged
     rows = (judged.time > start) & (judged.time <= end)

@@ -1,4 +1,4 @@
-"""Integration of one case in slices; phases are computed from the step number."""
+"""Integration of one case in slices; times and angles follow from the step number."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ from hpcwhirl.scene.schemes import SCHEMES
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
 LEAST_SLICE = 16  # least number of steps of a slice
-TELLING = 0.1  # least share of `SLICE_SECONDS` from which a step's time is measured
-LEAST_SECONDS = 1e-6  # least duration of a slice in that measurement
+TELLING = 0.1  # least share of `SLICE_SECONDS` that a slice must take to time its steps
+LEAST_SECONDS = 1e-6  # least duration of a slice that is assumed for that
 _slices: dict[tuple[str | int, ...], int] = {}  # {`March.kind`: steps of last slice}
 LOOKS = 50  # rows of evidence between two searches for a certificate
 PATIENCE = 16  # largest multiple of `LOOKS` between two searches
-TOUCHDOWNS = 12  # touchdowns of a blade up to which one sector stands for all, `_watch`
-CLEAR = 2.0  # durations of the pulse before the first search for a certificate
+TOUCHDOWNS = 12  # touchdowns of a blade beyond which all sectors are integrated
+CLEAR = 2.0  # time of the first search for a certificate, in durations of the pulse
 MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
 
@@ -57,8 +57,8 @@ class March:
         the case; its `scene` and `model` are also attributes here, and so is `lean`,
         the scene and model that are integrated
     start
-        the initial motion, the last one of another march; None: that of the case's
-        `start_energy`, rest, or the circle of an unbalanced rotor
+        the initial motion: the final one of another march; None: the motion given by
+        `start_energy` of the case, else rest, or the circle of an unbalanced rotor
 
     Raises
     ------
@@ -111,7 +111,10 @@ class March:
         return self.scheme.begin(start)
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, wall, arrays to this interval; adapt `state` unless it is None."""
+        """Set speed, wall and arrays to those of the present interval.
+
+        state : state of the kernel, which is adapted; None: none is
+        """
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
         self.wall = wall_of(self.lean.model, scene, released=free)
@@ -130,7 +133,7 @@ class March:
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
-        """Set the arrays to the first interval, within a `with` statement."""
+        """Set the arrays to those of the first interval inside a `with` statement."""
         steps = self.steps
         self.counter[contact.STEP] = 0
         self._refresh(None)
@@ -141,7 +144,7 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set the arrays to a restored state's interval, see `snapshot.restore`."""
+        """Set the arrays to those of the interval in which a restored state lies."""
         self._refresh(None)
 
     def put(self, state: Iterable[Floats]) -> None:
@@ -151,7 +154,7 @@ class March:
         self.recall()
 
     def _coast(self) -> FreeDecay | None:
-        """Return the search for a certificate of free decay; None if impossible."""
+        """Return what finds a certificate of free decay; None if there can be none."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -189,7 +192,7 @@ class March:
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the number of steps, at most `size`, to the next check."""
+        """Return the number of steps to the next `_look`, `_watch`, at most `size`."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -198,7 +201,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Schedule a search at the first row of evidence at least `steps` ahead."""
+        """Let `_look` search at the first row of evidence at least `steps` ahead."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
@@ -261,7 +264,7 @@ class March:
 
     @property
     def _stress_shape(self) -> tuple[int, int]:
-        """Numbers (N, P) of blades, and of named points whose stress is stored, or 0.
+        """Numbers (N, P) of blades, and of named points with stored stress; P may be 0.
 
         The stress is computed from the state at each sample. A scheme that jumps does
         not stop at samples, so that none is stored.
@@ -414,7 +417,7 @@ class March:
 
     @property
     def kind(self) -> tuple[str | int, ...]:
-        """Key of marches with the same kernel and about the same time per step."""
+        """Key, equal for marches with the same kernel and similar time per step."""
         lean = self.lean
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
         modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0

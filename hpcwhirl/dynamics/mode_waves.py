@@ -44,7 +44,7 @@ class ModeWaves:
     step : dt, s
     omega : (m,), rad/s
     ahead : (m,), z - 1
-    give : (m,), (1/dt^2 + xi omega/dt)^-1, what a unit modal force adds to q and d
+    give : (m,), (1/dt^2 + xi omega/dt)^-1, increment of q and d by a unit modal force
     """
 
     step: float
@@ -80,7 +80,7 @@ class ModeWaves:
 
     @property
     def gives(self) -> Complexes:
-        """What a unit modal force adds to the amplitudes, (m,)."""
+        """Increment of each amplitude by a unit modal force, (m,)."""
         return self.amplitudes(self.give, self.give, self.rise)
 
     @property

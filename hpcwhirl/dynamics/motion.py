@@ -140,8 +140,8 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
     """Return a motion as amplitudes of the modes of a model, of all sectors or of one.
 
-    None if a model of one sector cannot represent the motion, which lacks the
-    symmetry. The part of a motion outside the span of the modes is lost.
+    None if the model is of one sector and the motion is not the same in all sectors.
+    The part of a motion outside the span of the modes is lost.
 
     Raises
     ------
@@ -181,7 +181,9 @@ def check_sizes(model: Model, motion: Motion) -> None:
 
 
 def lowering(body: ModalModel, lift: Floats) -> Floats:
-    """Return the matrix (m, n) from displacements to amplitudes, by M if it is known.
+    """Return the matrix (m, n) from displacements to amplitudes.
+
+    It is lift^T M if M is known, else the pseudo-inverse of `lift`.
 
     lift : (n, m), displacements of unit amplitudes
 
@@ -209,14 +211,14 @@ def _repeats(x: Floats, found: Floats) -> bool:
 def gaps_of(
     model: Model, gap: float, rotor: Floats, casing: Floats, angle: float
 ) -> Floats:
-    """Return the gaps of all contact points, (N n_c,), m, the rotor turned by an angle.
+    """Return the gaps of all contact points, (N n_c,), m, at an angle of the rotor.
 
     Parameters
     ----------
     model : model of all sectors or of one; a rigid casing must have no lobes
     gap : m
     rotor, casing : (n,), (c,), m, displacements in the coordinates of the model
-    angle : rad, of blade 0, on the circle of the model
+    angle : rad, of blade 0; in a model of one of g sectors, g times that angle
     """
     gaps = model.clearances(gap) - rotor[model.places[0]]
     if model.ring is None:

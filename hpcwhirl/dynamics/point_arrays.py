@@ -71,10 +71,10 @@ class _Reads:
     Attributes
     ----------
     waves : waves of both bodies
-    out, side : (P, m), by the rotor's modes: change of the gaps, and motion of the
-        casing relative to the tip along the rotation
-    w, u : (P, m), the same by the casing's modes
-    past : (P, m), w at the angles of two steps before
+    out, side : (P, m), for unit modes of the rotor: change of the gaps, and motion of
+        the casing relative to the tip along the rotation
+    w, u : (P, m), the same for unit modes of the casing
+    past : (P, m), w at the angles that the points had two steps before
     forces : (m, P + 2) of each body: modal forces of unit multipliers with friction,
         and of the pulse's cos and sin
     friction : mu, with the sign of the speed
@@ -110,13 +110,13 @@ class _Reads:
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return `change`, padded; d' + d changes by the same amount."""
+        """Return `change`, padded; forces change d' + d by the same amount."""
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the real rows, (r, width), of d' + d by amplitudes and forces."""
+        """Return real rows, (r, width), that give d' + d from amplitudes and forces."""
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 

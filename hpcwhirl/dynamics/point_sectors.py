@@ -43,12 +43,12 @@ ALIKE = 1e-13  # relative difference of rows of two waves that counts as none
 
 
 def travelling(model: Model, lost: float = 0.0) -> dict[int, Any]:
-    """Return {nodal diameter: combinations (m, c) of modes at rest}.
+    """Return {nodal diameter n: (m, c), c waves as combinations of the modes at rest}.
 
-    Blocks of simple harmonics are real. Others are complex, and their conjugates are
+    Those of n = 0 and N / 2 are real. The others are complex, and their conjugates are
     the waves that travel the other way. Empty if sectors differ.
 
-    lost : share of the highest omega^2 by which equal ones may differ
+    lost : difference up to which two omega^2 are equal, relative to the highest
     """
     body, blades = model.rotor, model.blades
     size, squared = len(body.omega), body.omega**2
@@ -79,8 +79,8 @@ def _turned(
 
     The list is empty if a rotation by a sector does not map the modes to one another.
 
-    An eigensolver mixes modes of close frequencies by round-off; those of one n are
-    separated by their frequencies again.
+    An eigensolver mixes modes of close frequencies by round-off; waves of the same n
+    are separated again by their frequencies.
 
     tips : (N, points, g), motion of each blade's points by the modes
     squared : (g,), omega^2
@@ -246,7 +246,7 @@ class BladeRows:
     ----------
     read, slide, before, push : (n_c, w), gaps, motion of the casing along the rotation,
         gaps two steps before, and change of the amplitudes
-    move : (w,), d' + d of a wave over its displacement
+    move : (w,), ratio of d' + d of a wave to its displacement
     friction : mu, with the sign of the speed
     """
 
@@ -258,9 +258,9 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return, for each wave, its change by a unit force over conj(its row), (w,).
+        """Return the ratio of `push` to conj(read + mu slide) for each wave, (w,).
 
-        The row is read + mu slide; the ratio is that of the point where it is largest.
+        It is taken at the point where the denominator is largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -268,7 +268,7 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether the ratio `gives` of a wave holds at all points, (w,)."""
+        """Return whether a wave's ratio `gives` is the same at all points, (w,)."""
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))

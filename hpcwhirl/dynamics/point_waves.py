@@ -88,18 +88,18 @@ class BodyWaves:
         )
 
     def apart(self, diameter: Integers) -> BodyWaves:
-        """Return the same waves, with an energy without products of different n.
+        """Return the same waves, without energy from products of waves of different n.
 
-        diameter : (w,), n of each wave; these products are 0 but for round-off
+        diameter : (w,), n of each wave; these products are 0 except for round-off
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
         return replace(self, form=np.where(same, self.form, 0.0))
 
     def write(self, q: Floats, rate: Floats) -> Floats:
-        """Return re and im of amplitudes, (2 w,), with these displacements and rates.
+        """Return re and im, (2 w,), of the amplitudes that give q and rate, (m,) each.
 
-        Of waves without a conjugate the imaginary part is 0.
+        The imaginary part is 0 for waves without a conjugate.
         """
         rates = real_rows(self.rates)
         scale = float(np.abs(rates).max())
@@ -118,7 +118,7 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
     """Return waves of a body that are combinations of the waves of its modes.
 
-    mixed : (m, w), modes' waves for unit amplitudes, with orthogonal columns
+    mixed : (m, w), amplitudes of the modes' waves in each wave, orthogonal columns
     turns : (w,), rad, by which a step turns the amplitudes beyond z of the modes
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
@@ -221,7 +221,7 @@ class PointWaves:
         return -(-self.size // EIGHT) * EIGHT
 
     def places(self) -> tuple[Integers, Integers]:
-        """Return the indices of re and im of each body's waves, (2 w,) each."""
+        """Return indices of re and im of the waves of rotor and casing, (2 w,) each."""
         own, beside = np.split(self.index, [len(self.rotor.ahead)])
         return (
             np.concatenate([own, self.half + own]),

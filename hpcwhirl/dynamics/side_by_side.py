@@ -17,23 +17,23 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.input_names import Value
 
-FIRST = 1e-6  # relative change of a body's motion that makes the twin, before scaling
+FIRST = 1e-6  # relative change of a body's motion in the twin, before scaling to delta
 
 
 class SideBySide:
     """A march and its twin, integrated with contact; see `analysis.chaos.Twins`.
 
-    Both integrate the same scene with the same arrays. The twin begins with the motion
-    of the casing (of the rotor, if the casing is rigid) a little larger, scaled to the
-    wanted distance. Distances are those of `blend.distance`, relative to the distance
-    of the motion from rest, the square root of its energy.
+    Both integrate the same scene with the same arrays. The twin begins with a slightly
+    larger motion of the casing (of the rotor, if the casing is rigid), at the distance
+    `delta`. Distances are those of `blend.distance`, relative to the size of the
+    motion: its distance from rest, the square root of its energy.
 
     Parameters
     ----------
     ended : march to be continued; all its sectors must be integrated
-    interval : s, between two distances, rounded to rows of evidence, at which jumps end
+    interval : s, time between two distances, rounded to whole intervals of evidence
     seconds : s, longest time by which the march can be continued
-    delta : initial distance over the motion's size
+    delta : initial distance, relative to the size of the motion
     between : function that is called between slices
     """
 
@@ -96,7 +96,7 @@ class SideBySide:
         return apart / self.size
 
     def draw(self, factor: float) -> None:
-        """Set the twin to reference + factor (twin - reference)."""
+        """Multiply the difference of the twin from the march by `factor`."""
         a, b = copy_of(self.one), copy_of(self.other)
         put_between(self.other, a, b, factor)
 
@@ -110,10 +110,10 @@ def _longer(ended: March, seconds: float) -> Case:
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march at the state of an ended one, without search for a certificate.
+    """Return a march of a longer case at the state of an ended one.
 
-    A longer march may have fewer rows of evidence per second; earlier rows are left
-    out.
+    Samples and rows of evidence of the ended march are not copied; no certificate is
+    sought.
     """
     march = March(case)
     if march.lean.model.folds != ended.lean.model.folds:
@@ -127,7 +127,7 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return the arrays of a state with the casing's motion; if rigid, the rotor's."""
+    """Return the state's arrays of the casing's motion (the rotor's, if rigid)."""
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:
         found = [getattr(state, n) for n in some if hasattr(state, n)]

@@ -87,7 +87,7 @@ class _RotorMode:
     gamma : radial amplitude of the tips with negative sign, real
     sigma : tangential amplitude of the tips with negative sign
     centre : (2,), amplitudes of x_o and y_o
-    turn : q_0 + i q_1 = turn * amplitude; makes gamma real
+    turn : q_0 + i q_1 = turn * amplitude, q of the two phases; makes gamma real
     """
 
     slot: int
@@ -142,9 +142,9 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return items (ITEMS, ...) with those of contact forces added.
+    """Return items (ITEMS, ...) with NORMAL and ALONG, the effect of contact, set.
 
-    These are give (gamma + mu conj(sigma)), sigma the tangential amplitude of a mode.
+    They are re and -im of give (gamma + mu conj(sigma)), see `kernels.passes`.
 
     mu : friction with the sign of the speed
     """
@@ -208,9 +208,9 @@ class _Ring(NamedTuple):
 
 
 class _Round(NamedTuple):
-    """A ring of harmonics as N blades see it; engines that share one share its arrays.
+    """A ring of harmonics and the number of blades, the key of its cached arrays.
 
-    body, operator, blades : modes, contact operator, N
+    body, operator, blades : modes of the ring, its contact operator, N
     """
 
     body: ModalModel

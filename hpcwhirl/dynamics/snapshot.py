@@ -95,7 +95,7 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
 
 
 def restore(march: March, arrays: Arrays) -> bool:
-    """Set a new march to a snapshot; return False, unchanged, if it does not fit."""
+    """Set a new march to a snapshot; if it does not fit, only return False."""
     if arrays.keys() != snapshot(march).keys() or not may_last(arrays, march):
         return False
     targets = _state(march)

@@ -2,10 +2,10 @@
 
 Of the m chosen modes, with amplitudes q_j and frequencies omega_j at rest, the shell of
 the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2 m dimensions; with
-velocities alone it is sum q'_j^2 = 2 E, in m. Normal numbers over their norm are
-uniform on a sphere (Muller 1959, doi:10.1145/377939.377946). Each number is a hash of
-`start_draw` and its mode: the direction does not depend on speed, gap or energy, and
-further chosen modes change no number.
+velocities alone it is sum q'_j^2 = 2 E, in m. A vector of normal numbers, divided by
+its norm, is uniform on the sphere (Muller 1959, doi:10.1145/377939.377946). Each number
+follows from a hash of `start_draw` and the mode's name: the direction does not depend
+on speed, gap or energy, and choosing further modes changes no number.
 
 With the terms of rotation the strain energy of the rotor is that of its stiffness at
 speed, as in the ledger: the direction is scaled to E by that energy.
@@ -34,7 +34,7 @@ from hpcwhirl.reduction.modes import ModalModel, has_centre, stiffening_at
 from hpcwhirl.scene import Scene
 
 Name = tuple[str, str, str]  # body, family, nodal diameter
-BITS = 53  # random bits of a number from 0 to 1
+BITS = 53  # number of random bits in a number between 0 and 1
 CLOSED = 1e-9  # least share of the gap that must remain open at the start
 
 
@@ -44,7 +44,7 @@ def start_of(case: Case) -> Motion | None:
     Raises
     ------
     InputError
-        if the modes are none of the model's, if the direction has no energy > 0 at this
+        if `start_modes` chooses no mode, if the direction has no energy > 0 at this
         speed, or if a gap would be closed
     """
     scene, model = case.scene, case.model

@@ -45,7 +45,7 @@ class Recursion:
     ----------
     omega, damping : rad/s; damping ratio xi
     keep, pull, give : coefficients; a force f acts as impulse f dt at the step's start
-    rate : damping loss of a step of central differences, over (d + d')^2, J
+    rate : damping loss of a step of central differences, divided by (d + d')^2
     mean : (3,), coefficients of d, d', q' in dt (v- + v+) at the step's start, v before
         and after the impulse; the work of an impulse is half of this times impulse / dt
     loss : (3,), coefficients of d'^2, d' q', q'^2 in the damping loss of a step, J

@@ -1,4 +1,4 @@
-"""Arrays of the general kernel: matrix from modes to tips, ring in slots, W of both."""
+"""Arrays of the kernel `general`: tips from modes, ring in slots, W of both bodies."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from hpcwhirl.scene.rules import NO_BLADE
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
     """Return the items of a body's modes, (ITEMS, size), see `kernels.passes`.
 
-    In the general kernel the modal forces take the place of the multipliers' spectrum
-    of the cyclic one: those of the normal forces, then those of friction over mu. So
-    the tip amplitudes among the items are 1.
+    Where the cyclic kernel multiplies the spectrum of the multipliers by tip amplitudes
+    of a mode, the general one has the modal forces themselves: those of normal forces,
+    then those of friction over mu. So the items of tip amplitudes are 1.
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)

@@ -138,7 +138,7 @@ class Differences(_Diameter):
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return row (w,) and number, of the energy and loss that Lambda adds, J.
+        """Return (row (w,), number) for the energy and loss that Lambda adds, J.
 
         In a step it adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
         step without Lambda: to the energy, and to the loss by d'.

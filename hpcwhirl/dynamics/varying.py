@@ -9,7 +9,7 @@ about it, as in `case.unbalance`. Both are integrated by the same scheme, see
 `kernels.driven`.
 
 From one interval to the next the motion is continuous, while the matrices of its
-energy change: what the energy of y gains thereby is entered as work of the loading.
+energy change: the change of the energy of y is entered as work of the loading.
 
 K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once. For a new
 interval only small systems are solved, those of equal size at once.
@@ -183,7 +183,7 @@ class DrivenRotor:
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
         """Return keep and pull (m, m), and d' due to `force` (m,).
 
-        pull includes the forces of `swerve`.
+        The matrix pull includes the forces of `swerve`.
         """
         out = np.zeros((2, len(self.order), len(self.order)))
         moved = np.zeros(len(self.order))

@@ -142,7 +142,7 @@ class WholeWaves:
         return np.asarray((twice + twice.T) / 4)
 
     def books(self, reads: Floats) -> bool:
-        """Return whether contact adds as much energy and loss as it does work.
+        """Return whether the energy and loss that contact adds equal its work.
 
         reads : (N, m), displacements on which the multipliers do work; its rows are
             also their modal forces
@@ -314,7 +314,7 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
 
 
 def opened_by_ring(model: Model, scene: Scene) -> Floats:
-    """Return the opening of gaps by unit multipliers due to the ring alone, m/N.
+    """Return the change of gaps by unit multipliers due to the ring alone, m/N.
 
     The shape is (N, 2 wide), by multiplier and by gap, folded as in
     `kernels.circulant.folded`.

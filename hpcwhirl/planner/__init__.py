@@ -2,14 +2,14 @@
 
 A `Job` is one computation of a case or of one of its twins, as planned or at a later
 stage of an extension. `Planner` returns the jobs left after some completions, and the
-jobs that follow from each further one; it reads no file and knows no rank. The set of
-jobs does not depend on the order of completions, and a job that has ended is never
-asked for again. The run, `status`, `--dry-run` and gathering all ask it.
+jobs that follow from each further completion; it reads no file and knows no rank. The
+set of jobs does not depend on the order of completions, and a job that has ended is
+never returned again. The run, `status`, `--dry-run` and gathering all use the planner.
 
 Parts of a planner:
 
-- a kind (`kinds`), which says which cases there are, and which of them have twins, from
-  completions: `Grid`, all cases known beforehand (grids, zips, lists, samples);
+- a kind (`kinds`), which gives the cases, and those that have twins, from completions:
+  `Grid`, all cases known beforehand (grids, zips, lists, samples);
   `Chains`, branches, each case of which follows another one; `Refined`, cases that
   follow from words; `Folds`, branches with further cases where the word changes.
   Another kind of design needs another class in `kinds`.

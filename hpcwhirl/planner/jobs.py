@@ -19,7 +19,7 @@ class Job(NamedTuple):
     case : number of the case, which for a refined campaign includes its fidelity, see
         `refinement.rule.Family.number`
     twin : number of the twin, from 1; 0 for the case itself
-    stage : 0: as planned; n: for the n-th end time of the extensions
+    stage : 0: run to the planned duration; n: to the n-th end time of an extension
     """
 
     case: int
@@ -32,8 +32,8 @@ class Completion(NamedTuple):
 
     Attributes
     ----------
-    status : status of its record
-    outcome, regime, whirl : words of its row; "none" if it has no row
+    status : status of the job's record, such as "ok" or "failed"
+    outcome, regime, whirl : words of the result; "none" if there is none
     features : numbers of its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
     """
@@ -52,7 +52,7 @@ class Completion(NamedTuple):
 
     @property
     def word(self) -> str:
-        """The regime, to compare with that of neighbouring cases; "" for none."""
+        """The regime, by which neighbouring cases are compared; "" for none."""
         word = word_of(self.status, self.outcome, self.regime)
         return word if word in REGIMES else ""
 

@@ -26,7 +26,7 @@ class Followers(NamedTuple):
     Attributes
     ----------
     cases : numbers of further cases
-    twinned : numbers of ended cases that have twins
+    twinned : numbers of ended cases whose twins are to be computed
     """
 
     cases: Sequence[int] = ()
@@ -133,7 +133,7 @@ class Chains:
             self._next.setdefault(before[case], []).append(case)
 
     def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
-        """Return the cases that begin where a case has ended, even if it failed."""
+        """Return the cases that begin where `case` ended, even if it failed."""
         return Followers(self._next.get(case, ()))
 
 

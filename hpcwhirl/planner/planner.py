@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.kinds import Kind
 
-# states of a case or twin; a state >= 0 is the stage that is left to compute
+# states of a case or twin; a state >= 0 is the number of the stage to be computed next
 UNWANTED, FAILED, DONE = -3, -2, -1
 Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 Cases = NDArray[np.int64]
@@ -27,7 +27,7 @@ class Stages(NamedTuple):
 
     Attributes
     ----------
-    last : number of the last stage, one for each end time
+    last : number of the last stage; each end time has a stage
     passed : (cases,), number of end times within the planned duration of each case
     """
 
@@ -137,7 +137,7 @@ class Planner:
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Which cases have failed in their last job, not counting twins, (rows,)."""
+        """Which cases failed in their last job, regardless of their twins, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property

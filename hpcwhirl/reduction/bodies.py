@@ -54,7 +54,7 @@ OF_SUPPORTS = (
     "film_clearance",
 )  # inputs of dampers and bearings, which leave a rotor's M and K unchanged
 SPARSE = 4  # interior DoF per wanted mode beyond which sparse matrices are faster
-SUPPORT_SHARE = 0.5  # least share of strain energy in the foundation of a support mode
+SUPPORT_SHARE = 0.5  # least share of a support mode's strain energy in the foundation
 
 
 @lru_cache(maxsize=16)
@@ -62,7 +62,7 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
     """Return the reduced bladed disk (Eq. 1), reduced as a whole if it is mistuned.
 
     With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
-    and what `suspension_damping` adds to `damping` acts in the static frame.
+    and the excess of `suspension_damping` over `damping` acts in the static frame.
     """
     usual = {**dict.fromkeys(OF_SUPPORTS, 0.0), "bearing": ""}
     bare = rotor.model_copy(update=usual)
@@ -101,7 +101,7 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
 
 @lru_cache(maxsize=16)
 def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
-    """Return the reduced bladed disk; all values of damping share one cached model."""
+    """Return the reduced bladed disk, undamped: one cached model for all dampings."""
     disk = bladed_disk(rotor)
     added = rotation_of(rotor) if rotation == "full" else None
     if not rotor.is_uneven:
@@ -149,7 +149,7 @@ def file_model(
     eta: int | None = None,
     rotation: str = "none",
 ) -> ModalModel:
-    """Return the rotor of a file; the digest is part of the cache's key.
+    """Return the rotor of an engine's file, cached by path and content.
 
     Parameters
     ----------

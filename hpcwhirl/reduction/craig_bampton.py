@@ -15,8 +15,8 @@ from hpcwhirl.reduction.factors import factored
 from hpcwhirl.reduction.nearby import modes_near
 
 TOLERANCE = 1e-9  # largest error of mass-orthonormality
-MOST_KEPT = 8  # patterns, some 100 kB each
-NEW = 1e-3  # least part of a unit-mass shape outside a basis that extends it
+MOST_KEPT = 8  # number of cached patterns, some 100 kB each
+NEW = 1e-3  # least part (mass norm) of a unit-mass shape that is added to a basis
 
 
 def craig_bampton(
@@ -76,12 +76,12 @@ def craig_bampton(
 
 
 class _Pattern(NamedTuple):
-    """Where a matrix (n, n) is not 0, and its submatrix of interior DoF.
+    """Places of the entries other than 0 of a matrix (n, n), and of its interior part.
 
     Attributes
     ----------
-    places : (c,), of the whole matrix, flat
-    inner : (d,), those of the submatrix, in the order of its compressed columns
+    places : (c,), flat indices of the entries of the matrix
+    inner : (d,), flat indices of those in the submatrix of interior DoF, by columns
     indices, pointers : row indices (d,) and column pointers of the submatrix
     """
 
@@ -91,7 +91,8 @@ class _Pattern(NamedTuple):
     pointers: NDArray[np.int32]
 
 
-# the last ones, by n, number of entries, and interior DoF; mistuned engines share them
+# {(n, number of entries, interior DoF): pattern}, the last ones; engines that differ
+# only in mistuning have the same
 _patterns: dict[tuple[int, int, bytes], _Pattern] = {}
 
 
@@ -99,7 +100,7 @@ def _within(matrix: Matrix, inner: Indices) -> sparse.csc_array:
     """Return the submatrix of DoF `inner` (i,), sparse, of a matrix with many zeros."""
     key = len(matrix), int(np.count_nonzero(matrix)), inner.tobytes()
     kept = _patterns.get(key)
-    if kept is None or not matrix.take(kept.places).all():  # as many, but elsewhere
+    if kept is None or not matrix.take(kept.places).all():  # other places, same number
         kept = _patterns[key] = _pattern_of(matrix, inner)
         if len(_patterns) > MOST_KEPT:
             del _patterns[next(iter(_patterns))]
@@ -120,9 +121,9 @@ def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> M
     """Return a basis extended by those parts of another basis that it lacks.
 
     The result approximates the modes for the stiffness matrices of both bases, and for
-    those between. Boundary coordinates stay physical: the differences of the static
-    modes (scaled to unit mass of the static mode) and the other basis' fixed-interface
-    modes, less their parts in the span of the first basis' fixed-interface modes, are
+    those between. Boundary coordinates stay physical. Added are the differences of the
+    static modes (scaled to unit mass of the static mode) and the fixed-interface modes
+    of `other`, without their parts in the span of the fixed-interface modes of `basis`,
     orthonormalised. Parts below `NEW` are left out.
 
     Parameters

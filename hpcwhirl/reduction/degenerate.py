@@ -19,10 +19,10 @@ from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple
 
 SAME = 1e-8  # relative difference of omega^2 up to which frequencies count as equal
-ROUND_OFF = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
+ROUND_OFF = 1e-15  # an eigensolver's error of omega^2, relative to m times the largest
 NEAR = 1e-3  # relative difference of omega of modes that a small asymmetry may mix
-PURE = 0.99  # share of one diameter from which a mode counts as not mixed
-STILL = 1e-10  # squared tip motion, relative to the largest, that counts as none
+PURE = 0.99  # least share of one diameter in a mode that counts as unmixed
+STILL = 1e-10  # squared tip motion, relative to the largest, that counts as 0
 
 
 def diameter_shares(shapes: Floats, blades: int) -> Floats:
@@ -71,7 +71,7 @@ def mixed(shapes: Floats, blades: int) -> bool:
 def unmixed(
     shapes: Floats, blades: int, hub: Floats | None = None
 ) -> tuple[Floats, int]:
-    """Return the orthogonal matrix whose combinations of modes have one diameter each.
+    """Return an orthogonal matrix that combines modes to ones of one diameter each.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from hpcwhirl.errors import ModelError
 Solve = Callable[[Matrix], Matrix]
 Tell = Callable[[str], None]
 SMALL = 20_000  # number of unknowns up to which SuperLU is used
-ROOM = 1e9  # bytes of a factor from which its size is reported
+ROOM = 1e9  # bytes of a factor beyond which its size is reported
 LIBRARIES = ("cvxopt", "pymetis")
 UNHELD = "stiffness must hold every part while tips and centre are fixed; it is {}"
 
@@ -50,7 +50,9 @@ def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
         size /= 2  # U is the transpose of L
     if size > ROOM:
         hint = (
-            "" if installed else f"; a quarter with: pip install {' '.join(LIBRARIES)}"
+            ""
+            if installed
+            else f"; a quarter of that after: pip install {' '.join(LIBRARIES)}"
         )
         tell(f"the factor of {len(node)} unknowns takes {size / 1e9:.1f} GB{hint}")
     if order is None:
@@ -172,7 +174,7 @@ def _cholesky(matrix: sparse.csc_array, order: Integers) -> Solve:
     from cvxopt import matrix as dense
 
     half = sparse.coo_array(sparse.triu(matrix))
-    # integers of 64 bits, which is what cvxopt takes
+    # cvxopt takes integers of 64 bits
     places = (dense(x.astype(np.int64)) for x in half.coords)
     upper = spmatrix(dense(half.data), *places, matrix.shape)
     del half

@@ -16,8 +16,8 @@ from hpcwhirl.reduction.spin import turned_alike
 
 HELD = "suspension", "conical"  # families of modes on the springs of the shaft
 UNKNOWN = "unknown"  # family if shapes do not determine the shaft's springs
-MOVING_SHARE = 0.1  # least energy share in the springs of modes that move the shaft
-PAIR = 1e-8  # relative difference of frequencies up to which two modes are one line
+MOVING_SHARE = 0.1  # least energy share in the springs for a mode that moves the shaft
+PAIR = 1e-8  # relative difference of frequencies up to which a pair is one line
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
 
 
 def _are_pair(model: ModalModel, one: np.intp, other: np.intp) -> bool:
-    """Return whether `other` is the second mode of a pair of which `one` is the first.
+    """Return whether two modes of a rotor are the first and second of a pair.
 
     one, other : indices of modes of one nodal diameter
     """

@@ -117,7 +117,7 @@ class _Reduced:
 
 
 class _Map:
-    """The sparse matrix T of u = T v, all DoF u from free ones v, built by entries."""
+    """The sparse matrix T of u = T v, which gives all DoF u from the free ones v."""
 
     def __init__(self) -> None:
         self.rows: list[Integers] = []
@@ -126,7 +126,7 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set T[rows[i], columns[i]] = values[i]; one value may serve all."""
+        """Set T[rows[i], columns[i]] = values[i]; a single value is set everywhere."""
         self.rows.append(rows)
         self.columns.append(columns)
         self.values.append(np.broadcast_to(values, rows.shape))
@@ -137,7 +137,7 @@ class _Map:
         return np.arange(self.width - count, self.width)
 
     def add_turned(self, pairs: Integers, columns: Integers, angle: Floats) -> None:
-        """Express pairs of DoF (m, 2) by columns (m, 2) along axes at `angle`."""
+        """Express pairs of DoF (m, 2) by columns (m, 2), in axes at `angle`, rad."""
         for j, (pair, turned) in enumerate(zip(pairs, columns, strict=True)):
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
@@ -174,7 +174,7 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
 
 
 def _check_definite(wheel: FiniteElements) -> None:
-    """Refuse matrices that are not positive (semi)definite, by a cheap test."""
+    """Refuse matrices whose diagonal or Ritz values show that they are indefinite."""
     moving = np.setdiff1d(np.arange(wheel.mass.shape[0]), wheel.held)
     for name, matrix in (("mass", wheel.mass), ("stiffness", wheel.stiffness)):
         diagonal = matrix.diagonal()[moving]
@@ -453,10 +453,10 @@ def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:
 
 
 _FRAMES = (
-    "a translation of tips and centre must strain the shaft's springs alone, and "
-    "strains {:.2g} of the wheel's stiffness (at most {:g}): look at blades, indices "
-    "(from 0), their order (anticlockwise), angles (rad) and cuts; or say [centre] "
-    "held = true if something else holds the wheel"
+    "a translation of tips and centre must strain the shaft's springs alone, but "
+    "strains the wheel by {:.2g} of its stiffness (at most {:g}): look at blades, "
+    "indices (from 0), their order (anticlockwise), angles (rad) and cuts; or say "
+    "[centre] held = true if something else holds the wheel"
 )
 
 

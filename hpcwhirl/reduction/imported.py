@@ -49,16 +49,16 @@ from hpcwhirl.store.models.engine_file import Given, read_rotor
 
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
 EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged
-LEAST = 1e-15  # an eigensolver's error of omega^2, over m times the largest one
-ROUND_OFF = 1e-6  # least damping by which errors are divided, over the largest
+LEAST = 1e-15  # an eigensolver's error of omega^2, relative to m times the largest
+ROUND_OFF = 1e-6  # least damping to which errors are related, relative to the largest
 TINY = 1e-300
 ROWS = {  # {array of modal motion: index map of its coordinates}
     "modal_tip_radial": "tip_radial",
     "modal_tip_tangential": "tip_tangential",
     "modal_centre": "centre",
 }
-SEMIDEFINITE = 1e-9  # negative eigenvalue, over the largest, that counts as 0
-UNSEEN = 1e-9  # motion of the centre, over the largest of any DoF, that counts as none
+SEMIDEFINITE = 1e-9  # negative eigenvalue that counts as 0, relative to the largest
+UNSEEN = 1e-9  # motion of the centre that counts as 0, relative to the largest of all
 
 
 def rotor_from(
@@ -70,15 +70,15 @@ def rotor_from(
     *,
     turns: bool = False,
 ) -> ModalModel:
-    """Return the rotor of an engine's file, as one of equal sectors if they are equal.
+    """Return the rotor of an engine's file, in cyclic form if its sectors are equal.
 
     Parameters
     ----------
     file : path of an HDF5 file in the layout of `export-model`
     blades : N of the scene; the file's must be the same
     damping : modal damping ratio xi, used if the file has none
-    suspension : xi of the suspension modes in that case, if they are identified;
-        negative: as the other modes
+    suspension : xi of the suspension modes if the file has no damping and these modes
+        are identified; negative: as the other modes
     eta : number of lowest fixed-interface modes kept of a file with matrices, without
         splitting a pair; None: all. Of a file without matrices all modes are kept
     turns : whether to include the terms of rotation; then the excess of `suspension`
@@ -91,7 +91,7 @@ def rotor_from(
         model = _from_matrices(given, blades, damping, eta, turns=turns)
     else:
         model = _from_modes(given, blades, damping)
-    if model.points is None:  # of several points a tip there are no waves yet
+    if model.points is None:  # for several points a tip see `dynamics.point_sectors`
         model = turned_alike(equal_sectors(model, blades), model, blades)
     model = _with_shaft(given, model, blades)
     if "damping" in given or "damping_ratio" in given:
@@ -162,7 +162,7 @@ def _modes_and_ratios(
         ratios = given["damping_ratio"]
     elif "damping" in given:
         modal = shapes.T @ whole[2] @ shapes
-        if len(mass) < len(order):  # truncation slightly couples modes by damping
+        if len(mass) < len(order):  # of a truncated model damping may couple modes
             modal = np.diag(np.diag(modal))
         ratios = _ratios(given, modal, omega)
     return omega, shapes, ratios
@@ -236,7 +236,7 @@ def _basis(
 
 
 def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalModel:
-    stress_of(given, blades)  # refuses one, whose coordinates are those of matrices
+    stress_of(given, blades)  # refuses stress, which needs the coordinates of matrices
     omega = given["omega"]
     if len(omega) == 0 or not omega.min() >= 0 or not omega.max() > 0:
         raise given.wrong("omega", "be >= 0 rad/s and not all 0", omega[:3])

@@ -33,8 +33,8 @@ def labels(
     """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
 
     The diameter is the dominant one, see `dominant`; successive modes of a diameter
-    form pairs with one rank (single modes for a simple harmonic). Labels are exact for
-    a tuned rotor; for others they are mere names: a localised mode has many diameters.
+    form pairs with one rank (k = 0 and N / 2 have single modes). Labels are exact for a
+    tuned rotor; for others they are mere names: a localised mode has many diameters.
     """
     diameter = dominant(shapes, omega, blades)
     order = np.zeros_like(diameter)

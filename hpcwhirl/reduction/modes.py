@@ -29,7 +29,7 @@ from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]
-REACH = 2.0  # reference speed of a basis for all speeds, over the first frequency
+REACH = 2.0  # ratio of a basis's reference speed to the first frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
@@ -293,7 +293,7 @@ def lowest_of(
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, for whose modes a basis for all speeds is extended.
+    """Return the speed, rad/s, whose modes are added to a basis for all speeds.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """

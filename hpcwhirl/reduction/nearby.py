@@ -17,7 +17,7 @@ from hpcwhirl.reduction.factors import Solve, factored, negative_pivots
 
 EXACT = 1e-10  # largest mass norm of x - omega^2 K^-1 M x of modes x of unit mass
 MOST = 24  # steps of the iteration, after which dense matrices are quicker
-ROUGH = 1e-6  # relative error of omega^2 of modes to begin with
+ROUGH = 1e-6  # relative error of omega^2 of the modes from which iterations begin
 SEED = 17  # of ARPACK's first vector, so that the same rotor has the same bits
 APART = 1e-6  # least relative distance of omega^2 between kept modes and the next one
 
@@ -25,7 +25,7 @@ APART = 1e-6  # least relative distance of omega^2 between kept modes and the ne
 def rough_modes(mass: Matrix, stiffness: Matrix, count: int) -> Floats:
     """Return approximate lowest modes, (n, count), with which `modes_near` may begin.
 
-    mass, stiffness : (n, n), sparse, though stored as dense, n > count
+    mass, stiffness : (n, n), n > count, dense arrays with few entries other than 0
     """
     solve = factored(sparse.csc_array(stiffness), print)
     operator = LinearOperator(mass.shape, matvec=solve, dtype=mass.dtype)
@@ -78,7 +78,7 @@ def _even(matrix: Floats) -> Floats:
 def _is_complete(
     matrices: tuple[sparse.csc_array, sparse.csc_array], squared: Floats, count: int
 ) -> bool:
-    """Return whether no mode is missing: only `count` lie below the next omega^2."""
+    """Return whether `squared` (ascending omega^2) has all of the lowest `count`."""
     last, further = squared[count - 1 : count + 1]
     if further < (1 + APART) * last:
         return False

@@ -25,11 +25,12 @@ from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_cent
 from hpcwhirl.reduction.supports import planar
 
 EQUAL = 2e-5  # relative deviation up to which sectors count as equal
-CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative gaps of omega whose modes round-off mixes
+CLOSE = (1e-6, 1e-5, 1e-4, 1e-3)  # relative differences of omega of modes that are
+# successively separated, since round-off may have mixed them
 ROUNDED = 1e-11  # share of other diameters in a shape that round-off explains
 ALREADY = 1e-9  # relative deviation of a shape up to which a mode already is a wave
-HIDDEN = 1e-10  # motion of tips and centre, over the largest, that counts as none
-SMALL = 1e-3  # least motion, over the largest, with which deviations are compared
+HIDDEN = 1e-10  # motion of tips and centre that counts as 0, relative to the largest
+SMALL = 1e-3  # least motion, relative to the largest, by which deviations are divided
 FEWEST = 3  # least number of blades for which waves have a direction
 TINY = float(np.finfo(float).tiny)
 
@@ -154,7 +155,7 @@ def _unmixed(model: ModalModel, blades: int) -> Floats:
     size = (model.shapes[: 2 * blades] ** 2).sum(axis=0) + (hub**2).sum(axis=0)
     kept = size > HIDDEN**2 * size.max()
     for run in runs(squared, SAME * squared + _floor(model)):
-        if not kept[run].any():  # round-off has no diameter
+        if not kept[run].any():  # motions of round-off size have no diameter
             continue
         columns, moving = unmixed(model.shapes[:, run], blades, hub[:, run])
         turn[np.ix_(run, run)] = columns
@@ -189,7 +190,7 @@ def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Flo
         columns = _by_frequency(columns, np.tensordot(part, columns, 1), squared[run])
         part = np.tensordot(part, columns, axes=1)
         if moving == len(run) and _leaks(part).max() < before:
-            turn[:, run] = turn[:, run] @ columns  # else frequency separates them
+            turn[:, run] = turn[:, run] @ columns
     return turn
 
 
@@ -329,9 +330,9 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor made of waves, in the built-in order, and columns (m, c).
+    """Return the rotor made of waves, in the order of the built-in rotor, and (m, c).
 
-    The columns give its modes as combinations of the file's m modes.
+    The matrix (m, c) gives its c modes as combinations of the file's m modes.
     """
     records = []
     for k in diameters(blades):

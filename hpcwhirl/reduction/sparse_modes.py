@@ -23,7 +23,7 @@ from hpcwhirl.reduction.factors import Solve, Tell, factored, scaled_norm
 from hpcwhirl.reduction.modes import REACH
 
 Project = Callable[[], list[Any]]
-RIGID = 1e-12  # omega^2, over the highest one, up to which a mode counts as rigid
+RIGID = 1e-12  # omega^2, relative to the highest, up to which a mode counts as rigid
 DENSE = 600  # number of unknowns up to which dense matrices and all modes are computed
 MORE = 8  # modes computed beyond the number asked for
 WORST = 1e14  # largest condition number; beyond it solutions are only round-off
@@ -31,7 +31,7 @@ RESIDUAL = 1e-7  # largest |x - omega^2 K^-1 M x| / |x| of a mode
 SAME = 1e-6  # relative difference of omega^2 up to which modes may be the same one
 PAIR = 1e-6  # relative difference of omega^2 of a pair, which is never split
 LACKING = 1e-4  # share of a mode's energy that a basis for all speeds may lack
-CLOSER = 2  # steps of inverse iteration from the modes at rest to those at a speed
+CLOSER = 2  # steps of inverse iteration that turn modes at rest into those at a speed
 STEPS = 60  # steps of the Lanczos process that searches a negative eigenvalue
 SEED = 17  # seed of starting vectors, so that the same file gives the same rotor
 
@@ -231,9 +231,9 @@ def _lacking(
 
     The modes x of the Craig-Bampton basis at that speed, by subspace iteration from the
     modes at rest, are approximated in the given basis with the least energy of the
-    error e. By Rayleigh's quotient that energy, over that of x, bounds the relative
-    error of omega^2 there. Parts of e whose energy is above `LACKING` times that of x
-    are added, orthonormalised.
+    error e. By Rayleigh's quotient the ratio of that energy to that of x bounds the
+    relative error of omega^2 at the speed. Parts of e whose energy is above `LACKING`
+    times that of x are added, orthonormalised.
 
     Parameters
     ----------
@@ -325,7 +325,7 @@ def _fixed_modes(
     modes = np.zeros((size, 0), dtype=k_ii.dtype)
     squared = np.zeros(0)
     wanted = count + MORE
-    while True:  # Lanczos may miss a mode of a pair: repeat without known ones
+    while True:  # Lanczos may miss a mode of a pair: search again beside those found
         new = _lowest(k_ii, m_ii, solve, (squared, modes), wanted)
         if len(squared):
             low = float(_quotients(k_ii, m_ii, new).min())

@@ -39,7 +39,7 @@ from hpcwhirl.store.models.engine_file import (
 )
 
 FEWEST = 3  # least number of blades for which waves have a direction
-SYMMETRIC = 1e-9  # largest part of the wrong symmetry, over the largest entry
+SYMMETRIC = 1e-9  # largest part of the wrong symmetry, relative to the largest entry
 RIGID = 0.01  # largest relative deviation of the inertia of a translation
 TINY = 1e-300
 
@@ -131,13 +131,12 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 
 
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
-    """Return by how much the terms of rotation deviate from those of equal sectors.
+    """Return (deviation, term) for the term of rotation least like equal sectors.
 
-    Returns the largest deviation, (-), and the name of the term. Deviations are entries
-    outside the blocks A of the nodal diameters; for modes i and j they are relative to
-    the modal masses (C), to sqrt(A_ii A_jj) with A_ii at least the mass (K_1), or
-    relative changes of frequency (K_2); for the load, entries of k > 0 over the largest
-    one. Couplings of kept modes with those that `recognise` left out count, too.
+    Deviations are entries outside the blocks A of the nodal diameters; for modes i and
+    j they are relative to the modal masses (C), to sqrt(A_ii A_jj) with A_ii at least
+    the mass (K_1), or relative changes of frequency (K_2); for the load, entries of k >
+    0 relative to the largest. Couplings with modes left out by `recognise` count, too.
     """
     if model.spin is None or given.spin is None:
         raise TypeError(model)

@@ -12,7 +12,8 @@ conj(Z'):
 and c correspondingly. k and c are the same in all directions; k_d and c_d are not. In
 the rotating frame, Z = z e^{i Omega t},
 
-f = -(k + i Omega c) z - c z' - [(k_d - i Omega c_d) conj(z) + c_d conj(z')] e^{-2i O t}
+f = -(k + i Omega c) z - c z'
+    - [(k_d - i Omega c_d) conj(z) + c_d conj(z')] e^{-2 i Omega t},
 
 so that the second part depends on time. A squeeze film adds its c_0 to c; its
 additional damping away from the middle is treated separately in the time integration.
@@ -50,7 +51,7 @@ OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approxim
 
 @dataclass(frozen=True)
 class Support:
-    """Supports of the centre in the static frame, see the module; N/m and N s/m.
+    """Supports of the centre in the static frame, F = -k Z - c Z' - ..., N/m and N s/m.
 
     Attributes
     ----------

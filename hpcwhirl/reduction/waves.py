@@ -38,7 +38,7 @@ WATCHED = 4.0  # highest speed of searches, over the first frequency
 SPEEDS = 101  # number of speeds at which growth is computed
 REAL = 1e-9  # imaginary part over the largest root up to which a root is real
 ALIKE = 1e-6  # relative difference up to which frequencies count as equal
-ROUND_OFF = 1e-11  # growth rate, over the highest frequency, that counts as zero
+ROUND_OFF = 1e-11  # growth rate, relative to the highest frequency, that counts as 0
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def _apart(
     )
     found = found[np.argsort(-found.imag, kind="stable")][: len(roots)]
     named = (roots - 1j * speed).imag
-    near = np.abs(named) - ALIKE * named  # if equal, the forward one counts as higher
+    near = np.abs(named) - ALIKE * named  # of equal frequencies forward is the higher
     found = found[linear_sum_assignment(np.abs(near[:, None] - found.imag))[1]]
     return np.asarray(np.where(named > 0.0, found, found.conj()) + 1j * speed)
 
@@ -301,8 +301,9 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
     """Return the speeds of `unbalance_speeds` below `top`, rad/s.
 
-    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds. There is
-    a resonance where the resonance speed found with these supports equals the speed.
+    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds, and the
+    resonance speeds computed with them. Where such a speed equals the one at which the
+    supports were evaluated, there is a resonance.
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))

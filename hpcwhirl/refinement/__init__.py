@@ -2,5 +2,5 @@
 
 It does not depend on files, ranks or time. It consists of a lattice of bisected inputs,
 trees of cells over it, and rules that only ever add cases, so that words may arrive in
-any order (`tree`). The cases that a budget drops follow from words, too (`growth`).
+any order (`tree`). Which cases a budget excludes follows from words, too (`growth`).
 """

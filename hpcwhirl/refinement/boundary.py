@@ -61,10 +61,10 @@ class Boundaries:
 
     A point is the middle, on the input's scale, of an edge of a cell, between two cases
     with different words at `low` and `high` of one input; the word changes somewhere
-    between them. No result locates the change better: the growth rate jumps where a
-    small motion decays and a large one grows, and linear interpolation errs more than
-    the middle on two engines of three (scripts/evidence/boundaries.md). If a cell has
-    more than two points, their lines meet in a further point, which lies on no edge.
+    between them. No stored number locates the change better: the growth rate jumps
+    where a small motion decays and a large one grows, and linear interpolation is less
+    accurate than the middle on two of three engines (scripts/evidence/boundaries.md).
+    If a cell has more than two points, their lines meet in a further point inside it.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
 
 
 def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
-    """Return the edges of a cell that have a case at both ends.
+    """Return the edges of a cell with a case at both ends.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
 
     Returns
     -------
-    for each edge (index of the input along it, (rows of the cases at its low and high
-    end))
+    [(input, (row, row))], for each edge the index of the input along it, and the rows
+    of the cases at its low and at its high end
     """
     out = []
     for along in range(count):
@@ -148,7 +148,7 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 def _join(
     boundaries: Boundaries, points: Sequence[int], panel: int, cases: Cases
 ) -> None:
-    """Join a cell's points: two by one line, more by lines to their mean."""
+    """Join a cell's points: two by one line, more by lines to the mean of all."""
     if len(points) == 2:
         boundaries.lines.append((points[0], points[1]))
         return

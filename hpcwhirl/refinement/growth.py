@@ -43,14 +43,13 @@ class Budget:
 
 
 class Growth:
-    """The cases that a refined campaign needs; their set grows as cases get words.
+    """The cases that a refined campaign needs (wanted cases), a set that words extend.
 
-    Such a case is called wanted. Without a budget, a case is wanted as soon as words
-    require it, and the final set does not depend on the order in which words arrive.
-    With a budget, cases form generations. A generation starts when all cases of the
-    generation before have ended. Of the cases that their words require, in the order of
-    addresses, it has as many as the budget allows. So the cases that are dropped depend
-    on words only.
+    Without a budget, a case is wanted as soon as words require it, and the final set
+    does not depend on the order in which words arrive. With a budget, cases form
+    generations. A generation starts when all cases of the generation before have ended.
+    It has as many of the cases that their words require as the budget allows, in the
+    order of addresses. So the excluded cases depend on words only.
 
     Parameters
     ----------
@@ -66,8 +65,8 @@ class Growth:
     wanted : cases in the order in which they became wanted, the coarse ones first
     twinned : cases whose twins are wanted, in the order in which they became wanted;
         without the cases drawn after all have ended, see `even`
-    dropped : number of cases that the budget excluded, not counting further ones that
-        these might have required
+    dropped : number of cases that the budget excluded, not counting further cases that
+        their words might have required
     """
 
     def __init__(
@@ -126,7 +125,7 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address], budget: Budget) -> list[Address]:
-        """Return the cases of a generation within the budget; none once it is spent."""
+        """Return the cases of a generation within the budget; [] once it is spent."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []
@@ -167,7 +166,7 @@ class Growth:
         return len(self._open)
 
     def even(self) -> list[Address]:
-        """Return the cases at points around which all unsplit cells have only one word.
+        """Return the cases at points whose adjacent unsplit cells all have one word.
 
         At each point it is the case of the second fidelity if that has a word, else of
         the first.

@@ -50,9 +50,9 @@ class Side:
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return log2 of the size of the cell of a level that contains a unit interval.
+        """Return log2 of the size of a level's cell that contains a unit interval.
 
-        unit : lower place of the unit interval
+        unit : lower place of the interval, whose size is 1
         """
         return self.depth - min(level, self.depths[unit >> self.depth])
 
@@ -126,9 +126,9 @@ class Lattice:
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
     def at(self, level: int, unit: Point) -> Cell:
-        """Return the cell of a level that contains a unit cell.
+        """Return the cell of a level that contains a cell of size 1.
 
-        unit : lower corner of the unit cell
+        unit : lower corner of the cell of size 1
         """
         low = []
         for side, x in zip(self.sides, unit, strict=True):
@@ -154,7 +154,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return the most cells that a cell can contain, `levels` levels down."""
+        """Return the largest number of parts of a cell, `levels` levels down."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):

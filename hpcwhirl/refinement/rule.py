@@ -37,11 +37,11 @@ class Rule:
     over : dotted names of the refined inputs
     depths : for each input, bisections of each interval of its coarse values
     scale : for each input, "linear" or "log"
-    words : what is compared, one of `words.COMPARED`
+    words : kind of words that are compared, one of `words.COMPARED`
     speckle : levels after which a mostly mixed cell is not split further; 0: never
     confirm : preset with which boundaries are computed again; "" for none
-    inputs : {dotted name: value} of that preset
-    budget : total, and cost of a case of each fidelity; empty for no limit
+    inputs : {dotted name: value} that `confirm` sets
+    budget : largest total cost, then the cost of a case by fidelity; empty for no limit
     """
 
     over: tuple[str, ...]
@@ -58,7 +58,7 @@ class Rule:
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word of a case by how it ended; None if it has none.
+        """Return the word of an ended case, for comparison; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
@@ -83,10 +83,10 @@ class Family:
     """All possible cases of a refined campaign: coarse ones and refinements.
 
     A panel contains the cases that differ in refined inputs only. The number of a
-    coarse case is that of its row; those of other cases follow from their addresses.
+    coarse case is that of its row; numbers of other cases follow from their addresses.
 
-    Of a campaign with [branch] a panel is a branch, and the history of a case follows
-    from its place: see `Branches`.
+    In a campaign with [branch] each panel is a branch, and the history of a case
+    follows from its place: see `Branches`.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
     Parameters
     ----------
     old, new : former and new rule, see `Rule.plain`
-    where : beginning of the message
+    where : text at the beginning of the message
     """
     if not old:
         return

@@ -9,7 +9,7 @@ from hpcwhirl.refinement.lattice import Cell, Lattice, Point
 from hpcwhirl.refinement.words import Word, apart
 
 SPECKLE_SHARE = 0.75  # share of mixed parts above which a cell is speckle
-FIRST, CONFIRM = 0, 1  # fidelities
+FIRST, CONFIRM = 0, 1  # fidelities: of the first computation, of the confirming one
 Words = dict[Point, Word | None]
 Wish = tuple[int, Point]  # fidelity and point of a wanted case
 
@@ -23,12 +23,12 @@ class Node:
     corners : points at its corners
     points : wanted points in its closed box, until it is split: corners, and corners of
         smaller neighbours on its sides (hanging points)
-    seen : words at its points, by the first and by the second fidelity
-    at_corners : words at its corners, by the first fidelity
+    seen : words of the first fidelity at its points, and of the second
+    at_corners : words of the first fidelity at its corners
     open : number of corners whose cases have not ended
     split : whether the cell is split
     opened : whether its corners are to be confirmed by the second fidelity
-    followed : whether the cases at its corners have twins
+    followed : whether twins of the cases at its corners have been asked for
     demanded : whether a finer neighbour requires that it be split
     changed : whether the two fidelities give different words at one of its points
     """
@@ -46,12 +46,12 @@ class Node:
 
     @property
     def mixed(self) -> bool:
-        """Whether points of one fidelity have different words."""
+        """Whether words of the same fidelity differ at its points."""
         return any(map(apart, self.seen))
 
     @property
     def uneven(self) -> bool | None:
-        """Whether words at its corners differ, by the first fidelity; None: unknown."""
+        """Whether words of the first fidelity differ at its corners; None: unknown."""
         return True if apart(self.at_corners) else (None if self.open else False)
 
 
@@ -66,10 +66,10 @@ class Tree:
     - Split cells are balanced: the neighbours of a split cell, even at a corner, are
       not coarser than it; coarser ones are split.
     - Nothing is split or confirmed in speckle. A cell lies in speckle if the cell
-      `levels` above it has many mixed descendants: of all its possible descendants
-      `levels` down, more than three quarters have different words at their corners.
-      These descendants are reached by splitting cells with different words at their
-      corners; only words at points of the upper cell matter.
+      `levels` above it has many mixed descendants: of all cells into which that one
+      could be split `levels` down, more than three quarters have different words at
+      their corners. Only cells with different words at their corners are split for
+      this, and only words at points of the upper cell are used.
     - With a second fidelity, the corners of a mixed cell at its end are confirmed, that
       is, computed with it. So are those of every cell around a point whose word the
       second fidelity changes, except cells that are split anyway by the first words at
@@ -159,11 +159,11 @@ class Tree:
         return self._allowed(cell) is False
 
     def word(self, point: Point) -> Word | None:
-        """Return the word of a point by the highest fidelity that has one."""
+        """Return the word at a point, of the second fidelity if that has one."""
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
 
     def even(self) -> list[Wish]:
-        """Return the cases at points around which unsplit cells have only one word."""
+        """Return the cases at points whose adjacent unsplit cells all have one word."""
         even: set[Point] = set()
         other: set[Point] = set()
         for node in self.cells.values():

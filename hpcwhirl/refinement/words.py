@@ -1,12 +1,11 @@
 """The words of cases that refinement compares, and whether words differ.
 
-The regime and the whirl are words: two cases differ if theirs are not the same. An
-attractor has no name that a case could know by itself: `hpcwhirl basins` numbers
-attractors by clustering all cases. Whether two cases lie on different attractors is
-decided by these cases alone: by their regimes, and by numbers of their windows that
-differ by more than `TOLERANCES`. Where a number changes steadily from case to case, its
-differences shrink as cells are split, so that splitting ends; where it jumps, cells are
-split down to the finest.
+The regime and the whirl are words: two cases differ if theirs are not the same. The
+name of an attractor does not follow from a case alone: `hpcwhirl basins` numbers
+attractors by clustering all cases. So whether two cases lie on different attractors is
+decided by their regimes, and by whether numbers of their windows differ by more than
+`TOLERANCES`. Where a number changes steadily from case to case, its differences shrink
+as cells are split, so that splitting ends; where it jumps, cells are split to the end.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ REGIME, WHIRL, BOTH, ATTRACTOR = "regime", "whirl", "both", "attractor"
 BRANCH = "branch"  # the regime, compared between successive cases of a branch
 COMPARED = (REGIME, WHIRL, BOTH, ATTRACTOR, BRANCH)  # kinds of words
 NUMBERS = ("orbit_radius", "gap_scale", "whirl_ratio", "late_energy", "growth_rate")
-FLOOR = 1e-6  # orbit over gap below which the centre moves by round-off alone
+FLOOR = 1e-6  # ratio of orbit radius to gap below which the motion is round-off
 LEAST = 1e-300  # smallest number whose logarithm is taken
 # Smallest differences of two attractors. Of motions of four engines whose forces differ
 # by 1e-6, none of 117 sustained and none of 202 divergent pairs differed by more
@@ -51,7 +50,7 @@ Word = str | Attractor
 def features_of(row: Mapping[str, Any]) -> tuple[float, ...]:
     """Return numbers that distinguish attractors of a regime, in units of `TOLERANCES`.
 
-    For a sustained motion: logarithm of radius over gap, whirl ratio and logarithm of
+    For a sustained motion: logarithm of radius / gap, whirl ratio and logarithm of
     energy; for a divergent one: whirl ratio and logarithm of the growth rate; () for
     another regime. If the centre does not move, radius and whirl ratio count as 0.
 
@@ -87,7 +86,7 @@ def apart(words: Collection[Word]) -> bool:
 def word_of(kind: str, row: Mapping[str, Any]) -> Word:
     """Return the word of a case that is compared with others.
 
-    kind : which word, one of `COMPARED`
+    kind : kind of word, one of `COMPARED`
     row : {"regime": word, "whirl": word}, for attractors also "features", see
         `features_of`
     """

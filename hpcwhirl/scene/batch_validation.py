@@ -35,7 +35,7 @@ STRICT = ConfigDict(strict=True)
 
 
 def end_times(get: Columns) -> Any:
-    """Return the engine time of the run of each case, s, see `Scene.end_time`."""
+    """Return the simulated time of each case's run, s, see `Scene.end_time`."""
     return end_time(get("duration"), get("revolutions"), get("speed"))
 
 
@@ -193,7 +193,7 @@ class Many:
         return self._known_numbers[name]
 
     def last_ends(self) -> Iterator[Array]:
-        """Yield the latest engine time at which each case may end, s, by chunks."""
+        """Yield the latest simulated time at which each case may end, s, by chunks."""
         for cases in self.chunks():
             ends = last_end(*map(self.all(cases), LASTS))
             yield np.broadcast_to(ends, cases.shape)

@@ -133,7 +133,7 @@ class Campaign(TableModel):
 
 
 MOST_SEED = 2**53  # largest whole number that every JSON reader keeps
-LEAST_SPREAD = 1e-12  # least relative change by which the doubles of twins differ
+LEAST_SPREAD = 1e-12  # least relative change at which twins surely differ in double
 
 
 def _spread(given: Any) -> dict[str, float]:
@@ -404,7 +404,7 @@ def _numbers(given: Any) -> Any:
     return tuple(map(float, given)) if listed else given
 
 
-MOST_POINTS = 1000  # cases of a branch, since each case names all those before it
+MOST_POINTS = 1000  # most cases of a branch: each case names all cases before it
 
 
 class BranchTable(TableModel):

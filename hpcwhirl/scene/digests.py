@@ -20,7 +20,7 @@ from hpcwhirl.scene.quantities import LEAVES
 from hpcwhirl.scene.table import Cases, Column, OfCases, Table, listed
 
 REAL = frozenset(name for name, field in LEAVES if field.annotation is float)
-FIRST = min(name for name, _ in LEAVES if name not in LATER)  # always in the text
+FIRST = min(name for name, _ in LEAVES if name not in LATER)  # first in every text
 AT_ONCE = 1 << 16  # largest number of cases whose texts are in memory together
 KEY = 8  # leading bytes of a digest by which the index is sorted
 
@@ -137,7 +137,7 @@ class CaseDigests(OfCases[str]):
     __hash__ = None  # type: ignore[assignment]
 
     def _told(self) -> str:
-        # shared values count: cases that do not set an input use them
+        # shared values are included, since cases that do not set an input have them
         shared = without_defaults(self.shared)
         return json.dumps([shared, self.reads, self.physics], sort_keys=True)
 
@@ -162,9 +162,9 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """(column, texts) of each swept input: each value's JSON and the text after it.
+        """(column, texts) of each swept input, then of the engine's file.
 
-        The last pair is that of the engine's file.
+        A text is the JSON of a value and what follows it, up to the next swept input.
         """
         pairs = []
         for name, text in zip(sorted(self.table.names), self._text[1], strict=True):

@@ -67,7 +67,7 @@ OTHERWISE = {  # {word that users look up but that is no input: answer}
 
 
 def input_names() -> dict[str, str]:
-    """Return {dotted name: meaning with unit} of every scene input."""
+    """Return {dotted name: meaning with its unit} of every input of a scene."""
     return {name: told.labelled(told.meaning) for name, told in INPUTS.items()}
 
 

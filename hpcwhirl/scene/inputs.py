@@ -195,13 +195,13 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def end_time(self) -> float:
-        """Engine time to simulate, s."""
+        """Time to simulate, s."""
         end: float = end_time(self.duration, self.revolutions, self.speed)
         return end
 
     @property
     def end_times(self) -> tuple[float, ...]:
-        """Engine times at which the word of the case is determined, s, ascending.
+        """Simulated times at which the word of the case is determined, s, ascending.
 
         Each is twice the one before, so that the window of a word, the last 40 % of the
         run, does not overlap the window of an earlier word.

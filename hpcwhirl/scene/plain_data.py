@@ -18,7 +18,7 @@ from hpcwhirl.scene.input_types import WRONG_UNIT
 from hpcwhirl.scene.inputs import Scene
 
 SCENE_TABLES = ("scene", "engine", "solver", "output")
-SETS = {  # {input: inputs whose values it overrides if it is not zero}
+SETS = {  # {input: inputs whose values it overrides if it is not 0}
     "solver.accuracy": ("solver.time_step",),
     "solver.truncation": (
         "solver.modes",

@@ -96,7 +96,7 @@ ROW: dict[str, Quantity] = {
     **_real(
         "1",
         slip_ratio="largest velocity of a tip in contact relative to the casing, "
-        "without Omega R, over Omega R; from 1 on a tip may have slid backward",
+        "without Omega R, / Omega R; from 1 on a tip may have slid backward",
     ),
     **_real(
         "m",
@@ -222,7 +222,7 @@ DERIVED: dict[str, Quantity] = {
     **_real("1", centre_share="share of a mode's strain energy in the shaft's springs"),
     **_real(
         "1",
-        clearance_consumption="radial amplitude of a mode's tips over the whole one",
+        clearance_consumption="radial amplitude of a mode's tips / whole amplitude",
     ),
 }
 # arrays of a model's file, by the last part of their names

@@ -16,10 +16,10 @@ from hpcwhirl.scene.batch_validation import Columns, Condition, Many, end_times
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.table import Table
 
-MOST_FRICTION = 1.0  # usual for dry metal on metal: 0.1 to 0.8
-MOST_TIP_SPEED = 1000.0  # m/s; usual for engines and turbines: 300 to 600
-MOST_SLENDER = 0.5  # length over diameter up to which a film counts as short
-MOST_GAPS = 5.0  # motion of the casing by the pulse alone, in gaps, without a warning
+MOST_FRICTION = 1.0  # largest coefficient without a warning; dry metals: 0.1 to 0.8
+MOST_TIP_SPEED = 1000.0  # m/s, largest without a warning; engines, turbines: 300 to 600
+MOST_SLENDER = 0.5  # largest ratio of length to diameter of a film that counts as short
+MOST_GAPS = 5.0  # largest motion of the casing by the pulse, in gaps, without a warning
 RPM = 30.0 / math.pi  # rpm per rad/s
 
 
@@ -128,7 +128,7 @@ _LOAD = _Remark(
     _overloads,
     lambda get: f"force is {get('force'):g} N for {get('pulse'):g} s: that alone "
     f"moves the casing by some {_pushed(get):.2g} m, "
-    f"{_pushed(get) / get('gap'):.0f} gaps, before it ends: a knock moves it by "
+    f"{_pushed(get) / get('gap'):.0f} gaps, before it ends, a usual pulse by "
     "about one; lower force or pulse",
 )  # fmt: skip
 

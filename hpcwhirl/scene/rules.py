@@ -80,7 +80,7 @@ def choose(condition: Any, yes: Any, no: Any) -> Any:
 
 
 def end_time(duration: Any, revolutions: Any, speed: Any) -> Any:
-    """Return the engine time of a run, s: in revolutions if > 0, else `duration`.
+    """Return the simulated time of a run, s: `revolutions` if > 0, else `duration`.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def end_time(duration: Any, revolutions: Any, speed: Any) -> Any:
 def last_end(
     duration: Any, revolutions: Any, speed: Any, until: Any, longest: Any
 ) -> Any:
-    """Return the engine time at which a case ends at the latest, s."""
+    """Return the simulated time at which a case ends at the latest, s."""
     end = end_time(duration, revolutions, speed)
     longer = (until == "decided") & (end < longest)
     return choose(longer, longest, end)

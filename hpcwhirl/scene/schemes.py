@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-NOMINAL_BLADES = 22
-USUAL = 0.55, 1 / 7  # assumed: share of steps in contact, part of the blades touching
+NOMINAL_BLADES = 22  # number of blades to which times of steps refer
+USUAL = 0.55, 1 / 7  # assumed: share of steps with contact, of blades that touch then
 MOST_POINTS = 3  # most contact points per tip for which times of steps were measured
 
 
@@ -19,13 +19,13 @@ MOST_POINTS = 3  # most contact points per tip for which times of steps were mea
 class StepTimes:
     """Time of a step, us, by number of blades N, fitted to `hpcwhirl bench --sizes`.
 
-    A step without contact takes flight (N / 22)^grows; one with t blades in contact
-    takes contact (N / 22)^rises + (blade + row N) t more. With n > 1 contact points per
-    tip, of which t in all touch, a step without contact takes still[0] + still[1] n
-    times as long, one with contact pressed[0] + pressed[1] n times; this was measured
-    for n = 2 and 3. Only `modal` has these factors; without them, each point is assumed
-    to cost as much as a blade. `scripts/cost/step_costs.py` compares these times with
-    measured ones.
+    The fields are coefficients: a step without contact takes flight (N / 22)^grows; one
+    with t blades in contact takes contact (N / 22)^rises + (blade + row N) t more. With
+    n > 1 contact points per tip, of which t in all touch, a step without contact takes
+    still[0] + still[1] n times as long, one with contact pressed[0] + pressed[1] n
+    times; this was measured for n = 2 and 3. Only `modal` has these factors; without
+    them, each point is assumed to cost as much as a blade. `scripts/cost/step_costs.py`
+    compares these times with measured ones.
     """
 
     flight: float
@@ -53,7 +53,7 @@ class StepTimes:
 
 
 def _factor(of: tuple[float, float] | None, points: Any) -> Any:
-    """Return a + b n for n > 1 points per tip, else 1; of : (a, b), or None for 1."""
+    """Return a + b n for n > 1 points per tip, else 1; of : (a, b), None: always 1."""
     first, each = of or (1.0, 0.0)
     several = points > 1
     return several * (first + each * points) + (1 - several)
@@ -138,18 +138,18 @@ _TABLE = (
         turns=0.3e-6, times=EQUAL,
     ),
     Scheme(
-        "exact", "exact flow, flights and a certificate", math.inf, 0.24e-6, folds=True,
+        "exact", "exact flow, jumps between contacts", math.inf, 0.24e-6, folds=True,
         flies=True, cyclic=True, stands=False, points=False, turns=0.35e-6,
         times=FLYING,
     ),
     Scheme(
         "general",
-        "mode by mode, also takes over where modal cannot (a ring of elements, "
+        "mode by mode, also used where modal cannot be (a ring of elements, "
         "supports that differ by direction)",
         2, 0.59e-6, turns=25e-6, times=BY_MODES,
     ),
     Scheme(
-        "paper", "the dense Algorithm 1, slow and obvious", 2, 16e-6, matrices=True,
+        "paper", "Algorithm 1, full matrices, slow but simple", 2, 16e-6, matrices=True,
         turns=50e-6, times=DENSE,
     ),
 )  # fmt: skip

@@ -34,8 +34,8 @@ KEYS = {  # {table: documentation of its keys, which are any inputs}
         "values of inputs that change together", "as in [sweep], all of equal length"
     ),
     "cases": Key(
-        "inputs of one case; [[cases]] stands before each, or above all tables cases = "
-        '"FILE.csv", whose head names inputs and units: speed [rpm],gap [mm]',
+        "inputs of one case, below [[cases]]; or, above all tables, cases = "
+        '"FILE.csv", whose first line names inputs and units: speed [rpm],gap [mm]',
         "a value",
     ),
 }
@@ -154,7 +154,7 @@ def check_count(cases: float, told: str) -> None:
     Parameters
     ----------
     cases : number of cases
-    told : text before the number in the error message, such as "got"
+    told : text before that number in the error message, such as "got"
     """
     if cases > MOST_CASES:
         msg = f"a campaign has at most {MOST_CASES} cases, {told} {cases:.9g}"

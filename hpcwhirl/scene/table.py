@@ -25,7 +25,7 @@ Values = Sequence[Any] | NDArray[np.float64]
 Cases = NDArray[np.int64]
 Item = TypeVar("Item")
 MOST_LABELS = 1 << 62  # largest product of label counts, so that it fits an int64
-LONG = 4096  # number of values from which a column becomes an array
+LONG = 4096  # least number of values of a column that is stored as an array
 
 
 class OfCases(Sequence[Item]):
@@ -197,7 +197,7 @@ class Table(OfCases[Settings]):
         return [[axis.plain() for axis in block] for block in self.blocks]
 
     def times(self, axis: Axis) -> Table:
-        """Return the product of the table and a further axis, now the fastest one."""
+        """Return the product of the table and a further axis, which varies fastest."""
         return Table(Block([*block, axis]) for block in self.blocks)
 
     def mapped(self, name: str, change: Callable[[Any], Any]) -> Table:

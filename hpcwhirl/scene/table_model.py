@@ -112,7 +112,7 @@ class TableModel(BaseModel):
         except ValidationError as failed:
             errors = failed.errors(include_url=False)
             wrong = [one for one in errors if one["type"] == "extra_forbidden"]
-            error = (wrong or errors)[0]  # a misspelt key may leave another one missing
+            error = (wrong or errors)[0]  # a misspelt key may also count as missing
             tell = name or (lambda own: f"{where} {own}")
             raise cls._refused(error, where, tell) from None
 

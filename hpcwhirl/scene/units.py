@@ -35,8 +35,8 @@ USUAL = (
     "N/mm", "kN/mm", "MN/m", "Pa", "MPa", "GPa", "kg/m^3", "g/cm^3", "%", "1/s",
 )  # fmt: skip
 TURNING = {ANGULAR, "rpm", *CYCLES}
-PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # SI unit: unit shown, factor
-AS_SHOWN, AS_STORED = "practical", "si"  # accepted instead of names of units
+PRACTICAL = {"m": ("mm", 1e3), "N": ("kN", 1e-3)}  # {SI unit: (unit shown, factor)}
+AS_SHOWN, AS_STORED = "practical", "si"  # words accepted instead of names of units
 Found = TypeVar("Found")
 _asked: ContextVar[tuple[str, ...]] = ContextVar("asked", default=(AS_SHOWN,))
 

@@ -76,7 +76,7 @@ MOTIONS = {  # words of sustained motions if output.chaos > 0
     "periodic": Look("#2F6DB3", "#FFFFFF", "P", "s", "periodic"),
     "quasi-periodic": Look("#4BA386", "#000000", "Q", "o", "quasi-periodic"),
     "chaotic": Look("#F0AE45", "#000000", "C", "^", "chaotic"),
-    "untold": Look("#8D8D8D", "#000000", "?", "D", "not told"),
+    "untold": Look("#8D8D8D", "#000000", "?", "D", "not determined"),
     "none": Look("#DBD9DD", "#000000", "–", ".", "not sustained"),
 }
 # {variable: its words}; a word is stored as its index
@@ -94,7 +94,7 @@ ENUMS = {
 NO_REGIME = ("unstable", "overloaded")  # outcomes of cases without a regime
 OPEN = ("undecided", "divergent")  # may change in a longer run, see is_open
 TOLD = {  # {outcome: message for a case}
-    "overloaded": "the swing of the pulse, not growth, moved the tips to the amplitude "
+    "overloaded": "the pulse itself, not growth, moved the tips to the amplitude "
     "limit; lower force or pulse, or raise amplitude_limit"
 }
 
@@ -167,7 +167,7 @@ RULES = {
     "regime": (
         # rotation and friction carried the tips to the amplitude limit, not the load
         Rule("divergent", ("stop == 'amplitude'",)),
-        # loaded by the pulse within the window
+        # the pulse still acts within the window
         Rule("undecided", ("begin < load_end",)),
         # no contact can recur; or at rest
         Rule("damped", ("certificate >= 0",)),
@@ -191,8 +191,8 @@ RULES = {
         # anything else, such as decaying while still touching
         Rule("undecided"),
     ),
-    # not by the signed area, which weights each line's power with its frequency: a
-    # small fast line would outweigh a large slow one that turns the other way
+    # by power, not by the signed area, which weights each line's power with its
+    # frequency: a small fast line would outweigh a large slow one of opposite sense
     "whirl": (
         Rule("none", ("orbit_radius < whirl_floor * gap_scale",)),
         Rule("forward", ("whirl_ratio > direction",)),
@@ -200,7 +200,7 @@ RULES = {
         Rule("mixed"),
     ),
 }
-# The same for `motion`, where output.chaos asks for it; `turn` is a revolution, s.
+# Rules for `motion`, if output.chaos > 0; `turn` is the time of a revolution, s.
 MOTION_RULES = (
     Rule("none", ("regime != 'sustained'",)),
     # measured over too short a time, or ended at a limit

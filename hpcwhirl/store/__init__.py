@@ -48,7 +48,7 @@ interrupted write, a flipped bit, a truncated copy. It is no signature: anyone w
 write in the directory can add rows that were never computed, and they are gathered;
 only the permissions of the file system prevent that.
 
-`results.h5` is netCDF-4 (HDF5) and follows CF-1.11 (64-bit integers need CF 1.9), as
+`results.h5` is netCDF-4 (HDF5) and follows CF-1.11 (64-bit integers need 1.9), as
 `compliance-checker` confirms (`pytest tests/store/test_cf.py`). Its dimension is
 `case`; every variable has a unit and a long name (`scene.quantities`). Words are
 integers with `flag_values` and `flag_meanings` (`scene.words`); a reader uses those of

@@ -46,7 +46,7 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Do nothing: the default of `check`, with which any process may publish."""
+    """Do nothing: the default `check`, which lets any process publish."""
 
 
 def keep_names(folder: Path) -> None:
@@ -83,7 +83,7 @@ def make_folders(folder: Path) -> None:
 
 @contextmanager
 def telling(what: Path | str) -> Iterator[None]:
-    """Context that turns an OSError of writing a file into an error of one line.
+    """Turn an OSError of writing a file, inside the block, into an error of one line.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def telling(what: Path | str) -> Iterator[None]:
 def replacing(
     path: Path, check: Check = anyone, *, held: bool = False
 ) -> Iterator[Path]:
-    """Context with a temporary file that replaces `path` if the block succeeds.
+    """Yield a temporary file, which replaces `path` if the block succeeds.
 
     Parameters
     ----------

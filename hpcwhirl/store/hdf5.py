@@ -100,7 +100,7 @@ def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Context that turns any error of reading a damaged file into an error of one line.
+    """Turn errors of reading a damaged file, inside the block, into a one-line error.
 
     Raises
     ------

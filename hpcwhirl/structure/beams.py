@@ -63,7 +63,7 @@ class Section:
         return self.width * h, self.width * h**3 / 12
 
 
-@lru_cache(maxsize=64)  # blades of an engine differ only by a factor
+@lru_cache(maxsize=64)  # mistuned blades of an engine differ by a factor on K only
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
     """Return (M, K) of a straight Bernoulli beam plus a rod.
 
@@ -96,7 +96,7 @@ def curved(
     """Return (M, K) of a curved ring element, both fields cubic Hermite.
 
     U = 1/2 int [EA (u' + w/R)^2 + EI (w'' - u'/R)^2 + k_f (u^2 + w^2)] ds,
-    T = 1/2 int rho A (du^2 + dw^2) ds (reference §1).
+    T = 1/2 int rho A (u_t^2 + w_t^2) ds, u' = du/ds and u_t = du/dt.
 
     Parameters
     ----------

@@ -102,7 +102,7 @@ def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
 
 
 def bladed_disk(rotor: Rotor) -> CyclicStructure:
-    """Return the bladed disk in the rotating frame (reference §1).
+    """Return the bladed disk in the rotating frame.
 
     DoF of sector j: (radial, tangential, rotation) of its nodes from root to tip;
     then, if the centre is free, x_o and y_o. Rotation of the centre is blocked.

@@ -90,7 +90,7 @@ EVERYWHERE = Uniform()
 
 @dataclass(frozen=True)
 class FourierOperator:
-    """Contact operator of a casing of harmonics 0 .. H: its motion, loads at angles.
+    """Contact operator of a casing of harmonics 0 .. H: its motion and loads at angles.
 
     Attributes
     ----------
@@ -171,7 +171,7 @@ class FourierOperator:
 def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Floats]:
     """Return (m, K) of harmonic h on (W, U): w = W cos(h theta), u = U sin(h theta).
 
-    From the energies of the curved element (reference §1), integrated over the ring:
+    From the energies of the element in `beams.curved`, integrated over the ring:
     K = a [EA/R^2 (W + hU)^2 + EI/R^4 (h^2 W + hU)^2 + k_f (W^2 + U^2)], m = a rho A,
     a = pi R, or 2 pi R for h = 0, where U is a uniform rotation. The second phase,
     w = W sin, u = -U cos, has the same matrices.

@@ -166,7 +166,7 @@ def tensions(parts: list[Member], size: int) -> Floats:
     folded = []
     for part in parts:
         moving = part.dofs < size + NODE  # the centre is held
-        places = part.dofs[moving] % size  # the next sector moves in the same way
+        places = part.dofs[moving] % size  # all sectors move alike
         transform = part.transform[:, moving]
         elastic = beam(part.length, part.section)[1]
         add_block(stiffness, transform.T @ elastic @ transform, places)

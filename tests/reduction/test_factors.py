@@ -45,7 +45,7 @@ def large(monkeypatch, request):
         factors, "_cholesky", lambda *given: told.append("cholesky") or first(*given)
     )
     yield told
-    hint = told[0].endswith("GB; a quarter with: pip install cvxopt pymetis")
+    hint = told[0].endswith("GB; a quarter of that after: pip install cvxopt pymetis")
     assert hint == (missing in factors.LIBRARIES)
     assert told[1:] == ([] if hint else ["cholesky"])
 

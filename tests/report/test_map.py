@@ -368,7 +368,7 @@ def test_one_number_may_be_over_another(made):
     data = open_results(made("uneven"))
     want = (data.orbit_radius / data.gap).to_numpy()
     assert colours.number == pytest.approx(want, nan_ok=True)
-    assert colours.label == "orbit radius over gap"
+    assert colours.label == "orbit radius / gap"
 
 
 def test_undecided_unstable_failed_and_not_computed_look_different(tmp_path):

@@ -41,14 +41,14 @@ from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
 
 LITTLE = 0.1  # least share of a case's steps from which its whole cost is extrapolated
-APART = 0.25  # relative difference of two runs on a shared machine
-SIDES = 2.0  # half the width of a range, in standard errors
+APART = 0.25  # relative difference of the times of two runs on a shared machine
+SIDES = 2.0  # half the width of a range of times, in standard errors
 GUESSED = 2.0  # factor of uncertainty of the number of refined cases
 # Times, s, on the machine where the program started in `LOADED` s: for connecting ranks
 # and loading kernels; for gathering in total, per row and per byte of traces; for a
 # map, and per case of it; for a page, and per case with traces on it.
 LOADED, LAUNCHED, WARMED = 0.27, 0.6, 0.18
-BESIDE = 1e-3  # s, time of a case beyond its kernel, before any has ended
+BESIDE = 1e-3  # s, assumed time of a case outside its kernel, before any has ended
 GATHERED, A_ROW, A_BYTE = 0.1, 5e-5, 3e-9
 DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
@@ -184,7 +184,7 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return how many times slower this machine is than that of the constants above.
+    """Return the ratio of this machine's times to the nominal ones of this module.
 
     loaded : time from the start of this process until it began to read its inputs, s
     """
@@ -208,7 +208,7 @@ def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
 def _range(seconds: float, factors: Floats) -> tuple[float, float]:
     """Return the lower and upper limit of a time by the scatter of finished cases.
 
-    factors : measured over nominal time of each finished case
+    factors : ratio of measured to nominal time of each finished case
     """
     error = 1.0
     if len(factors) > 1 and factors.any():
@@ -223,7 +223,7 @@ def _nominal_range(
     """Return nominal times, s, of the cases left: never in contact, always in contact.
 
     step : result of `time_steps`
-    left : numbers of the cases left; simulated time left of each, over its end time
+    left : numbers of the cases left; simulated time left of each / its end time
     """
     cases, spans = left
     low, high = (
@@ -282,7 +282,7 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return the longest end time of each case over its first end time, (cases,)."""
+    """Return the longest end time of each case / its first end time, (cases,)."""
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))
@@ -305,7 +305,7 @@ def spans_of(
     -------
     cases : numbers of the cases, ascending
     spans : (cases, 2), least and largest simulated time of jobs left of each case and
-        its twins, over its end time; in a refined campaign without twins
+        its twins, divided by its end time; without twins in a refined campaign
     """
     planner, twins = ended.planner(), design.twins
     jobs = planner.ahead()

@@ -26,7 +26,7 @@ class Beyond:
     ----------
     ended : number of refined cases that have ended
     count : expected number of refined cases that are left
-    guessed : part of `count` that known regimes do not require yet
+    guessed : part of `count` that the known regimes do not yet require
     most : number of refined cases left if every cell is split
     steps, seconds : steps, and kernel time on one core, s, of `count` cases
     most_seconds : kernel time of `most` cases, s
@@ -116,7 +116,7 @@ def _steps(design: Design) -> tuple[float, float]:
 
 
 def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int, int]:
-    """Return the number of refined cases of each fidelity, by nearest known regimes.
+    """Return the number of refined cases of each fidelity, from nearest known regimes.
 
     The rule of refinement is applied as if every case had the regime of the nearest
     known case. If known cases are spread evenly, the boundaries are about as long as

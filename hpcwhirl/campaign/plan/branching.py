@@ -25,7 +25,7 @@ def axes_with_branches(
     grid: dict[str, list[Any]],
     zipped: dict[str, list[Any]],
 ) -> list[Axis]:
-    """Return the axes of a grid, the branch last, so that its cases are contiguous.
+    """Return a grid's axes, the one along branches last: a branch is contiguous.
 
     Parameters
     ----------

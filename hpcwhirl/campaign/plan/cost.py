@@ -31,7 +31,7 @@ from hpcwhirl.store.models.engine_file import points_named
 Floats = NDArray[np.float64]
 NEAREST = 4  # number of finished cases from which a prediction is taken
 MOST_KNOWN = 4096  # largest number of finished cases considered
-APART = 10.0  # distance of different words; the whole range of a number is 1
+APART = 10.0  # distance between different words; numeric inputs range over 0 .. 1
 CLOSE = 1e-4  # squared distance below which neighbours have equal weight
 AT_ONCE = 1 << 16  # number of cases whose neighbours are searched together
 MOST_MODELS = 512  # largest number of models built to get their time step
@@ -41,7 +41,7 @@ STEPLESS = frozenset({
     "direction", "duration", "revolutions", "solver.scheme", "solver.plan",
     "solver.until", "solver.longest", "solver.amplitude_limit",
 })  # fmt: skip
-# inputs that change the time step less than model and friction, see `time_steps`
+# inputs that change the time step less than model and friction do, see `time_steps`
 OF_LIMITS = frozenset({"speed", "gap", "force", "pulse"})
 
 
@@ -50,7 +50,7 @@ class Costs:
 
     Parameters
     ----------
-    nominal : (n,), s, cost of each case before any has finished
+    nominal : (n,), s, assumed cost of each case before any has finished
     places : (n, d), scaled swept inputs of each case, or `Places`
     steps : (n,), number of steps of each case without an early end
     """
@@ -107,9 +107,9 @@ class Costs:
 class RefinedCosts(Costs):
     """Costs of a refined design's cases, in the rows of its planner.
 
-    Refined cases are appended when the planner asks for them. Their nominal cost is
-    that of the nearest coarse case; for the second fidelity it is multiplied by the
-    ratio of costs found for the first such case of the panel.
+    Refined cases are appended when the planner adds them. Their nominal cost is that of
+    the nearest coarse case; for the second fidelity it is multiplied by the ratio of
+    costs computed for the panel's first case of that fidelity.
 
     Parameters
     ----------
@@ -169,8 +169,8 @@ class Places:
     """Scaled swept inputs of cases, computed from the case numbers.
 
     The distinct numbers of an input are spread evenly over 0 .. 1. Different words or
-    lists are `APART`, so that cases of another scheme, for example, count only if no
-    others are known.
+    lists have the distance `APART`, so that cases of another scheme, for example, are
+    used only if no others have finished.
 
     Parameters
     ----------
@@ -273,11 +273,11 @@ def most_points(design: Design) -> int:
 def time_steps(design: Design) -> Floats:
     """Return the time step of each case, s; NaN for cases without a model.
 
-    If `accuracy` sets the step, it is determined for one case of each kind, that is
-    with equal model, friction, speed, gap and load. If there are more than
-    `MOST_MODELS` such kinds, only model and friction make a kind; if there are still
-    more, `MOST_MODELS` cases are chosen evenly, and the others have the step of the
-    nearest one.
+    If `accuracy` sets the step, it is determined for one case of each kind: cases of a
+    kind have equal model, friction, speed, gap and load. If there are more than
+    `MOST_MODELS` kinds, cases with equal model and friction form a kind; if there are
+    still more, `MOST_MODELS` cases are chosen evenly, and the others have the step of
+    the nearest chosen one.
     """
     many = design.columns
     steps = many.values("solver.time_step").astype(float)

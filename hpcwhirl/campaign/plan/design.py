@@ -96,9 +96,9 @@ class Design:
     measure : a user's own function of a case; not sent to other ranks
     sample : how inputs were drawn; not sent to other ranks
     twins : the table [twins], None for none
-    rule : rule by which refined cases follow from regimes, None for none. With a rule,
-        `scenes`, `settings` and `digests` are those of the coarse level, and a refined
-        case has the number of its address, see `Family.number`
+    rule : rule by which refined cases follow from regimes; None: no refinement. With a
+        rule, `scenes`, `settings` and `digests` are those of the coarse level, and the
+        number of a refined case follows from its address, see `Family.number`
     """
 
     base: Scene
@@ -283,7 +283,7 @@ class Design:
         return str(self.settings_of(case).get(FILE, self.base.engine.file))
 
     def predicted(self, case: int) -> tuple[float, float]:
-        """Return the predicted steps and kernel time, s, of a case.
+        """Return (predicted number of steps, kernel time, s) of a case.
 
         Both are 0 for a case that cannot be resolved and so fails at once.
         """

@@ -65,7 +65,7 @@ class Sample(SampleTable):
             mixed = one.copy()
             mixed[:, a:b] = other[:, a:b]
             blocks.append(mixed)
-        together = np.stack(blocks, axis=1)  # a pair is followed by its mixtures
+        together = np.stack(blocks, axis=1)  # A, B, then the copies of A, draw by draw
         return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
@@ -130,14 +130,12 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
-    """Refuse a tuned engine whose modes or time step would be chosen separately."""
+    """Refuse inputs that would choose other modes or time step for the tuned engine."""
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
-            msg = (
-                f"[sample] {TUNED} needs one modes and time_step for all cases: {name} "
-            )
-            msg += f"must be 0, got {value:g}, which sets others for the tuned engine"
+            msg = f"[sample] {TUNED} needs equal modes, time_step in all cases: {name} "
+            msg += f"must be 0, got {value:g}, which may choose others when tuned"
             raise InputError(msg)
 
 

@@ -19,11 +19,11 @@ from hpcwhirl.scene.campaign_tables import TwinsTable
 from hpcwhirl.scene.table import Table, listed
 
 CHAOS = "output.chaos"
-# inputs without influence on the twins drawn, which count as having their defaults
+# {input: default} of inputs that do not affect how twins are drawn
 ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
 ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
 ASIDE |= {CHAOS: flatten(Scene())[CHAOS]}
-BITS = 53  # of the significand of a double
+BITS = 53  # number of bits in the significand of a double
 
 
 class Twins(TwinsTable):

@@ -2,15 +2,17 @@
 
 Terms used in these modules, besides those of the manual:
 
-- slot: a nodal diameter 0 .. N // 2 as an index of spectra
+- slot: a nodal diameter 0 .. N // 2, as an index of a spectrum
 - spectrum: (2 k,), re of the k slots, then im; k is N // 2 + 1, padded to vectors
-- row, column: the f-th modes of all slots; a slot's real or imaginary part
-- items: coefficients of one mode or wave, in a fixed order
-- folded: of a row (2 wide,), that its first half has blades j = 0 .. N // 2, its second
-  N - j, see `circulant.folded`; `row` is the index where it begins in a flat array
-- pending: of a step, that its contact forces are found, but not yet applied
-- push, where: multipliers, N, and indices of the blades in contact (active blades)
-- tips: displacements of the blades' tips; known: the active blades of the last solution
+- row (of modes): the f-th mode of every slot; column: re or im of one slot, in all rows
+- items: the coefficients of a mode or wave that a step needs, in a fixed order
+- folded row: values of all blades (2 wide,), of which the first half are those of
+  blades j = 0 .. N // 2, the second those of blades N - j, see `circulant.folded`; in
+  signatures, `row` is the index where the row begins in a flat array
+- pending step: a step whose contact forces have been computed, but not yet applied
+- active blades: those in contact; push, where: their multipliers, N, and their indices
+- known: the active blades of the last solution; tips: displacements of all tips
+- d, d': increments of an amplitude in the last step and in the present step
 
 Numba's cache identifies a function by its file and does not notice edits in the
 functions that it calls. So the cache is in a directory named by a digest of these
@@ -66,7 +68,7 @@ def _may_write(place: Path) -> bool:
 def _own() -> str:
     """Create a directory for this process alone, removed at its end; return its path.
 
-    Numba executes what it loads from its cache, so that no other user may write to it.
+    Numba executes what it loads from its cache: other users must not be able to write.
     """
     place = tempfile.mkdtemp(prefix="hpcwhirl-numba-")
     atexit.register(shutil.rmtree, place, ignore_errors=True)
@@ -98,6 +100,6 @@ def cache_facts() -> dict[str, Any]:
 DIGEST = _digest()
 _settings = vars(config)
 WANTED = _cache_base(_settings["CACHE_DIR"]) / DIGEST
-KEPT = _may_write(WANTED)  # otherwise every process compiles everything again
+KEPT = _may_write(WANTED)  # if False, every process compiles everything again
 _settings["CACHE_DIR"] = str(WANTED) if KEPT else _own()
 IndexDataCacheFile.save = save_apart  # type: ignore[method-assign]

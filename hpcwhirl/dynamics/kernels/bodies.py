@@ -1,4 +1,4 @@
-"""The loop for two bodies of any kind: Algorithm 1, with the operations of `verbs`."""
+"""Time loop for two bodies of any kind: Algorithm 1, by the operations in `verbs`."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
 )
 
 FLUSH_EVERY = 256  # steps; see `flush`
-TINY = 1e-150
+TINY = 1e-150  # magnitude below which an amplitude is set to 0
 NOWHERE = 1.0  # m, gap of a lost blade
 
 
@@ -76,7 +76,7 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set index, shape (N, w): the ring's coordinates at each point, their weights.
+    """Set index, shape (N, w): the ring's coordinates that move a point, their weights.
 
     turned : rad, angle of blade 0
     """
@@ -91,7 +91,7 @@ def place_blades(ring, turned, points, index, shape):
 def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
     """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest.
 
-    u, radial : (N,) or more, m, radial displacements of tips; radial coordinates
+    u, radial : (N,) or more, m, radial displacements of tips; the ring's coordinates
     lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)
@@ -119,7 +119,11 @@ def farthest(tips):
 
 @njit(cache=True)
 def pulse_work(push, modal, ahead, increments):
-    """Return the work of the pulse in a step, J; ahead, increments : d', d."""
+    """Return the work of the pulse in a step, J.
+
+    push, modal : force, N; modal forces (n,) of a unit force
+    ahead, increments : d_{n+1}, d_n
+    """
     total = 0.0
     for m in range(len(ahead)):
         total += push * modal[m] * 0.5 * (ahead[m] + increments[m])

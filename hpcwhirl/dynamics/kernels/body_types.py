@@ -34,8 +34,8 @@ class Layer(NamedTuple):
     Attributes
     ----------
     flex : m/N, elastic compliance of a rod
-    soft, rub : wear in a step per force beyond the limit, m/N; a further part of it per
-        rad/s of the speed, m s/(N rad)
+    soft, rub : m/N, wear in a step per force beyond the limit; m s/(N rad), increase of
+        `soft` per rad/s of the rotor's speed
     limit, growth : N, force above which an unworn rod wears; N/m, its rise with wear
     under : number of rods under the edge of a tip
     """
@@ -55,7 +55,8 @@ class LayerSpace(NamedTuple):
     ----------
     rod, left : (N,), first rod under each tip at the end and at the start of a step
     sunk : (N,), m, depth s of tips below the unworn surface
-    give, shifted : (N,), m/N, m: 1 / P'(s), and the gaps of the linearised problem
+    give, shifted : (N,), m/N and m: 1 / P'(s), P(s) being the force on a tip; gaps of
+        the linearised problem
     w : (N, N), m/N, W of the rotor plus diag(give)
     """
 
@@ -122,16 +123,16 @@ class ConstantSpace(NamedTuple):
         since it was computed anew, and these changes, see `keep_inverse`
     inverse : (padded, padded) flat, N/m, inverse of the part of W of these blades,
         transposed
-    rows : (N, 2 wide) flat, row j: folded opening of the gaps by a unit multiplier on
-        blade j, m/N
+    rows : (N, 2 wide) flat, m/N; row j: change of all gaps, folded, due to a unit
+        multiplier on blade j
     where : (N + 1,), the active blades
     fallback, near, lam, opened : work space and arguments of `circulant.pivot`
     work : (4 padded,), work space of `keep_inverse`
     again : (2 wide,), folded gaps with the multipliers acting, m
     symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (simple slots:
         1 / N); argument of `passes.to_gaps`. Empty for other W or an unsplit transform
-    spectrum, spread : (4 k,), spectra of many multipliers, then of the gaps' opening by
-        them, and work space of `transform.to_slots`; or empty
+    spectrum, spread : (4 k,), spectrum of the multipliers, then that of the change of
+        gaps that they cause; work space of `transform.to_slots`. Empty like `symbol`
     """
 
     push: Floats

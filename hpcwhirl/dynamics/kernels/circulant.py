@@ -49,9 +49,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 MOST_KEPT = 8  # cached numbers of blades
 MANY = 48  # active blades beyond which a circulant W is applied slot by slot
-SMALL = 24  # N up to which any set of blades is inverted anew, which is fast enough
-TRIES = 8  # further sets of blades that are tried before pivoting from the beginning
-CLOSED = 1e-13  # penetration that is allowed in a solution, over the lowest gap
+SMALL = 24  # N up to which the inverse is always computed anew, not updated
+TRIES = 8  # corrected sets of active blades that are tried before pivoting starts
+CLOSED = 1e-13  # penetration allowed in a solution, relative to the lowest gap
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -131,7 +131,7 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set space.push to the multipliers, N, that close the gaps of known[:size].
+    """Set space.push to multipliers, N, that close the gaps of blades known[:size].
 
     Return the lowest multiplier, N; 0 if none is negative.
     """
@@ -169,7 +169,7 @@ def by_slots(size, space):
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do `openings` by spectra; return four numbers, the least of which it returns."""
+    """Do what `openings` does, by spectra; its result is the least of four returned."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -250,10 +250,10 @@ def guess(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def first_set(gaps, row, blades, wide, space):
-    """Choose the set after the last one; return how many sets may be tried.
+    """Choose the active blades that `seek` tries first; return how many sets to try.
 
-    For few blades, or a small wheel, it is the set of penetrating blades, the only one
-    to be tried. Otherwise the last set is tried again, to be corrected.
+    If few blades touch, or the wheel has at most `SMALL`, these are the penetrating
+    blades, and no other set is tried. Else they are those of the last step, corrected.
     """
     known, where = space.known, space.where
     penetrate = penetrating(gaps, row, blades, wide, where)
@@ -269,13 +269,13 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether a set is known, with a sound inverse."""
+    """Return whether `known` lists active blades whose inverse is accurate."""
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 
 
 @inlined
 def correct(limit, blades, wide, space):
-    """Correct a set: blades that pull leave, blades left below a limit enter."""
+    """Drop active blades with multipliers < 0; add those with gaps below `limit`, m."""
     known, active = space.known, space.fallback.active
     for j in range(blades):
         active[j] = space.again[place_of(j, blades, wide)] < limit
@@ -286,7 +286,7 @@ def correct(limit, blades, wide, space):
 
 @rare
 def seek(gaps, row, lowest, blades, wide, space):
-    """Solve as `guess`, from sets that are likely once the last one was wrong."""
+    """Solve like `guess`, but try sets of active blades other than the last step's."""
     known, limit = space.known, CLOSED * lowest
     tries = first_set(gaps, row, blades, wide, space)
     for _ in range(tries):
@@ -304,9 +304,9 @@ def seek(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def solved(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of a folded row by `guess`, `seek` or `solve_any`.
+    """Solve the contact problem of a folded row: try `guess`, `seek`, then `solve_any`.
 
-    Sets and returns what `guess` does; returns -1 only if no solution was found.
+    Results are those of `guess`, except that -1 means that no solution was found.
     """
     size = guess(gaps, row, lowest, blades, wide, space)
     if size < 0:
@@ -324,7 +324,7 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve as `contact.complementarity`, with all rows of W already in `space`."""
+    """Solve like `contact.complementarity`, with all rows of W already in `space`."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)
@@ -338,7 +338,7 @@ def pivot(gaps, lam, opened, space):
 
 @rare_kernel
 def solve_any(gaps, row, blades, wide, space):
-    """Solve as `guess`, but by pivoting from the set of penetrating blades."""
+    """Solve like `guess`, but by pivoting, beginning with the penetrating blades."""
     push, known, inverse, rows, where, fallback, near, lam, opened = space[:9]
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]

@@ -1,9 +1,10 @@
 """Ways to compile the kernels' functions: callable from Python, as a part, or inline.
 
 For every function numba makes an entry for Python, another for C, and machine code that
-is optimised together with everything it calls, again at each level of calls. A part has
-none of this: it is typed and lowered once, and optimised where it is linked. Functions
-that numba itself inlines are copied and typed again at each call; here LLVM inlines.
+is optimised together with everything it calls, again at each level of calls. A *part*
+is a function that only compiled code calls: it has no entries, is typed and lowered
+once, and is optimised where it is linked. Where numba inlines a function, it types a
+copy for each call; here LLVM inlines instead.
 
 This depends on internals of numba. HPCWHIRL_PLAIN_NUMBA=1 compiles the same functions
 with `numba.njit` only: the same bits, but slower to compile and to run, for another
@@ -25,14 +26,14 @@ from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
-numba_njit: Any = njit  # its hints leave out the options that name entries
+numba_njit: Any = njit  # Any: its type hints lack the options used below
 PLAIN = os.environ.get("HPCWHIRL_PLAIN_NUMBA", "0") not in {"", "0"}
 ENTRY = "_ZN7cpython"  # prefix of the mangled names of entries for Python
 
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Switch garbage collection off: compilers make millions of lasting objects."""
+    """Switch garbage collection off, which the compiler's many objects make slow."""
     was = gc.isenabled()
     gc.disable()
     try:
@@ -132,9 +133,9 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
-    """A function that Python calls; compiled code calls its twin, a part."""
+    """A function that Python can call; compiled code calls a `Part` of it, `twin`."""
 
-    twin: Any  # a `Part`
+    twin: Any  # the same function compiled as a `Part`
 
     def compile(self, sig: Any) -> Any:
         """Compile as numba does, but without garbage collection meanwhile."""
@@ -203,7 +204,7 @@ def part(
 
 
 def rare(function: Any) -> Any:
-    """Compile a part that does not run in every step: short code, quick to compile."""
+    """Compile a part that does not run in every step, for short code, not for speed."""
     return part(function, compiler=RareCompiler)
 
 

@@ -24,7 +24,7 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
 # ledger slots
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # m, bound of later displacements; relative, see `opening`
+CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `opening`
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
 ENTRIES = 9
@@ -34,8 +34,8 @@ CLOSED = 7
 # counter slots: steps taken, touchdowns, last step with contact, samples written,
 # reason to stop, steps with contact
 STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
-# of the exact scheme: step that has been completed (not pending), step of the next try
-# of a jump, steps between tries, step of the certificate, steps jumped over, jumps
+# counters of the exact scheme: last completed step (not pending), step at which a jump
+# is tried next, steps between tries, step of the certificate, steps skipped, jumps
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
 JUDGED = 12  # rows of evidence written
 NEXT_LOOK = 13  # step of the next check of the amplitude limit, see `watch`
@@ -45,8 +45,8 @@ AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
 COLUMNS = 7
 BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
-SLIP_EVERY = 8  # steps with contact, one of which is checked for slip
-NEAR = 0.5  # share of the limit beyond which every step is checked
+SLIP_EVERY = 8  # of so many steps with contact one is checked for slip
+NEAR = 0.5  # share of the amplitude limit beyond which every step is checked
 # reasons to stop
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
 # casings
@@ -116,7 +116,7 @@ def read_ring(radial, index, shape, j):
 
 @inlined
 def gap_at(wall, time):
-    """Return the gap at a time, m, without shape; it may open at a constant rate."""
+    """Return the gap of a round casing at a time, m; it changes at a constant rate."""
     return wall.gap + wall.opening * (time - wall.since)
 
 
@@ -160,8 +160,8 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
     """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
 
-    Return the number of active blades, which are the first ones of `where` in `space`,
-    or -1 if no solution was found. The method is block principal pivoting from the
+    Return the number of active blades, which are the first ones in space.where, or -1
+    if no solution was found. The method is block principal pivoting from the
     penetrating set; after 3 N exchanges only the last violating blade is exchanged
     (Murty), which ends for any P-matrix. If a part of W is singular, since more blades
     touch than the bodies have modes for, the method is that of `lemke`.
@@ -240,8 +240,8 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 def watch(far, limit, counter):
     """Stop the run if a tip is beyond the limit; set the step of the next check.
 
-    A run ends at the first such step, unless a displacement doubles within `LOOK_EVERY`
-    steps, or the step is jumped over.
+    A run ends at the first step with a tip beyond the limit; later if a displacement
+    doubles within `LOOK_EVERY` steps, or if `exact` skips that step by a jump.
 
     far : m, largest magnitude of a tip's displacement; or a bound of it, if that is
         below `NEAR` times the limit
@@ -254,7 +254,7 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the last step had contact and its slip is to be noted."""
+    """Return whether the last step had contact and is one whose slip is checked."""
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 
@@ -279,14 +279,14 @@ def write_sample(
 ):
     """Write a sample of the state, for the traces, for the evidence, or for both.
 
-    The output interval sets the samples of the traces, on which nothing depends; rows
-    of evidence have their own interval. A motion that is not finite ends a run only at
-    a row of evidence.
+    Traces are sampled at the output interval, which does not affect the run; rows of
+    evidence have an interval of their own, and only they detect a motion that is not
+    finite and end the run.
 
     tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
     casing : (n,), coordinates of the casing, which depend on the scheme
-    energies, lost : (2,), J, of rotor and casing; J, taken by damping so far
-    keep, judge : whether a sample of the traces is due; whether a row of evidence is
+    energies, lost : (2,), J, of rotor and casing; J, dissipated by damping so far
+    keep, judge : whether to write a sample of the traces; a row of the evidence
     """
     energy = energies[0] + energies[1]
     whole = energy + lost

@@ -1,7 +1,7 @@
 """A rotor's modes that are coupled by its rotation, in the loop of `bodies`.
 
-Modes of one nodal diameter are contiguous. Of each matrix only the blocks of nodal
-diameters are stored, each by columns.
+Modes of one nodal diameter are contiguous, and only they are coupled: of each matrix
+the diagonal blocks, one for each nodal diameter, are stored, each by columns.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_blocks(matrix, starts, vector, sign, out):
-    """Add sign * matrix @ vector to out; matrix : blocks, flat, see the module."""
+    """Add sign * matrix @ vector to out; matrix : its blocks, flat, each by columns."""
     at = 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]

@@ -1,8 +1,9 @@
 """The cyclic modal kernel: nodal diameter by nodal diameter, in the rotating frame.
 
-Harmonic h of the ring is in the slot kappa to which h folds mod N (conjugated if N - h
-folds to it), together with the rotor's nodal diameter kappa = 0 .. K - 1, K = N // 2 +
-1. In the rotating frame nothing depends on the position of the blades: with gamma the
+Harmonic h of the ring looks at the N blades like nodal diameter kappa = h mod N, or N
+- (h mod N) if that is less (then conjugated), kappa = 0 .. N // 2. It is computed in
+the slot kappa with the rotor's modes of that nodal diameter. In the rotating frame no
+coefficient depends on the position of the blades: with gamma the
 radial amplitude of each mode (of tips with negative sign), the sum over rows of gamma y
 is a spectrum G of the gaps,
 
@@ -116,7 +117,7 @@ def to_spectrum(push, where, size, turns, width, lam):
     push, where, size : multipliers of the blades where[:size]; turns : (N, width) flat
     """
     half, whole = width // 2, width - width % (6 * FOUR)
-    none = broadcast(-0.0)  # x + (-0) is x, and so are its zeros
+    none = broadcast(-0.0)  # x + (-0) has the bits of x, also if x is 0 or -0
     for v in range(0, whole, 6 * FOUR):
         six = none, none, none, none, none, none
         store_six(lam, v, add_six(push, where, size, turns, width, v, six))
@@ -136,7 +137,7 @@ def flush(s):
 
 
 def widths(blades: int) -> tuple[int, int]:
-    """Return (k, wide), slots and columns of the transform: N // 2 + 1, both padded."""
+    """Return (k, wide), N // 2 + 1 padded: number of slots, columns of `to_gaps`."""
     slots = -(-(blades // 2 + 1) // FOUR) * FOUR
     return slots, slots
 
@@ -225,7 +226,7 @@ def angle_of(wall, speed, time):
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set the spectrum (2 k,), m, of the gaps without clearance: bodies plus shape."""
+    """Set the gaps' spectrum (2 k,), m, without clearance: sum of bodies and shape."""
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if is_shaped(wall):
@@ -259,7 +260,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
-    slips : of rotor and ring, see `slip_of`; known : see `ConstantSpace`; work : (2 k,)
+    slips : slip_b, slip_c of `passes.slip_of`; known : see `ConstantSpace`; work : (2
+        k,), work space
     """
     slip_of(slips[0], slips[1], k, work)
     for s in range(known[len(last)]):
@@ -290,7 +292,10 @@ def prepare(step, speed, wall, state, sample):
 
 
 def sampling(passes):
-    """Return the function that samples by `differences` or `flow`, to be compiled."""
+    """Return the function that samples a state.
+
+    passes : module whose states it samples, `differences` or `flow`
+    """
 
     def sample_step(
         step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
@@ -347,7 +352,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the time loop by passes of `differences` or `flow`, to be compiled."""
+    """Return the time loop; passes : module of its passes, `differences` or `flow`."""
     exact = passes is flow
 
     def march(
@@ -434,7 +439,7 @@ def marching(passes):
                     elif is_shaped(wall):
                         carried = carried_by_shape(
                             push, where, active, blades, wall, speed, time, step
-                        )  # missing in the columns' sums
+                        )  # this work is missing in the sums by column
                         ledger[ROTATION] += carried
                         ledger[IMPACT] += carried
                     if by_slots(active, solver):

@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,), m, to the radial coordinates among all `values` (n,)."""
+    """Set out (r,), m, to the radial ones of the body's coordinates `values` (n,)."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -51,7 +51,7 @@ def read(body, values, out):
 
 @does(verbs.read_tips, DenseBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial and tangential coordinates; last x_o, y_o."""
+    """Set tips (N + 1, 2), m, to radial and tangential coordinates, then x_o, y_o."""
     along, centre = body.tangential, body.centre
     for j in range(len(along)):
         tips[j, 0], tips[j, 1] = radial[j], values[along[j]]
@@ -75,7 +75,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d along the rotation, m, of each tip in contact, from coordinates."""
+    """Add d' + d of each tip in contact along the rotation, m, to out (N,)."""
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -102,7 +102,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """Complete the step; add its loss by D and S, J; `following` is work space."""
+    """Complete the step; add the loss by matrices D and S, J; overwrite `following`."""
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]

@@ -1,7 +1,7 @@
 """The passes of central differences: works, losses and energy of their steps.
 
-The velocity at step n is (d + d') / 2 dt; the damping loss of the step is the item
-`RATE` of the mode times (d + d')^2.
+The velocity at step n is (d + d') / 2 dt; the damping loss of the step is (d + d')^2
+times the coefficient `RATE` of the mode, see `passes`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,10 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 @inlined
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
-    """Complete a step of four modes; return q, d, `loss`, `works`; old : previous d."""
+    """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
+
+    old : d of the step before
+    """
     if touched:
         change = push_rotor(c, at, push)
         q, d = q + change, d + change
@@ -67,7 +70,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
 @inlined
 def end_ring(c, at, y, d, old, push, touched, loss, works):
-    """Do `end_rotor` for four modes of the ring; y, d, old : re and im."""
+    """Complete a step of four modes of the ring as `end_rotor`; y, d, old : re, im."""
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
@@ -151,10 +154,11 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
     Parameters
     ----------
     s : (3 size,), state: q, and d of an even and of an odd step
-    c : items of the modes
+    c : packed coefficients of the modes, see `passes`
     lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
     counter : counters of the pending step
-    out : (width,), out: sum over rows of gamma q
+    out : (width,), out: spectrum of the gaps, the sum of gamma q over the modes of each
+        slot
     sums : (3 width,), in and out, by column, J: twice the work of normal forces, twice
         that of drag over mu, damping loss
     slip : (2 width,), out after a step with contact: factors of the drag, see `slip_of`
@@ -211,9 +215,9 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, k, counter, sums):
-    """Copy the ring to t with its pending step completed, as `settle_rotor`.
+    """Copy the ring to t with its pending step completed, like `settle_rotor`.
 
-    t : 0 where four slots hold no mode
+    t : must be 0 at slots without modes, which are not copied
     """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // RING_STATE
@@ -255,7 +259,7 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 def energy_of(s, c, place, increment, size, step):
     """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
 
-    place, increment : first indices in s of the amplitudes and of their d
+    place, increment : first index in s of the amplitudes q, and of their increments d
     """
     total = 0.0
     for m in range(size):
@@ -268,7 +272,7 @@ def energy_of(s, c, place, increment, size, step):
 
 @inlined
 def energies_of_four(q, d, stiff, step):
-    """Return what `energy_of` adds for four modes: kinetic, potential energies."""
+    """Return (kinetic, potential) energies of four modes, J, as in `energy_of`."""
     half, speed = broadcast(0.5), d / broadcast(step)
     return half * speed * speed, stiff * q * (q - d)
 
@@ -277,7 +281,7 @@ def energies_of_four(q, d, stiff, step):
 def energy_of_ring(t, c, now, step):
     """Return the energy of the ring from its completed state, J.
 
-    Re and im are summed as by `energy_of`, at once, since a sum waits for the last.
+    The sums over re and im are those of `energy_of`, computed side by side for speed.
     """
     n, first, second = len(t) // RING_STATE, 0.0, 0.0
     at = 2 * n * (1 + now)
@@ -300,7 +304,7 @@ def energy_of_ring(t, c, now, step):
 def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return (energy of the rotor, of the ring), J, from completed states.
 
-    now : 0 or 1, which of the two increments is the present one
+    now : 0 or 1, which of the two increments in the state is d of the present step
     """
 
 

@@ -1,8 +1,8 @@
 """A rotor whose speed changes: modes coupled by rotation, and forces of the change.
 
 The motion is the sum of y, which contact causes, and r, the motion without contact, in
-the same modes. In the state the amplitudes of y come first, then those of r, which has
-only the blocks of modes that a force moves. Tips and centre move by y + r. Energies,
+the same modes. In the state the amplitudes of y come first, then those of r, only for
+nodal diameters that a force excites. Tips and centre move by y + r. Energies,
 losses and the work of contact are those of y, which only contact sets in motion.
 
 Within an interval of steps the matrices of `coupled` belong to its mean speed. The

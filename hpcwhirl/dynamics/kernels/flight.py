@@ -55,17 +55,18 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
-# items of a jump: q' and d' from q and d; loss from q^2, q d and d^2; e^{i h Omega t}
+# coefficients of a jump: of q and d in q' and d'; of q^2, q d and d^2 in the damping
+# loss; e^{i h Omega t} over the jump
 QQ, QD, DQ, DD, LQQ, LQD, LDD, TURNED_RE, TURNED_IM = range(9)
 JUMP_ITEMS = 9
-# items of the bound: v^2 = stiff q^2 + mixed q q' + one q'^2; A from v and |C|; bound
-# of the displacement from v
+# coefficients of the bounds: v^2 = stiff q^2 + mixed q q' + one q'^2; of v and of |C|
+# in A; of v in the bound of the displacement
 STIFF, MIXED, ONE, RISE, RISE_HELD, REACH = range(6)
 BOUND_ITEMS = 6
-SHORTEST = 4  # least number of steps that is worth a jump
+SHORTEST = 4  # least number of steps for which a jump is made
 LONGEST_PATIENCE = 32  # steps between two tries while blades are near
 PASSES = 2  # largest number of jumps by tables that `leap` combines
-LESS = 1.0 - 1e-9  # factor that covers the rounding of the bounds
+LESS = 1.0 - 1e-9  # factor on the clearance that covers round-off of the bounds
 
 
 @verb
@@ -176,8 +177,8 @@ def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
     """Jump over the steps of `table`; add the damping loss to sums.
 
     out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
-    table : items of a jump, (JUMP_ITEMS size,)
-    now, then : 1 if the step number is odd, else 0: before, and after the jump
+    table : coefficients of the jump, (JUMP_ITEMS size,)
+    now, then : step number mod 2, before and after the jump
     """
 
 
@@ -208,7 +209,7 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Do `jump_rotor` for the ring, turned to the rotating frame at the jump's end."""
+    """Jump as `jump_rotor`; turn the ring to the rotating frame at the jump's end."""
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
@@ -244,7 +245,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
                ring_rows, k, wide):  # fmt: skip
-    """Complete the pending step; return the number of steps that a jump may skip.
+    """Complete the pending step; return the number of steps over which to jump at most.
 
     If contact cannot recur, enter the certificate in counter and ledger.
 
@@ -297,7 +298,7 @@ def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
 
 @part
 def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
-    """Jump if no blade can touch for a while; return whether it did.
+    """Jump if no blade can touch for a while; return whether a jump was made.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
     might touch, since contact requires the gaps of the two steps before it.
@@ -307,7 +308,8 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     beat : steps between rows of evidence
     wall, load, state : `kernel_types.Wall`, `kernel_types.Load`, the march's state
     flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
-    outs : spectra of rotor, ring and gaps, (2 k,), and rates of the gaps, (2 wide,)
+    outs : out: spectra of rotor, ring and gaps, (2 k,); folded rates of the gaps, (2
+        wide,)
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes
     out_b, out_c, spectrum, rates = outs
@@ -341,6 +343,6 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
         write_shape(wall, counter[STEP] * step, speed, spectrum)
     row = counter[STEP] % 3 * 2 * wide
     lowest = to_gaps_seldom(spectrum, wave, wall.gap, k, wide, state.gaps, row)
-    if lowest < -state.ledger[MISS] * wall.gap:  # the bounds forbid it
+    if lowest < -state.ledger[MISS] * wall.gap:  # penetration, which bounds exclude
         state.ledger[MISS] = -lowest / wall.gap
     return True

@@ -1,6 +1,6 @@
 """The passes of the exact flow: works, losses and energy of their steps.
 
-Works and losses are quadratic in (d', q') and the previous d (`timestep.exact_flow`).
+Works and losses of a step are quadratic in d', q' and d, see `timestep.exact_flow`.
 After a jump no step is pending. The sums of the ring have a fourth part: the normal
 forces times `passing`, the rate at which the ring's deformed shape passes the blades.
 """
@@ -65,7 +65,7 @@ def lose_rotor(c, at, q, d, loss):
 
 @inlined
 def lose_ring(c, at, y, d, loss):
-    """Do `lose_rotor` for four modes of the ring; y, d : re and im."""
+    """Add losses as `lose_rotor`, for four modes of the ring; y, d : re and im."""
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
     part = fma(d[0], y[0], d[1] * y[1])
@@ -78,7 +78,7 @@ def lose_ring(c, at, y, d, loss):
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
     """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
 
-    s, old : state, and index at which the previous d of these modes begins
+    s, old : state, and index in it at which d of the step before begins
     """
     if touched:
         change = push_rotor(c, at, push)
@@ -94,7 +94,7 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
 
 @inlined
 def mean_ring(c, at, y, d, old):
-    """Return dt (v- + v+), see `passes.work_rotor`, of four modes: re, im."""
+    """Return (re, im) of dt (v- + v+) of four modes of the ring, see `work_rotor`."""
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     br, bi = turn(er, ei, old[0], old[1])
     was, new = load(c, at + MEAN_OLD * FOUR), load(c, at + MEAN_NEW * FOUR)
@@ -105,15 +105,15 @@ def mean_ring(c, at, y, d, old):
 
 @inlined
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
-    """Do `end_rotor` for the ring; y, d, passing : re and im, all returned.
+    """Complete a step like `end_rotor` for the ring; return y, d, loss, works, passing.
 
-    passing : rate at which the deformed ring passes the blades, see this module
+    y, d : re, im; passing : re, im, rate at which the deformed ring passes the blades
     """
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
     loss = lose_ring(c, at, y, d, loss)
-    if touched:  # at the step's end: splits impact and rotation with an error O(dt)
+    if touched:  # `passing` at the step's end splits impact and rotation to O(dt)
         spin = load(c, at + SPIN * FOUR) * load(c, at + RADIAL * FOUR)
         passing = fnma(spin, y[1], passing[0]), fma(spin, y[0], passing[1])
         br, bi = mean_ring(c, at, y, d, load_both(s, size, old))
@@ -191,7 +191,7 @@ def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the rotor's step if pending; predict the next, see `differences`."""
+    """Complete the rotor's pending step, if any, and predict; see `differences`."""
 
 
 @does(pass_rotor, CyclicRotor)
@@ -293,7 +293,7 @@ def settle_ring(s, t, c, lam, counter, sums):
 def energy_of(s, c, place, increment, size):
     """Return the energy of `size` modes, J.
 
-    place, increment : first indices in s of the amplitudes q and of their d
+    place, increment : first index in s of the amplitudes q, and of their increments d
     """
     total = 0.0
     for m in range(size):
@@ -316,7 +316,7 @@ def energy_of_ring(t, c, now):
 def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return (energy of the rotor, of the ring), J, at step n, from completed states.
 
-    now : 0 or 1, which of the two increments in the state is the present d
+    now : 0 or 1, which of the two increments in the state is d of step n
     """
 
 

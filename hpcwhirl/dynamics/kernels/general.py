@@ -171,7 +171,10 @@ def to_modes(push, where, active, radial, tangential, lam):
 
 @kernel
 def settle_general(c_b, c_c, state, copies):
-    """Set copies (s_b, s_c, sums_b, sums_c) to the state, pending step completed."""
+    """Copy the state to `copies`, with the pending step completed in them.
+
+    copies : arrays like rotor, ring, sums_b, sums_c of the state
+    """
     t_b, t_c, end_b, end_c = copies
     copy_to(end_b, state.sums_b)
     copy_to(end_c, state.sums_c)
@@ -217,8 +220,8 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
-    slip_b : (2 m,), in its second half the displacements of the modes on which friction
-    does work; slip_c : (2 k,), see `passes.slip_of`
+    slip_b : (2 m,), its second half has d' + d of the modes, on which friction does
+    work; slip_c : (2 k,), see `passes.slip_of`
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]
@@ -234,7 +237,7 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 
 @rare
 def write_tips(rotor, q, whole, tips):
-    """Set the last row of tips (N + 1, 2), m, to x_o, y_o; if `whole`, all rows."""
+    """Set the last row of tips (N + 1, 2), m, to x_o, y_o; if `whole`, set all rows."""
     blades, modes = len(tips) - 1, len(q)
     for axis in range(2):
         tips[blades, axis] = tip_of(rotor.hub, axis, q, modes)
@@ -254,8 +257,8 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
 
     Parameters
     ----------
-    space : work space with the copies, the spectrum of the casing's shape in `wall`,
-        and for a step with contact the tips of the copies in `out`
+    space : `GeneralSpace` with the copies, the spectrum of the casing's shape in
+        `wall`, and after a step with contact the tips of the copies in `out`
     energies : energies of the copies, J
     less : J, subtracted from the summed loss: for waves the rotor's energy, else 0
     """
@@ -290,7 +293,7 @@ def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2
     bodies = state.rotor, state.ring, state.sums_b, state.sums_c
-    longest = modes + -(-blades // EIGHT) * EIGHT  # a row of `WholeRotor.opens`
+    longest = modes + -(-blades // EIGHT) * EIGHT  # columns of `WholeRotor.opens`
     own = [longest, width, 2 * modes, width, blades]
     sizes = [*own, *map(len, bodies), width, 2 * wide, 2 * wide, 2 * wide]
     (spare, spectrum, slip_b, slip_c, before, *sample, opened) = all_aligned(
@@ -354,7 +357,7 @@ def _of_waves(
 
 
 def marching(waves):
-    """Return the time loop, to be compiled, for a rotor as waves, or else as modes."""
+    """Return the time loop for a rotor as waves if `waves`, else as real modes."""
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,

@@ -20,9 +20,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-REGULAR = 1e-8  # least pivot over the first: below, closed gaps would be inaccurate
-FEW = 8  # number of blades up to which inverting anew is faster than a change
-CHANGES = 32  # changes kept in the state before the inverse is computed anew
+REGULAR = 1e-8  # least ratio of a pivot to the first one; less makes gaps inaccurate
+FEW = 8  # number of blades up to which inverting anew is faster than an update
+CHANGES = 32  # updates after which the inverse is computed anew
 SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known` after its N blades
 
 
@@ -35,7 +35,7 @@ def length_of_known(blades: int) -> int:
 def invert(a, stride, size):
     """Invert a[:size, :size] (flat, rows of length `stride`) in place.
 
-    By Gauss-Jordan elimination without pivoting. Return whether the result is sound:
+    Gauss-Jordan elimination without pivoting. Return whether the inverse is accurate:
     all pivots are positive, as those of a P-matrix are, and not too small.
     """
     sound, least = True, REGULAR * a[0]
@@ -78,7 +78,7 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 
     Parameters
     ----------
-    known : out: these blades, their number, whether the inverse is sound, no changes
+    known : out: these blades, their number, whether the inverse is accurate, no changes
     inverse : out: transpose of the inverse, flat, in rows of length `stride`
     rows : (N, 2 wide) flat, m/N; row j is column j of W, folded, see `place_of`
     """
@@ -94,7 +94,10 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 
 @inlined
 def note_change(change, sound, blades, known):
-    """Append a change to `known`: j if blade j enters, N (p + 1) + j if it leaves p."""
+    """Append a change to `known`; if not `sound`, mark the inverse as inaccurate.
+
+    change : j if blade j enters, N (p + 1) + j if blade j leaves place p
+    """
     known[blades + LOG + known[blades + CHANGED]] = change
     known[blades + CHANGED] += 1
     if not sound:
@@ -124,9 +127,11 @@ def leave(p, blades, known, inverse, stride):
 
 @inlined
 def border(j, size, blades, wide, known, inverse, rows, stride, work):
-    """Set M b and c M, M the inverse, b, c column and row of blade j; return c M b.
+    """Compute M b and c M; return c M b.
 
-    work : (4 stride,), b, c, M b, c M; beyond `size` 0
+    M is the kept inverse, b and c are column and row j of W at its blades.
+
+    work : (4 stride,), out: b, c, M b, c M, each followed by zeros
     """
     for r in range(stride):
         inside = r < size
@@ -173,7 +178,7 @@ def enter(j, blades, wide, known, inverse, rows, stride, work):
 
 @inlined
 def undo(blades, known):
-    """Set `known` back to the blades that were last inverted; return their number."""
+    """Restore in `known` the blades of the last full inversion; return their number."""
     size = known[blades + SIZE]
     for i in range(known[blades + CHANGED] - 1, -1, -1):
         change = known[blades + LOG + i]
@@ -211,7 +216,7 @@ def recall(blades, wide, space):
 def missing(active, blades, known):
     """Return the number of blades that leave the kept inverse, and of those that enter.
 
-    active : (N,), 1 for each blade that the inverse shall have, else 0
+    active : (N,), 1 for blades that the inverse must have, 0 for the others
     """
     leaving, staying, wanted = 0, 0, 0
     for p in range(known[blades + SIZE]):
@@ -224,9 +229,9 @@ def missing(active, blades, known):
 
 @rare
 def turn_to(active, where, blades, wide, space):
-    """Change the kept inverse to that of the blades whose `active` (N,) is 1, else 0.
+    """Make the kept inverse that of the active blades, by updates or anew.
 
-    active : overwritten
+    active : (N,), in: 1 for active blades, else 0; overwritten
     where : (N + 1,), out: these blades, if the inverse is computed anew
     """
     known, inverse, rows, stride = (

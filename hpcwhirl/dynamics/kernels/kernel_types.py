@@ -80,7 +80,7 @@ class Tracks(NamedTuple):
 
     Attributes
     ----------
-    centre : (samples, 2), m, rotating frame
+    centre : (samples, 2), m, displacement of the shaft's centre, rotating frame
     energy, impulse, fed, lost : (samples,), J, N s, J, J, as in `history.History`
     tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; (0, ...) if not kept
     rubbed : (samples,), J, cumulative work of friction
@@ -114,7 +114,7 @@ class BodiesState(NamedTuple):
     loss_b, loss_c : damping losses so far, J
     gaps, older : (N,), m, gaps of the last step and of the step before it
     last : (N,), step of each tip's last contact
-    counter, ledger : see `contact`
+    counter, ledger : entries are named in `contact`
     impulse : (N,), N s, normal impulse on each tip so far
     worn : (3, M), for each rod of a layer: worn depth, m, work of wear, J, and work of
         the rotation on it, J; M is 0 without a layer
@@ -181,5 +181,5 @@ class Ring(NamedTuple):
     length: float
 
 
-# for each array: (its name, the array, the number of values that it must have)
+# (name of an array, the array, number of values that it must have), for each array
 Wanted = list[tuple[str, Floats | Integers, int]]

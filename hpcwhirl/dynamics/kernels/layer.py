@@ -23,9 +23,9 @@ from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
 
 DEPTH, WORK, CUT = 0, 1, 2  # rows of the state, see `kernel_types.BodiesState`
-EQUAL = 1e-11  # largest |P(s) - multiplier| of a solution, over the largest force
+EQUAL = 1e-11  # tolerance of P(s) = multiplier, relative to the largest force
 ROUND = 1e-15  # relative round-off of s
-ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; number after which they are halved
+ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; steps after which they are halved
 
 
 @rare
@@ -146,7 +146,7 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
     """Set row j of the problem linearised about s_j: s = lam / P' + `shifted` - g.
 
-    For a tip above all its rods, P' is that of the highest rod alone.
+    For a tip that touches none of its rods, P' is that of the highest rod alone.
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
@@ -161,10 +161,10 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 
 @rare
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
-    """Return whether the linear problem's solution satisfies lam = P(s).
+    """Return whether the solution of the linearised problem satisfies lam = P(s).
 
-    If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else move
-    own.sunk by `share` of the way to that s.
+    If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else change
+    own.sunk towards that s, by `share` of the difference.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):
@@ -240,7 +240,7 @@ def turn(work, worn, rod, ledger):
 
 @rare
 def work_to_push(layer, depth, way):
-    """Return the work, J, to push a rod in by `way`, m, without rubbing."""
+    """Return the work, J, of pushing a rod in by `way`, m, without wear by sliding."""
     limit = limit_of(layer, depth)
     elastic = way if layer.growth == 0.0 else min(way, layer.flex * limit)
     tangent = layer.growth / (1.0 + layer.growth * layer.flex)

@@ -1,4 +1,4 @@
-"""Solution of the contact problem if more blades touch than W has rank for.
+"""Solution of the contact problem if more blades penetrate than the rank of W.
 
 Principal pivoting requires every principal part of W to be regular. A rigid disk has
 two modes for all its blades: in a casing of harmonics 0 and 1 the rank of W is 3, and
@@ -20,8 +20,8 @@ from hpcwhirl.dynamics.kernels.pivoting import solve_active
 
 APART = 1e-12  # perturbation over the largest gap: above round-off, without effect
 GOLDEN = 0.6180339887498949
-LEAST = 1e-11  # least pivot over the largest entry of W
-CLOSED = 1e-10  # tolerance of closed gaps over the largest gap
+LEAST = 1e-11  # least pivot, relative to the largest entry of W
+CLOSED = 1e-10  # tolerance of closed gaps, relative to the largest gap
 
 
 @rare
@@ -72,7 +72,7 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row whose variable reaches 0 first if the column's grows; -1: none."""
+    """Return the row whose variable reaches 0 first as a column's grows; -1: none."""
     found, least = -1, 0.0
     for r in range(size):
         slope = -space.small[r, column]
@@ -85,7 +85,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Exchange variables until z_0 belongs to a column and is 0; return whether so."""
+    """Pivot until z_0 belongs to a column, so that z_0 = 0; return success."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -152,7 +152,7 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve as `contact.complementarity`, for any rank of W, all rows of it in `space`.
+    """Solve like `contact.complementarity`, for a W of any rank, given in `space`.
 
     Blades that penetrate only when the multipliers of the others act are included, too.
     """

@@ -79,7 +79,7 @@ def read(body, values, out):
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, the last row x_o, y_o; tangential by sums over modes."""
+    """Set tips (N + 1, 2), m, from `radial` and sums over modes; last row x_o, y_o."""
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -99,7 +99,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d along the rotation, m, at each contact, a sum over the modes."""
+    """Add d' + d of each tip in contact along the rotation, m, to out (N,)."""
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -112,7 +112,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct each mode's next d, `ahead`, by contact forces; enter their work."""
+    """Correct d_{n+1} of each mode, `ahead`, by contact forces; enter their work."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):

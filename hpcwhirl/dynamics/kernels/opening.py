@@ -42,7 +42,7 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Do `note_miss` for folded gaps `again` (2 wide,), computed from the amplitudes.
+    """Note the miss of folded gaps `again` (2 wide,), m, computed from the amplitudes.
 
     Entries that repeat a blade are not compared, since pivoting does not correct them.
 
@@ -71,7 +71,7 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Do `note_miss` for completed states of the cyclic kernel's bodies.
+    """Note the miss of completed states t_b, t_c of the cyclic kernel's bodies.
 
     reach : bound of the tips' displacements, m
     gaps, row : as in `note_miss_folded`

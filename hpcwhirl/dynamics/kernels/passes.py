@@ -17,8 +17,9 @@ amplitude is read and written once per step. A step needs two increments d; the 
 has one array for even and one for odd steps.
 
 This module has the functions that central differences and the exact flow share; their
-works differ, see `differences` and `flow`. The items of four neighbouring modes m .. m
-+ 3 are contiguous, item i at (m ITEMS + 4 i), so that one pointer reads them all.
+works differ, see `differences` and `flow`. The coefficients of a mode are called its
+items. They are *packed*: those of four neighbouring modes m .. m + 3 are contiguous,
+item i at (m ITEMS + 4 i), so that one pointer reads them all.
 """
 
 from __future__ import annotations
@@ -47,19 +48,19 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 ROTOR_STATE, RING_STATE = 3, 6
-# items of a mode: keep, pull; rate of the loss; gamma; re, -im of give (gamma + mu
-# conj(sigma)); sigma; E of the ring
+# items of a mode: keep, pull; damping loss over (d + d')^2; gamma; re and -im of give
+# (gamma + mu conj(sigma)); sigma; E of the ring, see this module
 KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, TURN_RE, TURN_IM = range(10)
-MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # dt (v- + v+) from d, d', q'
-LOSS_DD, LOSS_DQ, LOSS_QQ = 13, 14, 15  # damping loss of a step, from d', q'
-SPEED_D, SPEED_Q = 16, 17  # velocity from d, q
+MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # factors of d, d', q' in dt (v- + v+)
+LOSS_DD, LOSS_DQ, LOSS_QQ = 13, 14, 15  # of d'^2, d' q', q'^2 in a step's damping loss
+SPEED_D, SPEED_Q = 16, 17  # factors of d, q in the velocity
 DAMPING, SPIN = 18, 19  # xi; h Omega of the ring's turn, signed
 OMEGA, GIVE = 20, 21
 ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, size) in the order in which kernels read, (ITEMS size,)."""
+    """Return items (ITEMS, size) packed, as kernels read them, (ITEMS size,)."""
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
@@ -70,9 +71,9 @@ def unpacked(items: Floats) -> Floats:
 
 
 def filled_rows(items: Floats, k: int) -> Integers:
-    """Return the rows of a ring with a mode in any of four neighbouring slots, (k/4,).
+    """Return (k/4,), for every four neighbouring slots the number of rows with modes.
 
-    items : packed; slots have their modes in the first rows
+    items : packed; the modes of a slot are in its first rows
     """
     there = (unpacked(items)[KEEP] != 0.0).reshape(-1, k // FOUR, FOUR).any(axis=2)
     rows = np.arange(1, len(there) + 1)[:, None]
@@ -81,7 +82,7 @@ def filled_rows(items: Floats, k: int) -> Integers:
 
 @inlined
 def holds(c, m):
-    """Return whether any of four slots m .. m + 3 holds a mode."""
+    """Return whether any of the places m .. m + 3 holds a mode, by its item KEEP."""
     at = m * ITEMS + KEEP * FOUR
     return c[at] != 0.0 or c[at + 1] != 0.0 or c[at + 2] != 0.0 or c[at + 3] != 0.0
 
@@ -94,14 +95,14 @@ def item(c, which, m):
 
 @inlined
 def places(counter, size):
-    """Return the indices where d and the previous d begin in an array of 3 `size`."""
+    """Return where d of this step and of the one before begin in a state (3 size,)."""
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
 
 
 @inlined
 def push_rotor(c, at, push):
-    """Return the vector that contact adds to q, and equally to d, of four modes.
+    """Return the increment of both q and d of four modes that contact causes.
 
     push : two vectors, the column's entries of Lambda as (re, im), and as (im, -re)
     """
@@ -111,7 +112,7 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return two vectors, re and im, that contact adds to y, and equally to d.
+    """Return re and im of the increment of both y and d that contact causes.
 
     push : two vectors, re and im of the column's entries of Lambda
     """
@@ -158,7 +159,7 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Do `work_rotor` for the ring; br, bi : re, im of `both`.
+    """Add contributions like `work_rotor`, for the ring; br, bi : re, im of `both`.
 
     works : four vectors, re and im for the normal force, re and im for the drag
     """
@@ -181,7 +182,7 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store a column's factors of drag, the last two of works, in slip (2 size,)."""
+    """Store a column's two factors of drag, the last of `works`, in slip (2 size,)."""
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
 
@@ -203,7 +204,7 @@ def slip_of(slip_b, slip_c, k, spectrum):
 
 @inlined
 def book_ring(sums, k, col, push, works):
-    """Do `book_rotor` for a column of the ring."""
+    """Add works as `book_rotor`, for a column of the ring."""
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
     store(sums, col, fma(push[0], normal_re, work))
@@ -213,13 +214,13 @@ def book_ring(sums, k, col, push, works):
 
 @inlined
 def load_both(a, size, m):
-    """Return (re, im) of four complex values: a[m : m + 4], and `size` further on."""
+    """Return (re, im) of four complex values: four entries from m, from size + m on."""
     return load(a, m), load(a, size + m)
 
 
 @inlined
 def store_both(a, size, m, value):
-    """Store four complex values: re at a[m : m + 4], im `size` further on."""
+    """Store four complex values (re, im) where `load_both` reads them."""
     store(a, m, value[0])
     store(a, size + m, value[1])
 
@@ -301,7 +302,7 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return the sum of |re| + |im| of a spectrum (width,): bounds it at any blade."""
+    """Return the sum of |re| + |im| of a spectrum (width,), a bound at every blade."""
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -324,7 +325,7 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return `at_four` for j, j + 4 and j + 8; six sums at once hide the latency."""
+    """Return `at_four` for j, j + 4, j + 8; six sums at a time hide their latency."""
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):
@@ -365,8 +366,8 @@ def lowest_of(least, gap):
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
     """Transform a spectrum into a folded row of gaps; return the lowest gap, m.
 
-    wave : (2 k, wide), flat: cos and sin at blades j = 0 .. N // 2, then padding;
-        followed by N and its split in two factors, see `transform`
+    wave : (2 k, wide), flat: cos and sin of every slot at blades j = 0 .. N // 2, then
+        padding; followed by N and its split in two factors, see `transform`
     gap : m, clearance
     gaps, row : out: gaps[row : row + 2 wide], of blades j, then of N - j
     """
@@ -386,5 +387,5 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
 
 @rare
 def to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row):
-    """Do `to_gaps`, as one compiled copy for callers that do not need it every step."""
+    """Transform like `to_gaps`; not inlined, for callers that run in few steps."""
     return to_gaps(spectrum, wave, gap, k, wide, gaps, row)

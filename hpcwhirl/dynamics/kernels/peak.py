@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-CHAINS = 96  # number of independent sums, enough to hide the latency of one
+CHAINS = 96  # number of independent sums, enough to hide the latency of an addition
 
 
 @njit(cache=True, fastmath={"contract"})
@@ -17,13 +17,13 @@ def multiply_add(rounds, values, factor, term):
 
 @njit(cache=True, fastmath={"contract", "reassoc"})
 def total_again(rounds, values):
-    """Sum values, (4 n,), anew in each of `rounds` rounds; return the sum of all sums.
+    """Sum values (4 n,) `rounds` times; return the total of these sums.
 
-    values[0] is overwritten by the number of the round, so that each sum differs.
+    values[0] is overwritten by the number of the round, so that no two sums are equal.
     """
     n, total = len(values) // 4, 0.0
     for i in range(rounds):
-        values[0] = i  # so that no sum is that of the round before
+        values[0] = i  # or the compiler could reuse the sum of the round before
         a, b, c, d = 0.0, 0.0, 0.0, 0.0
         for k in range(n):
             a += values[k]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import inlined, part
 
-SINGULAR = 1e-12  # share of the first pivot below which a pivot is round-off
+SINGULAR = 1e-12  # ratio to the first pivot below which a pivot counts as round-off
 
 
 @part
 def solve_dense(matrix, right, size):
     """Solve matrix x = right by Gaussian elimination; return whether it is regular.
 
-    matrix, right : the first `size` rows and columns count; right becomes x
+    matrix, right : only the first `size` rows and columns are used; right becomes x
     """
     least = 0.0
     for c in range(size):
@@ -69,9 +69,9 @@ def solve_active(gaps, w, where, size, opened, small, right):
 
 @part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Change `active` of blades that violate complementarity; return their number.
+    """Exchange `active` of blades that violate complementarity; return their number.
 
-    All of them are changed (block pivoting), or only the last one (Murty's rule).
+    All of them are exchanged (block pivoting), or only the last one (Murty's rule).
 
     right, tolerance : N, multipliers of where[:size]; m, penetration allowed
     """

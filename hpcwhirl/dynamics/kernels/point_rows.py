@@ -21,9 +21,9 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @verb
 def turn_points(rows, q, ahead, near, spectra):
-    """Take a step without forces, as `whole.turn_waves`.
+    """Take a step without forces, like `whole.turn_waves`.
 
-    near : whether `read_close` will probably follow; then `spectra` is prepared for it
+    near : whether a call of `read_close` is likely; then `spectra` is prepared for it
     """
 
 
@@ -38,11 +38,10 @@ def read_every(rows, q, points, tips, spectra):
 @verb
 def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
                where):  # fmt: skip
-    """Compute tips and gaps of points that might touch, as `whole.read_near`.
+    """Compute tips and gaps of points that might touch; return two values.
 
-    Return the lowest of their gaps, m, and whether there was a solution before.
-
-    Arguments and result are those of `whole.read_near`; near, spectra : as in
+    They are the lowest of these gaps, m, and whether the last solution had active
+    points. Arguments are those of `whole.read_near`; near, spectra : as in
     `turn_points`
     """
 
@@ -52,12 +51,12 @@ def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before
                 held, spectra):  # fmt: skip
     """Enter the multipliers' works; set the active points' gaps at step n - 1.
 
-    The gap of a point that was in contact then, too, is 0.
+    The gap of a point that was in contact at step n - 1, too, is 0.
 
     Parameters
     ----------
     q : (m,), amplitudes before any force
-    spare : (width,), with the forces in its last entries; the first are work space
+    spare : (width,), its last entries are the forces, the others work space
     gaps, row : clearances at step n - 1, without waves
     before : (points,), out: gaps at step n - 1, m
     sums, held : as in `whole.push_waves`
@@ -68,7 +67,7 @@ def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before
 def push_points(rows, push, where, active, q, spectra):
     """Add the change of the amplitudes q by the multipliers.
 
-    spectra : as `book_points` has left them
+    spectra : in: as set by `book_points`
     """
 
 

@@ -18,8 +18,8 @@ class PointRows(NamedTuple):
     read, before : (P, m) flat, change of the point's gap by unit amplitudes, and of its
         gap two steps before
     push : (P, m) flat, change of amplitudes by the point's unit multiplier and friction
-    opens, slides : (P, width) flat, d' + d of the gap, and of the casing relative to
-        the tip along the rotation
+    opens, slides : (P, width) flat, rows that give d' + d of the gap, and of the casing
+        relative to the tip along the rotation
     """
 
     read: Floats
@@ -30,28 +30,28 @@ class PointRows(NamedTuple):
 
 
 class SectorRows(NamedTuple):
-    """Coefficients as `PointRows`, for equal sectors: for a tip's n_c points by slots.
+    """Coefficients as `PointRows`, for equal sectors: by slot, for a tip's n_c points.
 
-    In each slot (nodal diameter) there are `single` waves, and `pairs` of waves that
-    move the points with equal coefficients, so that only their sum is needed: gaps are
-    sums over `alike` = single + pairs rows. Rows are (rows, 2, k) flat, re and im.
+    Each slot (nodal diameter) has `single` waves, and `pairs` pairs of waves. The waves
+    of a pair move the points with equal coefficients, so that only their sum is needed:
+    gaps are sums over `alike` = single + pairs rows, (rows, 2, k) flat, re and im.
 
     Attributes
     ----------
-    read, slide : (n_c, alike, 2, k) flat, gaps from waves or from sums of pairs, and
-        motion along the casing from their d' + d; the force on a pair is the spectrum
+    read, slide : (n_c, alike, 2, k) flat, factors of waves or sums of pairs in gaps; of
+        their d' + d in the motion along the casing. The force on a pair is the spectrum
         of the multipliers times conj(read + mu slide)
     push : (n_c, single, 2, k) flat, change of waves by the spectrum of the multipliers
-    before : (n_c, waves, 2, k) flat, gaps two steps before
-    move : (alike, 2, k) flat, ratio of d' + d to a wave; for a pair, that of its first
-        wave, whose conjugate is that of the second
-    give : (2, pairs, 2, k) flat, change of the first waves of all pairs by the force on
-        the pair, then of the second; 0 in a row that has only one wave
-    opens, slides : (P, padded) flat, d' + d due to forces, the last columns of those of
-        `PointRows`
+    before : (n_c, waves, 2, k) flat, factors of waves in the gaps two steps before
+    move : (alike, 2, k) flat, d' + d per unit amplitude of a wave; for a pair, that of
+        its first wave, the conjugate of that of its second
+    give : (2, pairs, 2, k) flat, change of the first waves of all pairs per unit force
+        on the pair, then of the second waves; 0 where a pair has only one wave
+    opens, slides : (P, padded) flat, d' + d per unit force: the last columns of
+        `opens`, `slides` in `PointRows`
     turns, lanes : (N, 2 k) flat, cos and -sin at each blade; (N/4, 2 k, 4) flat, the
         same for groups of four blades
-    each, single, pairs : n_c, and numbers of rows
+    each, single, pairs : n_c; numbers of waves and of pairs in a slot
     """
 
     read: Floats
@@ -78,17 +78,17 @@ class PointsRotor(NamedTuple):
     Attributes
     ----------
     ahead, drift : (m,), re and im of z - 1; (m / 2,), as in `WholeRotor`
-    rush : (P,), m/N, what a unit multiplier adds to the bound given by `drift`
+    rush : (P,), m/N, increase of the bound given by `drift` per unit multiplier
     rows : `PointRows` or `SectorRows`
-    kick, kicked : (2, m), (2, width) flat, change of amplitudes by unit cos and sin
-        forces of the pulse, and d' + d of the displacements on which they do work
+    kick, kicked : (2, m), (2, width) flat, for unit cos and sin forces of the pulse:
+        change of amplitudes; rows that give d' + d of the displacement they work on
     radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
         of the points, and x_o, y_o, for unit amplitudes
     reach : (m / 2,), bound of any point's displacement for unit amplitudes
     pairs, form, split : (e, 2), (e,), J: indices and coefficients of the products of
         two amplitudes in the energy; the first `split` are the rotor's
-    casing, shares : (c, 2), (c, 2), indices of the two amplitudes whose sum, with these
-        factors, is each mode of the casing
+    casing, shares : (c, 2), (c, 2), for each mode of the casing the indices of two
+        amplitudes and their factors: the mode is the sum of the products
     """
 
     ahead: Floats
@@ -113,7 +113,8 @@ class PointsContact(NamedTuple):
 
     w, clear : (P, P), m/N, as in `GeneralContact`; (2 wide,), m, folded clearances of
         the points beyond the gap
-    waves : (n, 2, 2 wide) flat, cos and sin of the shape's harmonics at the points
+    waves : (n, 2, 2 wide) flat, cos and sin of the n harmonics of the casing's shape at
+        the points
     """
 
     w: Floats
@@ -124,7 +125,7 @@ class PointsContact(NamedTuple):
 class PointsSpace(NamedTuple):
     """Work space of the kernel `points`; arrays not listed are as in `GeneralSpace`.
 
-    spare : (width,), amplitudes before any force, and forces
+    spare : (width,), amplitudes before any force acts, then multipliers and pulse
     spectra : see `sectors.layout`
     solver : work space of `circulant`
     casing : (c,), modes of the casing, rotating frame

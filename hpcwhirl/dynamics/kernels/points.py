@@ -9,8 +9,8 @@ of the points.
 
 The motion of a point in a step, d' + d, is a row times s = (q, lambda, pulse), with the
 amplitudes q before any force acts. As a harmonic of the casing turns relative to the
-blades, the gap of two steps before does not follow from d' + d, the displacement of the
-material, on which works depend: it has separate rows.
+blades, the gap two steps before does not follow from d' + d, the displacement of the
+material, on which works depend. It follows from further coefficients, `before`.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def write_clear(clear, gap, gaps, row, wide):
-    """Set a folded row of gaps (2 wide,) to clear (2 wide,) plus the scene's gap, m."""
+    """Set a folded row of gaps (2 wide,), m, to `clear` (2 wide,) plus the gap."""
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(clear, v) + broadcast(gap))
 
@@ -112,9 +112,9 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 
 @inlined
 def open_tips(push, where, active, opening, tips):
-    """Add the opening of all gaps by the multipliers to tips (2 wide,), folded.
+    """Add to tips (2 wide,), folded, the change of all gaps due to the multipliers.
 
-    tips : m, change of the gaps by the waves, or lower bounds of it
+    tips : m, change of the gaps due to the waves, or lower bounds of it
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -244,7 +244,7 @@ def sizes_of_rows(
         2 * rows.pairs * slot, forces, forces, blades * slot,
         -(-blades // FOUR) * FOUR * slot,
     ]  # fmt: skip
-    arrays: Any = rows[: len(wanted)]  # counts follow them
+    arrays: Any = rows[: len(wanted)]  # without the numbers that follow the arrays
     return list(zip(rows._fields[: len(wanted)], arrays, wanted, strict=True))
 
 

@@ -22,7 +22,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 def add_six(factors, which, size, table, stride, v, six):
     """Return `six` vectors plus the sum over s of factors[s] times row which[s].
 
-    table : flat, in rows of length `stride`; v : first of the 24 columns used
+    table : flat, in rows of length `stride`; v : first of the 24 columns that are read
     """
     a, b, c, d, e, f = six
     for s in range(size):
@@ -38,7 +38,7 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return `two` vectors plus the sum of `add_six`, for 8 columns."""
+    """Return `two` vectors plus the sum in `add_six`, of 8 columns from v on."""
     a, b = two
     for s in range(size):
         factor, at = broadcast(get(factors, s)), get(which, s) * stride + v

@@ -44,7 +44,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, SampleSpace
 
-ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")
+ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")  # changed by a jump
 
 
 @part
@@ -118,7 +118,7 @@ def radial_bound(q, c, size, width):
 
 @inlined
 def read_centre(q, hub, tips):
-    """Set the last row of tips (N + 1, 2) to x_o, y_o, m."""
+    """Set the last row of tips (N + 1, 2), m, to x_o, y_o."""
     for axis in range(2):
         total = 0.0
         for m in range(hub.shape[1]):
@@ -216,7 +216,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0
     out_b, out_c = space.between
-    if own[ENDED] != begun:  # the jump has completed the pending step
+    if own[ENDED] != begun:  # complete the pending step, as the jump has done
         end_step(
             rotor, aside.rotor, aside.rotor, aside.ring, aside.ring, c_c, aside.lam,
             own, aside.sums_b, aside.sums_c,

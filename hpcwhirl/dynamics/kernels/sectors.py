@@ -5,9 +5,8 @@ times e^{i n theta_j}. So, for each of the n_c points of a tip, the waves of a s
 up to one term of a spectrum, from which the gaps of four blades are computed at once,
 and multipliers act on the waves by their spectrum, see `SectorRows`.
 
-A mode of a body at rest consists of two waves that move the points with equal
-coefficients, and on which forces act in proportion: such a pair is treated as one wave,
-their sum.
+A mode of a body that does not turn consists of two waves that move the points with
+equal coefficients. Gaps need only their sum: there such a pair counts as one wave.
 
 A gap is computed by the same operations wherever it is needed, so that no bit depends
 on which gaps are computed.
@@ -48,7 +47,7 @@ def slots_of(rows):
 
 @inlined
 def times(rows, at, k, re, im, total):
-    """Return total + r (re + i im), with r four complex entries of rows at `at`."""
+    """Return total + r (re + i im), r four complex entries of rows from `at` on."""
     a, b = load(rows, at), load(rows, at + k)
     real, imag = fma(a, re, total[0]), fma(a, im, total[1])
     return fnma(b, im, real), fma(b, re, imag)
@@ -101,7 +100,7 @@ def add_alike(rows, q, spectra):
 @does(turn_points, SectorRows)
 @inlined
 def turn_sectors(rows, q, ahead, near, spectra):
-    """Implement `turn_points` for equal sectors; if near, also do `add_alike`."""
+    """Implement `turn_points` for equal sectors; if near, also call `add_alike`."""
     if not near:
         turn_waves(q, ahead)
         return
@@ -154,7 +153,7 @@ def products(a, b, value, sums):
 
 @inlined
 def spectrum_of(table, p, alike, k, spectra, to):
-    """Set (2, k) of `spectra` from `to` on to the sum of point p's rows times waves.
+    """Set (2, k) of `spectra` from `to` on to the sum of rows of point p times waves.
 
     table : rows as `SectorRows.read`; alike : number of rows
     """
@@ -172,7 +171,7 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return four complex numbers of `spectra` from `at` on; zeros if `fresh`."""
+    """Return zeros if `fresh`, else four complex numbers of `spectra` from `at` on."""
     zero = broadcast(0.0)
     if fresh:
         return zero, zero
@@ -181,9 +180,9 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set spectra of d' + d of point p of all tips; add the change of waves by forces.
+    """Set spectra of d' + d of point p of all tips; add the forces' change of waves.
 
-    The coefficients of forces on a pair are the conjugates of those of its motion.
+    For pairs, coefficients of forces are the conjugates of those of the motion.
 
     Parameters
     ----------
@@ -272,9 +271,9 @@ def read_every_sector(rows, q, points, tips, spectra):
 
 @inlined
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
-    """Set tips and gaps of point j, and of the same point of its group's blades.
+    """Set tips and gaps of point j, and of the like points of its group of blades.
 
-    Return the lowest of these gaps, m; infinity, if they have been set already.
+    Return the lowest of these gaps, m; infinity if they were set before.
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -338,7 +337,9 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return the product, m, of a table's row, which begins at `at`, and all forces.
+    """Return the displacement, m, by all forces: their product with a row of `table`.
+
+    at : index in `table` at which the row begins
 
     spare : from entry modes + points on, the cos and sin forces of the pulse
     """
@@ -369,7 +370,7 @@ def turn_back(rows, push, where, active, k, spectra):
 
 @inlined
 def act_on_all(rows, push, where, active, mu, spectra):
-    """Do `act_on` for all points of a tip at which any blade is in contact."""
+    """Call `act_on` for every point of a tip at which some blade is in contact."""
     k, (first, flags) = slots_of(rows), layout(rows)
     turn_back(rows, push, where, active, k, spectra)
     fresh, apart = True, 2 * k * rows.each

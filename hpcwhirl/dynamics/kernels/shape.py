@@ -24,7 +24,7 @@ def faded(wall, r, time):
     """Return the amplitudes (a, b), m, of the r-th harmonic of a casing's shape.
 
     They grow as e^{sigma t} and are faded in over the rise, if there is one. Without a
-    rise the same function of time holds before t = 0, too.
+    rise, a time below 0 gives the same function, continued backward.
     """
     grown, ramp = 1.0, 1.0
     if wall.growth[r] != 0.0:

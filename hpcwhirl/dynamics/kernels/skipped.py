@@ -23,8 +23,8 @@ from hpcwhirl.dynamics.kernels.vectors import (
     total_of,
 )
 
-STEPS = 3  # number of steps whose gaps the state has
-ROUNDING = 1e-12  # share of gap and amplitudes: above the round-off of a transform
+STEPS = 3  # number of steps whose gaps are in the state
+ROUNDING = 1e-12  # relative to gap and amplitudes: above the round-off of a transform
 
 
 @inlined
@@ -48,12 +48,12 @@ def moved(spectrum, seen, width, row):
 
 @inlined
 def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
-    """Do `to_gaps` unless no gap can close; return the lowest gap, m.
+    """Transform a spectrum as `to_gaps` if a gap might close; return the lowest gap, m.
 
     If the spectrum has changed too little for a gap to close, the step is skipped: its
     gaps are not computed, and 1 is returned.
 
-    row : step number mod 3; seen : see `moved`; skipped : (3,), 1 for a row skipped
+    row : step number mod 3; seen : see `moved`; skipped : (3,), 1 for skipped rows
     """
     width, last = 2 * k, STEPS * 2 * k
     free = last + width
@@ -87,7 +87,7 @@ def catch_up(wave, k, wide, gaps, row, seen, skipped):
 
 @inlined
 def begin_unseen(k, seen, skipped):
-    """Set `seen` and `skipped` so that the next step is transformed."""
+    """Set `seen` and `skipped` so that the gaps of the next step are computed."""
     put(seen, (STEPS + 1) * 2 * k, -1.0)
     for row in range(STEPS):
         put(skipped, row, 0)

@@ -30,7 +30,7 @@ from hpcwhirl.dynamics.kernels import verbs
 from hpcwhirl.dynamics.kernels.body_types import DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
-CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is constant
+CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value
 
 
 @njit(cache=True)
@@ -59,8 +59,9 @@ def film_at(place, clearance):
 def answer(give, held, moving, even, drift):
     """Return the complex force f, N, that solves f = -held - even u - drift conj(u).
 
+    held, even, drift : force at u = 0, N; damping, N s/m, real and complex
     moving : m/s, velocity of the centre without f; with f it is u = moving + W f
-    give : (2, 2), W, change of the centre's velocity by a unit force; even is real
+    give : (2, 2), W, change of the centre's velocity by a unit force, m/(N s)
     """
     rest = -held - even * moving - drift * moving.conjugate()
     a, b = drift.real, drift.imag  # f -> drift conj(f) on (x, y): [[a, b], [b, -a]]
@@ -75,7 +76,7 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports at the centre; add its increments to d' and q'."""
+    """Set force (2,), N, of supports at the centre; add its effect to d' and q'."""
     own = body.stand
     if len(own.hub) == 0:
         return
@@ -127,9 +128,9 @@ does(verbs.note_beside, ModalBody)(note_beside.py_func)
 
 @does(verbs.stand, ModalBody)
 def stand_alike(body, motion, time, force):
-    """Do nothing: without coupling by rotation supports are equal in all directions."""
+    """Do nothing: supports differ by direction only with `rotation = "full"`."""
 
 
 @does(verbs.yielded, ModalBody)
 def yielded_alike(body, motion, force, ledger):
-    """Do nothing: supports equal in all directions have no force beyond matrices."""
+    """Do nothing: here constant matrices represent the supports, see `stand_alike`."""

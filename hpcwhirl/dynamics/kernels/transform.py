@@ -34,9 +34,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 MOST = 64  # largest number of terms r in the second stage
 ROOM = 2 * FOUR * MOST  # doubles of work space on the stack
-WORTH = 0.7  # largest number of products of a split, over that of the dense transform
-BLADES, SPAN = 0, 1  # numbers that follow the table: N; b, or 0 without a split
-BEHIND = FOUR  # length of what follows the table
+WORTH = 0.7  # largest ratio of the products in two stages to those of a dense transform
+BLADES, SPAN = 0, 1  # after the table of cos and sin: N; b, or 0 for one dense stage
+BEHIND = FOUR  # number of entries after that table
 
 
 def products(blades: int, span: int) -> float:
@@ -49,7 +49,7 @@ def products(blades: int, span: int) -> float:
 
 
 def span_of(blades: int) -> int:
-    """Return b, the blades of the first stage, or 0 if no split is worth while."""
+    """Return b, blades of the first stage; 0 if two stages would save too little."""
     best, least = 0, WORTH * products(blades, 0)
     for b in range(2, blades // 2):
         half = blades // b // 2 + 1
@@ -63,7 +63,7 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add slot c's re cos, im sin, re sin, im cos at blades v .. v + 3 to the sums."""
+    """Add re cos, im sin, re sin, im cos of slot c at blades v .. v + 3 to `sums`."""
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
     re_cos, im_sin, re_sin, im_cos = sums
@@ -86,7 +86,7 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
             here = add_term(spectrum, wave, k, wide, c, v, here)
             there = add_term(spectrum, wave, k, wide, back, v, there)
             c, back = c + a, back + a
-    while c < k:  # no range: that would divide
+    while c < k:  # no `range`, whose length would take a division
         here = add_term(spectrum, wave, k, wide, c, v, here)
         c += a
     even, odd = here[0] - here[1], here[2] + here[3]
@@ -95,7 +95,7 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Return (even, odd) for each of s, s + 1, s + 2 in the second stage.
+    """Return (even, odd) of the gaps for s, s + 1 and s + 2, in the second stage.
 
     work : (even, odd) of each term r, results of the first stage
     """
@@ -128,7 +128,7 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Set the places of a folded row that repeat a blade."""
+    """Copy gaps to those places of a folded row that repeat a blade."""
     first, middle = get(gaps, row), get(gaps, row + blades // 2)
     for i in range(blades // 2 + 1, wide):
         put(gaps, row + i, first)
@@ -155,7 +155,7 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Do `passes.to_gaps` in two stages; return the lowest gaps, m, of four lanes."""
+    """Transform as `passes.to_gaps`, in two stages; return four numbers, the lowest."""
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
     a = blades // b
@@ -177,7 +177,7 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
 
 @inlined
 def lay_out(factors, which, size, blades, spread):
-    """Set spread (N,) to factors of the blades which[:size], 0 elsewhere."""
+    """Set spread (N,) to the `factors` of blades which[:size], to 0 elsewhere."""
     for j in range(blades):
         put(spread, j, 0.0)
     for s in range(size):

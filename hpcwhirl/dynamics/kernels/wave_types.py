@@ -68,17 +68,17 @@ class CyclicContact(NamedTuple):
 
 
 class GeneralRotor(NamedTuple):
-    """A rotor as m real modes, see `general`; tip displacements have negative sign.
+    """A rotor as m real modes, see `general`.
 
-    All displacements are those for unit amplitudes.
+    Displacements are those for unit amplitudes; those of tips have negative sign.
 
     Attributes
     ----------
     items : (ITEMS m,), coefficients of the modes, each a column of `passes`
-    read : (2 wide / 8, m, 8) flat, radial, of the tips in folded order, eight at a time
-    radial, tangential : (N, m) flat, of each tip
+    read : (2 wide / 8, m, 8) flat, radial, of tips in folded order, in groups of eight
+    radial, tangential : (N, m) flat, displacements of the tips
     hub : (2, m) flat, x_o, y_o
-    reach : (m,), displacement of the tip that each mode moves most, its magnitude
+    reach : (m,), magnitude of the displacement of the tip that a mode moves most
     """
 
     items: Floats
@@ -103,10 +103,10 @@ class WholeRotor(NamedTuple):
     radial, tangential, hub : as in `GeneralRotor`
     reach : (m,), displacement of the tip that each amplitude moves most
     push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
-    opens, slides : (N, m + padded) flat: d' + d of a tip's radial and of its tangential
-        displacement, from amplitudes after a step without contact and from multipliers
-    ring : (N, 2 wide) flat, folded: change of gaps by a unit multiplier due to the ring
-        only, m/N
+    opens, slides : (N, m + padded) flat, d' + d of a tip's radial and of its tangential
+        displacement: factors of amplitudes after a step without contact, of multipliers
+    ring : (N, 2 wide) flat, m/N: part of the ring in the change of gaps, folded, due to
+        a unit multiplier on each blade
     form : energy q^T form q, J: upper triangle by rows, each beginning at a multiple of
         4
     """
@@ -137,10 +137,10 @@ class UncoupledRotor(NamedTuple):
     drift, reach : (m,), as in `WholeRotor`
     read, radial, tangential, hub : (N, m) flat, (2, m) flat, for unit real parts
     push : (N, m) flat, modal forces of a unit multiplier and its friction
-    gives : (2 m,), what a unit modal force adds to re and im
+    gives : (2 m,), increments of re and im by a unit modal force
     moves : (2 m,), d' + d for unit re and im after a step without contact
-    opens, slides : (N, m + padded) flat: d' + d of a tip, radial and tangential, from
-        d' + d of the modes without contact and from multipliers
+    opens, slides : (N, m + padded) flat, d' + d of a tip, radial and tangential:
+        factors of d' + d of the modes without contact, and of multipliers
     form : (3 m,), J, coefficients of re^2, 2 re im and im^2 in the energy
     """
 
@@ -177,8 +177,8 @@ class GeneralSpace(NamedTuple):
 
     Attributes
     ----------
-    spare : (m + padded,), predicted amplitudes of modes; of uncoupled waves d' + d,
-        then their modal forces
+    spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
+        d' + d, later the modal forces
     spectrum : (2 k,), spectrum of the gaps, without the rotor's part
     slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
     before : (N,), m, gaps of the active blades at step n - 1
@@ -188,7 +188,7 @@ class GeneralSpace(NamedTuple):
     out, again : (2 wide,), folded: tips with negative sign, and gaps, m
     tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
-    opened : (2 wide,), for waves: solved gaps, or lower bounds where tips are not read
+    opened : (2 wide,), for waves: gaps, or lower bounds of those not computed, m
     filled : (k / 4,), rows of the ring, see `passes.filled_rows`
     """
 
@@ -283,8 +283,8 @@ class Flight(NamedTuple):
     ----------
     total : number of steps of the run
     certifiable : whether a certificate is possible
-    counts : (P,), steps of each tabulated jump; the last jump is from one row of
-        evidence to the next
+    counts : (P,), number of steps of each tabulated jump; the last one is the number
+        between rows of evidence
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
         the bounds; those of a rotor's waves are defined in `waves`

@@ -11,11 +11,11 @@ central differences they are followed by the spectra of the gaps of the last thr
 steps. The items of four neighbouring waves p .. p + 3 are contiguous, item i at (p
 ITEMS + 4 i).
 
-A jump over n steps multiplies a wave by z^n; |gamma a|, |gamma s a| and |gamma s^2 a|,
-s its root, bound the gaps, see `flight`.
+A jump over n steps multiplies a wave by z^n. With its root s, a ~ e^{s t}, bounds of
+gaps follow from |gamma a|, |gamma s a| and |gamma s^2 a|, see `flight`.
 
-Free motion loses Jacobi's energy only by D and S. So the rotor's loss is the energy and
-loss that contact forces have added, less the present energy.
+Free motion loses Jacobi's energy only by the matrices D and S. So the rotor's loss is
+what contact forces have added to energy and loss together, less the present energy.
 """
 
 from __future__ import annotations
@@ -59,21 +59,21 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 
-# items of a wave: z - 1, change of the gap, beta; d' + d of a tip's place along the
-# casing, counted negative, after a step without forces; what Lambda adds to energy and
-# loss
+# items of a wave: z - 1; gap per unit amplitude; beta; d' + d of the tip along the
+# casing after a step without forces, with negative sign; factors of Lambda in what it
+# adds to energy and loss
 AHEAD_RE, AHEAD_IM, RADIAL, PUSH_RE, PUSH_IM = range(5)
 RATE_RE, RATE_IM, WORK_RE, WORK_IM = range(5, 9)
 ITEMS = 9
-# items of a slot: change of the gap, and of d' + d along the casing, by a unit Lambda;
-# energy and loss that it adds
+# items of a slot, for a unit Lambda: change of the gap; of d' + d along the casing;
+# energy and loss added
 OPENS_RE, OPENS_IM, SLIDES_RE, SLIDES_IM, ADDS = range(5)
 FIXED = 5
-# of the exact flow also dt (v- + v+) of the gap, of waves and of a unit Lambda
+# further items of the exact flow: dt (v- + v+) of the gap, by waves, by a unit Lambda
 NEARS_RE, NEARS_IM = ITEMS, ITEMS + 1
 FLOW_ITEMS, FLOW_FIXED = ITEMS + 2, FIXED + 2
-SEEN = 3  # steps whose spectra of gaps are in the state of central differences
-# items of a jump: z^n; of the bound: gamma s, and |gamma s^2| and |gamma| of |a|
+SEEN = 3  # steps whose spectra of gaps the state has, for central differences
+# items of a jump: z^n; of the bounds: gamma s, |gamma s^2|, |gamma|
 TURNED_RE, TURNED_IM = range(2)
 JUMP_ITEMS = 2
 VELOCITY_RE, VELOCITY_IM, RISE, REACH = range(4)
@@ -82,7 +82,7 @@ BOUND_ITEMS = 4
 
 @inlined
 def times(c, at, which, re, im, total):
-    """Return total + (item + i next item) (re + i im) of four waves."""
+    """Return total + c (re + i im); re and im of c are items `which`, `which` + 1."""
     a, b = load(c, at + which * FOUR), load(c, at + (which + 1) * FOUR)
     real = fnma(b, im, fma(a, re, total[0]))
     return real, fma(b, re, fma(a, im, total[1]))
@@ -92,7 +92,7 @@ def times(c, at, which, re, im, total):
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
     """Implement `pass_waves`, with or without contact.
 
-    seen : first indices in s of the spectra of the pending step, of the one two steps
+    seen : first indices in s of the gaps' spectra of the pending step, of the step two
         before, and of the predicted step; the last two coincide
     """
     own, older, next_one = seen
@@ -158,7 +158,7 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return where spectra begin in the state: pending step, two before, next step."""
+    """Return where spectra of gaps begin in the state, see `seen` in `columns`."""
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -346,7 +346,7 @@ def along_of_waves(rotor, q, rows, k, out):
 
 @part
 def read_tips(spectrum, turns, direction, tips):
-    """Set a column of tips (N + 1, 2) from the spectrum of its negative values."""
+    """Set column `direction` of tips (N + 1, 2) from the spectrum of its negatives."""
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
 
@@ -355,7 +355,7 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `samples.sample_rotor` for waves; the module defines the loss."""
+    """Implement `samples.sample_rotor` for waves; for the loss see this module."""
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)

@@ -10,14 +10,14 @@ Without rotation a wave is a mode, whose displacement is its real part: rows for
 and forces have half the length (`dynamics.mode_waves`). Only `push_waves` and
 `energies_of` differ.
 
-Only tips that might touch are computed: a sum over the waves bounds the motion of any
-tip in a step, so that each tip has a lower bound until it is computed again. If, by
-these bounds, a solution on some blades leaves all other gaps open, it is the solution;
-tips whose bounds it does not leave open are computed before anything follows from them.
+Only tips that might touch are computed. A sum over the waves bounds the motion of any
+tip in a step, which gives a lower bound of each gap until its tip is computed again.
+If, by these bounds, a solution on some blades leaves all other gaps open, it is the
+solution; where a bound is not open, the tip is computed before a conclusion is drawn.
 So the choice of tips changes no bit.
 
-As in `waves`, the rotor's loss is what contact has added to energy and loss, which is
-its work (checked by `whole_waves.WholeWaves.books`), less the energy that is left.
+As in `waves`, the rotor's loss is what contact has added to energy and loss together
+(its work, as `whole_waves.WholeWaves.books` checks), less the present energy.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WholeRotor
 
 EIGHT = 2 * FOUR  # modes and folded blades are padded to a multiple of this
-HELD = 4  # numbers for each blade in the array `held` of the state, see `push_waves`
+HELD = 4  # rows of the state's array `held`, see `push_waves`
 
 
 @inlined
@@ -93,7 +93,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds in tips (2 wide,) by `drift`, m; return as `open_whole`."""
+    """Lower the bounds in tips (2 wide,) by `drift`, m; then do as `open_whole`."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -128,7 +128,7 @@ def four_sums(rows, at, q, modes):
 
 @inlined
 def eight_sums(rows, at, on, q, modes):
-    """Return `four_sums` of two rows: four at once would wait for each other's end."""
+    """Return `four_sums` of two rows; eight sums at a time hide their latency."""
     zero = broadcast(0.0)
     a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -143,7 +143,7 @@ def eight_sums(rows, at, on, q, modes):
 
 @inlined
 def sum_four(sums):
-    """Return the sum of four vectors' numbers."""
+    """Return the sum of all numbers in four vectors."""
     return total_of((sums[0] + sums[1]) + (sums[2] + sums[3]))
 
 
@@ -176,7 +176,7 @@ def read_all(rows, q, blades, tips):
     Parameters
     ----------
     rows : (N, modes) flat, gap of each blade per unit amplitude
-    q : amplitudes of the waves, of which the first `modes` count
+    q : amplitudes of the waves, of which the first `modes` are used
     tips : (2 wide,), out, folded
     """
     modes, wide = len(rows) // blades, len(tips) // 2
@@ -186,7 +186,7 @@ def read_all(rows, q, blades, tips):
 
 @inlined
 def put_tip(tip, j, blades, gaps, row, tips, whole):
-    """Set a blade's tip and its gap among folded ones; return the gap, m."""
+    """Set tip and gap of blade j in folded `tips` and `whole`; return the gap, m."""
     wide = len(tips) // 2
     gap = gaps[row + place_of(j, blades, wide)] + tip
     put(tips, j, blades, wide, tip)
@@ -215,10 +215,11 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
     Parameters
     ----------
     gaps, row : gaps without the rotor's part
-    tips, whole : (2 wide,), lower bounds of tips and of gaps; those computed are set
+    tips, whole : (2 wide,), in: lower bounds of tips and of gaps; out: those computed
     where : (N + 1,), work space
 
-    If a gap is negative, the tips of the last solution, `known`, are all computed.
+    If a gap is negative, the tips of all blades in `known`, which were in contact in
+    the last solution, are computed, too.
     """
     wide, size = len(tips) // 2, blades - blades
     for j in range(blades):
@@ -236,9 +237,9 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
 
 @inlined
 def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
-    """Compute the tips whose gaps, `again`, are below a limit; others' are as before.
+    """Compute tips and gaps of blades whose gaps in `again` are below a limit, m.
 
-    Return whether any gap in `whole` has changed: it was a bound.
+    Return whether any gap in `whole` has changed, because it was only a lower bound.
     """
     modes, wide, changed = len(rows) // blades, len(tips) // 2, False
     for j in range(blades):
@@ -252,16 +253,16 @@ def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
 
 @rare
 def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
-    """Solve as `circulant.solved`, where tips may be lower bounds, see `read_near`.
+    """Solve like `circulant.solved`, where tips may be lower bounds, see `read_near`.
 
-    Tips that decide on a set are computed before: the sets are the same as with all
-    tips computed, and so are the bits.
+    Tips on which the choice of active blades depends are computed first: choices and
+    bits are the same as if all tips were computed.
 
     lowest : lowest of the gaps in `whole`, < 0
     """
     wide, known, limit = len(tips) // 2, space.known, CLOSED * lowest
-    first = row - row  # a literal 0 would be compiled for by itself
-    left = -1  # sets to be tried beside the last one; negative: not yet chosen
+    first = row - row  # 0, but no literal, which numba would specialise on
+    left = -1  # sets of active blades still to be tried; -1: `first_set` not yet called
     while left != 0:
         usable, size = is_usable(blades, known), known[blades + SIZE]
         pull = below = -1.0
@@ -298,7 +299,7 @@ def size_of(q, half, m):
 
 @inlined
 def drift_of(q, drift):
-    """Return a bound of any tip's motion in each of the next `LOOK_EVERY` steps, m."""
+    """Return a bound of any tip's motion, m: the sum of `drift` times |a| of waves."""
     half = len(drift)
     first = second = broadcast(0.0)
     for m in range(0, half, EIGHT):
@@ -309,7 +310,7 @@ def drift_of(q, drift):
 
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add the opening by multipliers: the ring's to a row of gaps, the rotor's to tips.
+    """Add the multipliers' change of gaps: of the ring to a row of gaps, else to tips.
 
     opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
     """
@@ -326,7 +327,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the sum of `four_sums` and of the rest of the row times s[modes:]."""
+    """Return the sum of `four_sums` plus the rest of the row times s[modes:]."""
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -336,13 +337,13 @@ def with_rest(rows, at, s, modes, sums):
 
 @inlined
 def moved_by(rows, at, s, modes):
-    """Return a row of `opens` or `slides`, begun at `at`, times s (modes + padded,)."""
+    """Return the row of `opens` or `slides` from `at` on, times s (modes + padded,)."""
     return with_rest(rows, at, s, modes, four_sums(rows, at, s, modes))
 
 
 @inlined
 def slide(rows, where, active, s, modes, held):
-    """Set `held` of the active blades to their rows times s, as `moved_by`."""
+    """Set `held` of the active blades to their rows times s, see `moved_by`."""
     for i in range(0, active, 2):
         one, other = where[i], where[min(i + 1, active - 1)]
         at, on = one * len(s), other * len(s)
@@ -353,7 +354,7 @@ def slide(rows, where, active, s, modes, held):
 
 @inlined
 def add_one(rows, at, force, s, modes):
-    """Add the row that begins at `at`, times a force, to s[:modes]; modes % 8 == 0."""
+    """Add the row from `at` on, times a force, to s[:modes]; modes % 8 == 0."""
     force = broadcast(force)
     for m in range(0, modes, EIGHT):
         store(s, m, fma(load(rows, at + m), force, load(s, m)))
@@ -363,7 +364,7 @@ def add_one(rows, at, force, s, modes):
 
 @inlined
 def add_four(rows, where, push, i, s, modes):
-    """Add the rows of blades where[i : i + 4] times their push, as `add_one`."""
+    """Add the rows of blades where[i : i + 4] times their `push` to s[:modes]."""
     a, b = where[i] * modes, where[i + 1] * modes
     c, d = where[i + 2] * modes, where[i + 3] * modes
     first, second = broadcast(push[i]), broadcast(push[i + 1])
@@ -467,7 +468,7 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Implement `push_waves` for waves that are modes; spare : motion, then forces."""
+    """Implement `push_waves` for modes as waves; spare : d' + d, later modal forces."""
     half = len(rotor.drift)
     for m in range(0, half, FOUR):
         (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
@@ -503,7 +504,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Do `general.settle_general` where only the ring has a pending step."""
+    """Copy the state as `settle_general`; only the ring has a pending step."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)

@@ -76,10 +76,10 @@ def cyclic_march(
 def is_cyclic(model: Model) -> bool:
     """Return whether the cyclic kernel can integrate a model.
 
-    It cannot with one or two blades, for which nodal diameter 1 is a simple harmonic
-    but has both coordinates of the centre; unless one of several sectors is integrated,
-    which has no centre. It cannot with terms of rotation either, since they couple
-    modes, which the kernel integrates one by one.
+    It cannot with one or two blades, where nodal diameter 1 has one phase but moves
+    both coordinates of the centre; it can, though, if one of several sectors is
+    integrated, which has no centre. It cannot with terms of rotation, since these
+    couple modes, which the kernel integrates one by one.
     """
     plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
     plain = plain or model.rotor.spin is not None

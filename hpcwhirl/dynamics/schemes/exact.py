@@ -17,8 +17,7 @@ def build(model: Model, scene: Scene, beat: int) -> Integrator:
     Raises
     ------
     InputError
-        if the scheme does not exist for the rotor or casing, or two waves nearly
-        coincide
+        if the scheme cannot compute the rotor or casing, or two waves nearly coincide
     """
     _check(model)
     if not has_waves(model):

@@ -52,14 +52,15 @@ class Integrator:
         its arguments
     arrays : constant arrays, an argument of the kernel
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
-    balance : state -> terms that complete the entries of the state's ledger
+    balance : state -> `Balance`, the terms that complete the ledger in the state
     motion : (state, steps) -> `motion.Motion` of all sectors, at the angle of the
         step; with an unbalance that of x, not of y, see `case.unbalance`
     begin : `motion.Motion` at the angle 0 -> True; sets the state to it, at time 0, and
         enters its energy as work of the loading. If a model of one sector cannot
         represent the motion: False, and nothing changes
     casing_width : number of casing coordinates that the kernel stores per sample
-    casing_waves : (copies (n, width), steps between them) -> `history.History.casing`
+    casing_waves : (stored casing coordinates (n, width), steps between samples) ->
+        `history.History.casing`
     refresh : (state or None, `case.speed.Interval`) -> None; sets the arrays for an
         interval of a changing speed, and adapts the state; None if a changing speed
         changes only arguments of the kernel
@@ -125,10 +126,10 @@ def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
 
 
 def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Motion:
-    """Return a motion of all sectors from its amplitudes.
+    """Return a motion of all sectors from the amplitudes of rotor and ring.
 
-    found : amplitudes of rotor and ring; of one sector, if only one is integrated
-    places : (n,), m, displacement of the rotor if its amplitudes are 0; None: 0
+    found : amplitudes; those of one sector if only one is integrated
+    places : (n,), m, displacement of the rotor at amplitudes 0; None: 0
     """
     own, beside = model.shapes
     rotor, velocity = own @ found.rotor, own @ found.rotor_rate

@@ -16,10 +16,10 @@ from hpcwhirl.scene import Scene
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
     """Return the integrator of a scene.
 
-    It is that of the cyclic kernel, for waves if there are terms of rotation, for three
-    or more equal sectors in a rigid casing or one of harmonics; else that of the waves
-    of the whole rotor, or of both bodies with several contact points a tip. Scheme
-    `general` takes over if two waves nearly coincide, and for all layers that wear.
+    Three or more equal sectors in a rigid casing or one of harmonics: the cyclic
+    kernel, of modes or, with terms of rotation, of waves. Other rotors: waves of the
+    whole rotor. Several contact points a tip: waves of both bodies. Two waves that
+    nearly coincide, or a layer that wears: the integrator of scheme `general`.
 
     beat : steps between rows of evidence
     """

@@ -122,7 +122,7 @@ class RingPlaces:
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments of a state of `parts` equal parts."""
+    """Return amplitudes and present increments in a state of `parts` equal arrays."""
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 
@@ -146,7 +146,7 @@ def write_gaps(
 
 
 def nothing_booked(state: CyclicState, *, exact: bool) -> None:
-    """Set the works in a state to 0, and its counters to those of a beginning march.
+    """Set the works in a state to 0, and its counters to those at the start of a march.
 
     exact : whether the kernel is that of the exact flow, for which no step is pending
     """

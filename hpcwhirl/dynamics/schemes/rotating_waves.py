@@ -36,7 +36,7 @@ class _WavePlaces:
     """Layout of a rotor's waves in a state.
 
     rotor : the kernel's arrays
-    seen : whether the state also has the spectra of the gaps of the last steps
+    seen : whether the state also holds the spectra of gaps of the last steps
     """
 
     model: Model
@@ -79,7 +79,7 @@ def _circling(
     The circle is the last row of amplitudes, see `turning_waves.Circle`. If a run
     begins on the circle scaled down, the waves begin with the difference from the full
     circle. Their energy is entered in the ledger as work of the loading, and in the
-    sums as if contact had added it.
+    state's sums like energy that contact has added.
 
     whole : integrator at rest; returned unchanged for a balanced rotor
     """
@@ -110,10 +110,10 @@ def has_waves(model: Model) -> bool:
 
 
 def folds_well(model: Model, scene: Scene) -> bool:
-    """Return whether a model of one sector can be integrated alone.
+    """Return whether one of several equal sectors can be integrated alone.
 
-    With terms of rotation this requires waves of which no two nearly coincide;
-    otherwise all sectors are integrated together.
+    With terms of rotation this requires waves of which no two nearly coincide; else all
+    sectors must be integrated.
     """
     if model.folds == 1 or model.rotor.spin is None:
         return True

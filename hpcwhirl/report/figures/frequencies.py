@@ -389,7 +389,7 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def centre_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the end of the axis of a cascade of the static-frame centre, rad/s.
+    """Return the end of a cascade's axis for the centre in the static frame, rad/s.
 
     It covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and Omega.
     """

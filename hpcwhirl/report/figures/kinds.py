@@ -32,7 +32,7 @@ from hpcwhirl.store.reading.select import swept_of, where
 MOST_CASES = 12
 # traces that only `traces = "full"` keeps
 FULL = {"tips", "blade_impulse", "point_impulse", "stress", "worn"}
-SPECIAL = {  # trace: what it needs in addition to `traces = "full"`
+SPECIAL = {  # {trace: message on what it needs in addition to `traces = "full"`}
     "point_impulse": "needs an engine.file of several contact points a tip",
     "stress": "needs an engine.file with rotor/stress, and a scheme other than exact",
     "worn": "needs a layer that wears: engine.casing.contact_law",

@@ -156,7 +156,7 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return the figure of a Poincaré section: the static-frame centre once a turn."""
+    """Return a figure of the centre, static frame, once a revolution (Poincaré)."""
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])

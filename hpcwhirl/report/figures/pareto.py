@@ -31,8 +31,8 @@ class Row:
     Attributes
     ----------
     axis, label : what is varied, and the setting's name
-    cost : computing time of all scenes, over that with their own settings
-    spread : range of the repeats' times, over their median
+    cost : ratio of the computing time of all scenes to that with their own settings
+    spread : range of the times of repeats, divided by their median
     agree, runs : number of runs with the words of the reference, and of all runs
     errors : {variable: (median over the scenes, largest)}, relative
     score : median over the scenes of the largest error of each scene
@@ -197,7 +197,7 @@ def draw_tradeoff(facts: Facts, path: Path) -> Path:
         axes.axhline(floor, c="grey", ls=":", lw=1.0, label="twins differ by (median)")
     axes.margins(x=0.2)
     axes.set(xscale="log", yscale="log",
-             xlabel="computing time over that of the scenes as given",
+             xlabel="computing time / that of the scenes as given",
              ylabel="largest relative error, median over the scenes",
              title=f"Speed against accuracy, {facts.get('machine', '')}")  # fmt: skip
     axes.legend(fontsize=8)

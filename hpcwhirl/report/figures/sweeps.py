@@ -44,7 +44,7 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
 FEW_TURNS = 50  # revolutions, up to which dots are larger
-PLAIN = 10.0  # largest |work over losses| up to which its axis is linear
+PLAIN = 10.0  # largest |work / losses| for which the axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
 COLUMNS = 120  # largest number of spectra
@@ -149,7 +149,7 @@ def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
 
 
 def draw_cascade(cases: Results, line: list[int], *, transient: bool = False) -> Any:
-    """Return the full-spectrum cascade of the static-frame centre, in the window."""
+    """Return the cascade of the centre's full spectra in the window, static frame."""
     top = centre_top(cases, line)
     edges = np.linspace(-top, top, 401)
     speeds = np.array([cases.rows[i]["speed"] for i in line])

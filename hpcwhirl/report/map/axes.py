@@ -15,8 +15,8 @@ WIDEST = 5.0  # ratio of largest to least value from which an axis may be logari
 MOST_TICKS = 14  # number of values up to which each has a tick
 LONGEST = 26  # largest number of characters of a text on an axis
 WIDE, HIGH = 6.5, 13.0  # points, width of a letter and height of a line
-TOLD = 0.6  # fraction of levels that must have room for a tick, else no level has one
-ALONE = 0.5  # half the width of a cell without neighbours, over its value
+TOLD = 0.6  # least fraction of levels with room for a tick; below, there are no ticks
+ALONE = 0.5  # half the width of a cell without neighbours, relative to its value
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) ->
 
 
 def no_axis(count: int) -> Axis:
-    """Return an axis with one level for all cases, for lack of a swept input."""
+    """Return an axis with one level for all cases, used if no input is swept."""
     return Axis("", "", np.zeros(count), np.zeros(1))
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 DECADES = 100.0  # ratio of largest to least number from which a scale is logarithmic
-KEPT = 1e-4  # least |number| on a signed logarithmic scale, over the largest
+KEPT = 1e-4  # least |number| on a signed logarithmic scale, relative to the largest
 INK = "#000000"
 HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
@@ -211,4 +211,4 @@ def _label(
         unit, factor = shown_in(units[0])
         return with_unit(plain[0], unit), factor
     unit = "" if units[0] == units[1] else f", {units[0]} / {units[1]}"
-    return f"{plain[0]} over {plain[1]}{unit}", 1.0
+    return f"{plain[0]} / {plain[1]}{unit}", 1.0

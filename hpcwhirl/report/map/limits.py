@@ -60,7 +60,7 @@ def draw_limits(
         raise InputError(f"{msg}: choose others with --at")
     label, factor = label_of(data, over)
     if point is not None:
-        label, factor = f"{name_of(over)} over the present value", 1.0 / point
+        label, factor = f"{name_of(over)} / the present value", 1.0 / point
     ends = factor * np.array([[f.safe, f.unsafe] for f in found])
     figure, axes = new_figure((8.0, 4.4))
     if len(varied) == 1:

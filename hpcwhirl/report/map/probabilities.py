@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SHARE = "share_of_cases"  # name as a variable, so that expressions can use it
 SHARE_LABEL = SHARE.replace("_", " ")
 PANEL = "motion"  # pseudo-input of the map: the regime whose share a panel shows
-BARS = 0.55  # width of a bar, over the distance between bars
+BARS = 0.55  # width of a bar, relative to the distance between bars
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:

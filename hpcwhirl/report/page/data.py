@@ -32,11 +32,11 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
-LEFT_OUT = ("message", "rank")  # columns that the page shows elsewhere or not at all
+LEFT_OUT = ("message", "rank")  # results' columns that the page's table does not have
 CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
 DERIVED = {  # {name: (expression, unit, meaning)}
-    "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius over gap"),
-    "fed_over_lost": ("late_fed / late_lost", "1", "fed over lost in the window"),
+    "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius / gap"),
+    "fed_over_lost": ("late_fed / late_lost", "1", "energy fed / lost in the window"),
 }
 PROGRAM = "hpcwhirl run"  # with the default scene
 START = "table2"

@@ -1,4 +1,4 @@
-"""Optional variables of results: which ones a plan asks for; `amplification`."""
+"""Optional variables of results, by the inputs of a plan; `amplification`."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _others(row: Mapping[str, Any]) -> str:
 
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
-    """Return {"amplification": blade amplitude of a case over that of its tuned case}.
+    """Return {"amplification": blade amplitude of a case / that of its tuned case}.
 
     {} if either case has no blade amplitude or reached the amplitude limit, if the
     tuned case is at rest, or if their entries `MODEL` differ, as by `truncation`.

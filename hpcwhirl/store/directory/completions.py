@@ -151,7 +151,7 @@ class Ended:
         ----------
         record : the record
         case : number of its case; -1 for twins, later stages and cases of other plans
-        again : whether its job is to be computed again, so that it counts as not done
+        again : whether its job must be computed again, and so counts as not done
         """
         name, end = record["digest"], completion_of(record)
         place = job_of(record, self.plan)
@@ -198,7 +198,7 @@ def ended_in(
     ----------
     journals, plan : those of the campaign
     asked : digests whose completions are wanted in `Ended.told`
-    again : tells whether the job of a record is to be computed again; None: never
+    again : returns whether the job of a record must be computed again; None: never
     """
     if is_plain(plan) and again is None:
         known = CaseIndex(plan.digests)

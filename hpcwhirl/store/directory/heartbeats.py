@@ -167,7 +167,7 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove notes whose cases have all ended, but not of processes alive here."""
+        """Remove notes whose cases have all ended, except those of living processes."""
         ended = set(finished)
         here = socket.gethostname()
         for path, note in self._whole():

@@ -49,7 +49,7 @@ CAREFUL = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 
 
 class BrokenOffError(MissingFileError):
-    """The wait for another process was interrupted by a stop request."""
+    """Raised where a stop request interrupts waiting for another process."""
 
 
 def shard_claim(number: int, of: int) -> str:
@@ -60,7 +60,7 @@ def shard_claim(number: int, of: int) -> str:
 def in_the_way(one: str, other: str) -> bool:
     """Return whether two kinds of claims exclude each other.
 
-    Shards I/N and J/N do not, nor do a run and the writing of results.
+    Shards I/N and J/N do not exclude each other, nor do a run and writing of results.
     """
     if RESULTS in (one, other) or CAMPAIGN in (one, other):
         return (one == RESULTS) == (other == RESULTS)
@@ -171,9 +171,8 @@ class Claim:
     def check(self) -> None:
         """Raise if another process has taken over, so that nothing is published.
 
-        A process that was suspended for longer than `STALE` still believes that the
-        directory is its own. What remains unprotected is the time between two system
-        calls.
+        A process that was suspended for longer than `STALE` does not know that it has
+        lost the directory. Only the time between two system calls is not protected.
 
         Raises
         ------
@@ -254,7 +253,7 @@ class Asking:
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
-        """Print for whom this process waits; refuse to wait for a living run.
+        """Print the process that this one waits for; refuse to wait for a living run.
 
         Raises
         ------

@@ -235,7 +235,7 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return a record's entries without a binary field as JSON, b"" for none."""
+    """Return those entries of a record that have no binary field as JSON; b"": none."""
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""

@@ -30,13 +30,13 @@ PLACE = "place_"  # prefix of the variable with a case's position along an input
 
 @dataclass(frozen=True)
 class RefinedPlan(Manifest):
-    """A plan with all cases that refinement has asked for so far.
+    """A plan with all cases that refinement has added so far.
 
     Attributes
     ----------
     addresses : address of each case
-    family : all cases that refinement could ask for
-    growth : cases asked for, and their cells; None in a plan read from results
+    family : all cases that refinement could add
+    growth : cases added so far, and their cells; None in a plan read from results
     twinned : addresses of the cases with twins; empty in a plan read from results
     """
 
@@ -61,7 +61,7 @@ def full_plan(directory: Directory) -> Manifest:
 
 
 def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
-    """Return a plan with all cases asked for so far, in the order of result rows."""
+    """Return a plan with all cases added so far, in the order of rows in results."""
     kind = planner.kind
     if not isinstance(kind, Refined):
         return plan

@@ -229,7 +229,7 @@ def points_named(file: str) -> int:
 
 @lru_cache(maxsize=64)
 def _points_named(file: str, content: str) -> int:
-    """Return n_c of a file; content : its digest, part of the cache's key."""
+    """Return n_c of a file; content : its digest, so that a changed file is read."""
     del content
     import h5py
 
@@ -280,7 +280,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Context that turns errors of reading a damaged file into an error of one line."""
+    """Turn errors of reading a damaged file, inside the block, into a single line."""
     try:
         yield
     except (InputError, MissingFileError):

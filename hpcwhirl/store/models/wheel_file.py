@@ -265,7 +265,7 @@ def read_wheel(path: Path) -> FiniteElements:
 
 
 def _kind_of(document: dict[str, Any], file: str) -> str:
-    """Return which of the tables [wheel] and [sector] a document has; refuse others."""
+    """Return "wheel" or "sector", the table that a document has; refuse others."""
     kinds = [name for name in ("wheel", "sector") if name in document]
     if len(kinds) != 1:
         msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
@@ -362,7 +362,7 @@ def _stress(
     Parameters
     ----------
     size : n, number of DoF
-    blades : number of blades for which the file of the rows has rows
+    blades : number of blades whose rows are in the file
     """
     if "stress" not in document:
         return None, []

@@ -143,7 +143,7 @@ def nearest_cases(
 
 
 def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[slice]]:
-    """Return which points of a grid in a cell are nearer to its low or high corners.
+    """Return, for one cell, the grid points nearer to its low and to its high corners.
 
     Parameters
     ----------

@@ -100,8 +100,7 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
     """Return the words of a variable such as `regime`, (cases,) of str.
 
     The word is "" where xarray has masked a case (`xarray.Dataset.where`). Integer
-    codes are accepted, too, for example from a file opened by xarray alone; their words
-    are those of `flag_meanings`.
+    codes, as in a file opened by xarray alone, are converted by `flag_meanings`.
     """
     values = variable.to_numpy()
     if values.dtype.kind == "O":  # text, and NaN where xarray has masked a case

@@ -27,8 +27,8 @@ from hpcwhirl.store.reading.shares import SHARE
 
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
-WHOLE = 1e-6  # tolerance of the end time, over the sampling interval
-BLOCK = 4_000_000  # bytes of traces read at once, but at least one case's
+WHOLE = 1e-6  # tolerance of the end time, relative to the sampling interval
+BLOCK = 4_000_000  # bytes of traces read at once, or those of one case if more
 
 
 def results_of(place: Path) -> Path:

@@ -37,7 +37,7 @@ NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word o
 
 @dataclass
 class Contents:
-    """Index of a campaign's records and traces; takes some 50 bytes per case.
+    """Index of a campaign's records and traces, of some 50 bytes per case.
 
     Attributes
     ----------
@@ -166,7 +166,7 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the columns that decide where boundaries lie, {variable: (cases,)}."""
+    """Return the columns from which boundaries follow, {variable: (cases,)}."""
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
     for name in kinds:

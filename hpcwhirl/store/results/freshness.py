@@ -1,9 +1,9 @@
 """Whether `results.h5` is up to date, known without reading the journals.
 
-The group `performance` of the file stores from what it was gathered: the plan, and
-names, sizes and times of journals, traces and `runs/`. The file must be gathered again
-if one of these or the thresholds of the words have changed, or if its own size and time
-differ from those in the stamp file, since another program has then written to it.
+The group `performance` of the file stores its sources: the plan, and names, sizes and
+times of journals, traces and `runs/`. The file must be gathered again if one of these
+or the thresholds of the words have changed, or if its size and time differ from those
+in the stamp file, because another program has written to it.
 Copying a directory may change times, which costs one gathering.
 """
 

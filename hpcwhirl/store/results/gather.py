@@ -34,7 +34,7 @@ from hpcwhirl.store.results.freshness import STAMP, stamp
 from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
-STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later, or not
+STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later; it will not
 MORE = 1 << 16  # bytes of free space required beyond the known need
 
 
@@ -137,7 +137,7 @@ def _agreed(
 ) -> Any:
     """Return the value of `action`; an error of one rank is raised on all.
 
-    of_root : whether only rank 0 acts; the others sleep meanwhile
+    of_root : whether only rank 0 calls `action`, while the others sleep
     """
     value: Any = None
     error: Exception | None = None
@@ -181,8 +181,8 @@ def _blocks(
 ) -> Iterator[tuple[range, Block]]:
     """Yield the blocks that this rank writes; an error of one rank is raised on all.
 
-    In step, all ranks yield equally many blocks at the same time, some of them empty at
-    the end, as compressed traces require. Otherwise ranks do not wait for each other.
+    If `in_step`, all ranks yield equally many blocks, some of them empty at the end, at
+    the same time, as compressed traces require. Else ranks do not wait for each other.
     """
     mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
     error: Exception | None = None
@@ -254,7 +254,7 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return the cause of a failure of MPI-IO, found by making the file longer."""
+    """Return the cause of a failure of MPI-IO: the error of making the file longer."""
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)

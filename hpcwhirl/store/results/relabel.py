@@ -26,7 +26,7 @@ from hpcwhirl.store.results.layout import codes_of
 
 AT_ONCE = 1 << 15  # cases
 WORDS = ("outcome", "regime", "whirl")
-MOTION = "motion"  # only in results of campaigns that ask for it
+MOTION = "motion"  # only in results of campaigns with output.chaos > 0
 Word = tuple[str, ...]  # the words of one case
 Words = tuple[NDArray[np.str_], ...]  # (cases,) each
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
 TUNED = "tuned"
-EACH = "each"  # key in the attribute, not in [sample]: number of draws at a point
+EACH = "each"  # number of draws at a point: key of the root attribute, not of [sample]
 
 
 def drawn_axis(plan: Manifest) -> Axis:

@@ -118,7 +118,7 @@ function parse(text) {
   const atom = () => {
     if (is("sign", "(")) {
       const parts = listed(either, ")");
-      if (parts.length > 1) refuse("a list stands after 'in' alone");
+      if (parts.length > 1) refuse("a list may stand only after 'in'");
       return parts[0];
     }
     if (at >= list.length) refuse("something is missing at its end");
