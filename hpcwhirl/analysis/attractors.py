@@ -38,9 +38,9 @@ LEAST = 1e-300  # smallest number whose logarithm is taken
 STRONG = 0.7  # least mean silhouette
 FEWEST = 3  # least number of points of a cluster
 MOST = 2000  # points whose distances are computed; others join the nearest one
-WIDER = 2.5  # least gap between two clusters, over the widest gap inside either
+WIDER = 2.5  # least ratio of the gap between two clusters to the widest inside either
 CUTS = 12  # largest number of partitions tried, those at the widest gaps
-NORMAL = 1.4826  # standard deviation over median absolute deviation, normal law
+NORMAL = 1.4826  # ratio of standard deviation to median absolute deviation, normal law
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ def clusters(features: Floats) -> Ints:
 
     Parameters
     ----------
-    features : (n, d), each in units of its smallest significant difference
+    features : (n, d), d features, each in units of its smallest significant difference
     """
     count = len(features)
     if count < 2 * FEWEST:

@@ -32,10 +32,10 @@ RETURNS = 3  # least number of periods that a section must cover
 EXACT = 1e-3  # distance of a return, relative to the size of the motion, taken as 0
 ANGLES = 100  # number of angles c of the 0-1 test
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-DELTA = 1e-9  # distance of twins over the motion's size
+DELTA = 1e-9  # distance of twins, relative to the size of the motion
 PARTS = 4  # intervals per revolution, at the end of which the twin is moved back
-SETTLE = 0.1  # first part of the revolutions, not counted, in which the twin adjusts
-STILL = 1e-9  # variation over the largest value below which a quantity is constant
+SETTLE = 0.1  # first share of the revolutions, not counted, in which the twin adjusts
+STILL = 1e-9  # variation of a constant quantity, relative to its largest value
 
 
 class Twins(Protocol):
@@ -45,7 +45,7 @@ class Twins(Protocol):
         """Integrate both by one interval; return their relative distance."""
 
     def draw(self, factor: float) -> None:
-        """Set the twin to reference + factor (twin - reference)."""
+        """Multiply the difference of the twin from the march by `factor`."""
 
 
 class Exponent(NamedTuple):
@@ -244,7 +244,7 @@ def section_of(judged: Evidence, speed: float, first: int) -> Floats:
     Returns
     -------
     (points, m), distance of the centre from the axis, its x and y, and the square roots
-    of the energies of rotor and casing, each over its standard deviation in time;
+    of the energies of rotor and casing, each divided by its standard deviation in time;
     constant ones are left out. At whole revolutions the rotating and the static frame
     agree
     """

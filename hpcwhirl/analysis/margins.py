@@ -344,7 +344,7 @@ def _depth(found: SafeRange, value: float) -> float:
 def _away(
     data: xarray.Dataset, fixed: Mapping[str, Any], point: Mapping[str, float]
 ) -> float:
-    """Return the distance of a line from a point, in spans of its inputs."""
+    """Return the distance of a line from a point, in units of the inputs' spans."""
     away = 0.0
     for name in fixed.keys() & point.keys():
         values = data[name].to_numpy()

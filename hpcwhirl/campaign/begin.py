@@ -27,7 +27,7 @@ from hpcwhirl.store.directory.owner import (
 )
 
 LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
-LONG_AGO = 3600.0  # s, longer than writing a small file can take
+LONG_AGO = 3600.0  # s, age of an unfinished small file that nobody can still be writing
 PICTURES = ("map.", "report.")  # beginnings of the names of maps and pages
 
 
@@ -93,9 +93,9 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
-    """Return options for a claim that waits for others until `stopping` is set.
+    """Return options of a claim: it waits for other processes until a stop request.
 
-    take_over : whether claims of other machines count as dead
+    take_over : whether claims of processes on other machines count as dead
     """
 
     def check() -> None:
@@ -119,7 +119,7 @@ def owned(
     stopping: Stopping,
     own: Claim | None,
 ) -> Iterator[None]:
-    """Hold rank 0's claim on a directory; ask this run to stop if the claim is lost.
+    """Hold rank 0's claim on a directory; request a stop if the claim is lost.
 
     Parameters
     ----------

@@ -117,17 +117,17 @@ def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
 
 @dataclass(frozen=True)
 class Computation:
-    """The integration that a job asks for.
+    """The integration that a job requires.
 
     Attributes
     ----------
     job : the job
     scene, digest : the scene to integrate, and its digest
-    before : digest of the stage before, whose last state is continued; "": none
+    before : digest of the preceding stage, whose last state is continued; "": none
     facts : further entries of the record: digest of the case, number of the twin, end
         time, s
-    lasts : whether the last state is saved, since a longer run may follow
-    follows : digest of the case with whose last motion it begins; "": none
+    lasts : whether the last state is saved, since a longer run may continue from it
+    follows : digest of the case whose last motion is the initial one; "": none
     """
 
     job: Job
@@ -142,7 +142,7 @@ class Computation:
 def computation(
     design: Design, job: Job, extended: Sequence[float] = ()
 ) -> Computation:
-    """Return what is to be integrated for a job, and the entries of its record.
+    """Return the computation that a job requires.
 
     Parameters
     ----------

@@ -202,7 +202,7 @@ def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | floa
 
 
 def write_case(path: Path, design: Design, result: Result) -> None:
-    """Write the results of a campaign of one case, atomically.
+    """Write the results of one case as a campaign's results file, atomically.
 
     The file is gathered beside `path`, as for a campaign, and renamed.
 

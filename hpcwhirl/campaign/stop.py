@@ -32,7 +32,7 @@ PILOT_OVER = "the pilot is over"
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
 STOPPED = 75
 WATCH_EVERY = 0.25  # s between checks
-AFTER_ROOT = 2.0  # s that other ranks wait longer, so that rank 0 can report
+AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can report first
 
 
 class Stop(Exception):  # noqa: N818
@@ -221,7 +221,7 @@ class Watchdog:
 
     Parameters
     ----------
-    stopping : handler of stop requests; once it is settled, nothing is ended
+    stopping : handler of stop requests; nothing is ended once all cases are computed
     seconds : time from the request until the end, s
     comm : communicator of all ranks
     """

@@ -271,7 +271,7 @@ class Questions:
 
 
 class JobQueue(WorkQueue):
-    """A work queue of jobs; jobs that follow from a completion go out next.
+    """A work queue of jobs; those that follow from a completion are handed out next.
 
     Parameters
     ----------

@@ -198,7 +198,7 @@ class Server:
             )  # fmt: skip
         except (Stop, LateError) as told:
             return told
-        except Exception as failed:  # noqa: BLE001 - a failed case is a row
+        except Exception as failed:  # noqa: BLE001 - recorded as a failed case
             if not isinstance(failed, WhirlError):
                 traceback.print_exc()
             return FailedError(message_of(failed))

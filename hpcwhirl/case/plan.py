@@ -25,8 +25,8 @@ FOLDING = (
     "engine.casing.profile", "engine.casing.profile_scale", "engine.casing.offset",
     "engine.file", "unbalance", "engine.rotation",
 )  # fmt: skip
-MOST_KEPT = 256  # cached settling times
-SOON = 0.7  # part of the run in which a certificate must be expected, to be sought
+MOST_KEPT = 256  # number of cached settling times
+SOON = 0.7  # part of a run by whose end a certificate must be possible, to be sought
 
 
 class Marched(NamedTuple):

@@ -31,7 +31,7 @@ Floats = NDArray[np.float64]
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
 LEAST = 1e-9  # amplitude of a harmonic, relative to the largest, that counts as 0
 AROUND = 1 << 14  # number of angles at which the least gap is searched
-MOST_KEPT = 64  # cached shapes
+MOST_KEPT = 64  # number of cached shapes
 NEVER = 0  # step of the release of a casing that is not let go
 
 
@@ -214,6 +214,6 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return step and shape of a release; a saved march must have the same ones."""
+    """Return step and shape of a release, by which a saved march is identified."""
     shape = profile_of(scene)
     return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

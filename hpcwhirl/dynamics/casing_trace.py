@@ -31,7 +31,7 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
-    """Return the harmonics' cos and sin parts for unit modes, (H + 1, 2, m)."""
+    """Return the casing's harmonics, cos and sin, per unit amplitude, (H + 1, 2, m)."""
     return np.asarray(ring.waves() @ body.shapes)
 
 

@@ -15,7 +15,7 @@ from hpcwhirl.dynamics.kernels.wave_types import Flight
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.schemes import SCHEMES
 
-LONGEST = 10  # jumps of 1, 2, 4, ... 2^LONGEST steps
+LONGEST = 10  # exponent: jumps of 1, 2, 4, ... 2^LONGEST steps have coefficients
 
 
 class Flyer(NamedTuple):

@@ -38,7 +38,7 @@ class Roots:
 
     Attributes
     ----------
-    own : (modes,), indices of the modes among the complex amplitudes
+    own : (modes,), indices of the modes among the kernel's complex amplitudes
     weight : (modes,), |radial amplitude| at a blade's tip or on the ring
     radius, sine : (modes,), r and sin phi
     log : (modes,), log z
@@ -68,11 +68,11 @@ class Roots:
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's modes with `kernels.passes` items (ITEMS, n)."""
+    """Return the roots of a body's modes; items (ITEMS, n) : see `kernels.passes`."""
     modes = np.flatnonzero(items[passes.KEEP] != 0.0)
     keep, pull = items[passes.KEEP][modes], items[passes.PULL][modes]
     radius = np.sqrt(np.maximum(keep, 0.0))
-    lost = (1.0 - keep) / (1.0 + radius)  # 1 - r, without cancelling
+    lost = (1.0 - keep) / (1.0 + radius)  # 1 - r, without loss of digits
     with np.errstate(divide="ignore", invalid="ignore"):
         away = (pull - lost**2) / (2.0 * radius)  # 1 - cos phi
         sine = np.sqrt(np.maximum(away * (2.0 - away), 0.0))

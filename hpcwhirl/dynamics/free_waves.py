@@ -205,7 +205,7 @@ class Shapes(NamedTuple):
     ----------
     radial, tangential : (N, modes), displacements of the tips are Re(q @ row)
     hub : (2, modes), x_o, y_o = Re(conj(hub) q)
-    reach : (N, modes), |radial|; (1, modes) if it is the same for all blades
+    reach : (N, modes), |radial|; (1, modes) if it is equal for all blades
     """
 
     radial: Complexes

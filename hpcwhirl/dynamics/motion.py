@@ -35,7 +35,7 @@ from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.structure import FourierOperator
 
 BODIES = "rotor", "casing"
-SAME = 1e-8  # largest relative part of a motion without the symmetry of one sector
+SAME = 1e-8  # largest relative part of a motion that one sector may leave out
 
 
 class Motion(NamedTuple):

@@ -28,7 +28,7 @@ from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator, RingOperator
 
-LANES = 4  # modes that the kernel sums at a time; arrays are padded with modes at rest
+LANES = 4  # modes that the kernel sums at a time; padding modes never move
 EMPTY = np.zeros((0, 0))
 
 

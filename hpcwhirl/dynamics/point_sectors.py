@@ -35,7 +35,7 @@ from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.degenerate import runs
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 
-FEWEST = 3  # sectors for which waves have a direction
+FEWEST = 3  # least number of sectors for which waves have a direction
 EQUAL = 1e-8  # relative difference of sectors that are made equal
 SAME = 1e-11  # relative difference of frequencies, and of sectors, that counts as none
 CLOSE = 1e-3  # relative difference of frequencies whose modes round-off may mix

@@ -140,7 +140,7 @@ class Differences(_Diameter):
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return (row (w,), number) for the energy and loss that Lambda adds, J.
 
-        In a step it adds Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
+        In a step they are Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
         step without Lambda: to the energy, and to the loss by d'.
         """
         beta, more = self.pushed(mu), self.passed(mu).conj()

@@ -137,7 +137,7 @@ class DrivenRotor:
         )
 
     def set(self, body: CoupledBody, interval: Interval) -> None:
-        """Set the kernel's arrays of a rotor to those of an interval."""
+        """Set the kernel's arrays `body` to those of an interval."""
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
         self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
@@ -181,7 +181,7 @@ class DrivenRotor:
         return out
 
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
-        """Return keep and pull (m, m), and d' due to `force` (m,).
+        """Return matrices keep and pull, (m, m), and the increment by `force`, (m,).
 
         The matrix pull includes the forces of `swerve`.
         """

@@ -16,7 +16,7 @@ from hpcwhirl.scene.history import history_of, parsed
 from hpcwhirl.scene.input_names import is_number
 from hpcwhirl.scene.table import Table, distinct, labels, listed
 
-LATE = ("boundary", "even")  # twins that can be chosen only from the words of all cases
+LATE = ("boundary", "even")  # values of twins.of that need the words of all cases
 Settings = Sequence[Mapping[str, Any]]
 
 

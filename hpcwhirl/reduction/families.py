@@ -175,8 +175,9 @@ def rotor_by_diameter(model: Model) -> ModalModel:
     as with one point per tip. The time integration has waves of its own, see
     `dynamics.point_sectors`.
 
-    It is the model's rotor, unless that has several points per tip and sectors equal
-    within `recognise.EQUAL`: then it is cyclic, with waves if it has terms of rotation.
+    It is the model's rotor unchanged, unless tips have several points and sectors are
+    equal within `recognise.EQUAL`: then modes have nodal diameters and, with terms of
+    rotation, waves.
     """
     own, blades = model.rotor, model.blades
     if own.points is None:

@@ -50,10 +50,10 @@ from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
 from hpcwhirl.structure.assembly import turn
 
-MORE = 2  # modes computed of each diameter beyond an even share of all
-STRAINED = 1e-4  # largest relative strain by a translation; data of 14 digits give 1e-6
-INDEFINITE = -1e-9  # lowest relative eigenvalue that counts as 0 with round-off
-ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, over n times the largest one
+MORE = 2  # modes computed of each diameter in addition to the mean number wanted
+STRAINED = 1e-4  # largest strain by a translation, `_strained`; 14 digits give 1e-6
+INDEFINITE = -1e-9  # lowest eigenvalue, relative to the highest, that counts as 0
+ROUND_OFF = 1e-15  # largest omega^2 of a rigid mode, relative to n times the largest
 
 
 @dataclass(frozen=True)

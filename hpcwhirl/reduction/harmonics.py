@@ -108,7 +108,7 @@ def _model(
             inertia, stiff = matrices_of(h, p)
             own = inertia * np.eye(len(stiff))
             squared, modes = eigh(stiff, own)
-            if h == 0:  # torsion is uncoupled: such small entries are round-off
+            if h == 0:  # torsion is uncoupled: entries that couple it are round-off
                 modes[np.abs(modes) < STILL * np.abs(modes).max()] = 0.0
             omega = np.sqrt(np.maximum(squared, 0.0))  # a free ring's are round-off
             kept = range(len(omega)) if whole else kept_of(h, modes)

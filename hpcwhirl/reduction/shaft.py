@@ -13,7 +13,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
 
-RIGID = 0.01  # largest relative deviation from a translation, since modes are truncated
+RIGID = 0.01  # largest relative deviation from a translation; left-out modes cause it
 
 
 class MisplacedError(ValueError):

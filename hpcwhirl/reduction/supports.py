@@ -157,7 +157,7 @@ def small_damping(
 
 
 def film_shares(eccentricity: float) -> tuple[float, float]:
-    """Return the damping along and across e, over c_0; eps is cut at `CLOSED`."""
+    """Return damping / c_0 along e and across it; eps is at most `CLOSED` in it."""
     square = min(eccentricity, CLOSED) ** 2
     left = 1.0 - square
     return (1.0 + 2.0 * square) / left**2.5, left**-1.5

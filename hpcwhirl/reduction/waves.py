@@ -34,9 +34,9 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support, planar
 
-WATCHED = 4.0  # highest speed of searches, over the first frequency
-SPEEDS = 101  # number of speeds at which growth is computed
-REAL = 1e-9  # imaginary part over the largest root up to which a root is real
+WATCHED = 4.0  # ratio of the highest speed of searches to the first frequency
+SPEEDS = 101  # number of speeds at which searches compute growth
+REAL = 1e-9  # imaginary part, relative to the largest root, of a root taken as real
 ALIKE = 1e-6  # relative difference up to which frequencies count as equal
 ROUND_OFF = 1e-11  # growth rate, relative to the highest frequency, that counts as 0
 

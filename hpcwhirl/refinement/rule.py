@@ -270,9 +270,9 @@ class Branches:
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]
         rest = abs(place - found[-1]) if found else 0
-        if rest == 1 << self.side.depth:  # a coarse case that follows another one
+        if rest == 1 << self.side.depth:  # a coarse case, continuing another coarse one
             return found
-        while rest & (rest - 1):  # each binary digit 1 but the lowest is a case
+        while rest & (rest - 1):  # every digit 1 except the lowest gives a case before
             step = 1 << (rest.bit_length() - 1)
             found.append(found[-1] + sign * step)
             rest -= step

@@ -180,7 +180,7 @@ def _value(raw: str) -> Any:
             raise ValueError("more than one line")
         return document["value"]
     try:
-        return float(raw)  # .1 and 1e-6 are numbers for an engineer, but not in TOML
+        return float(raw)  # .1 and 1e-6 are numbers to engineers, but not in TOML
     except ValueError:
         return raw.strip()
 

@@ -29,11 +29,11 @@ from hpcwhirl.scene.rules import NO_BLADE, OF_CASING, OF_ENGINE, OF_ROTOR
 
 
 class Rotor(Inputs):
-    """Bladed disk in the rotating frame (reference §1).
+    """Bladed disk in the rotating frame.
 
     A blade is clamped on the disk's rim at `disk_radius` and tapers linearly in
-    thickness. Spokes (centre to blade root) and rim beams (root to root) stand
-    for the disk.
+    thickness. Spokes (centre to blade root) and rim beams (root to root) represent
+    the disk.
     """
 
     RULES = OF_ROTOR

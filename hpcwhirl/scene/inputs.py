@@ -124,7 +124,7 @@ class Scene(Inputs, metaclass=_Told):
     friction_at_rest: NonNegative = given(0.2, "1",
         "coefficient of Stribeck's law without sliding", symbol="μ_s")
     friction_speed: Positive = given(10.0, "m/s",
-        "sliding speed over which friction falls by 1/e, of Stribeck's law",
+        "sliding speed v_s in exp(-|v| / v_s), by which Stribeck's friction falls",
         symbol="v_s")
     force: NonNegative = given(75e3, "N",
         "peak modal force; F(t) = F sin(pi t / tau) for 0 < t < tau", symbol="F")

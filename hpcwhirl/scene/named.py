@@ -18,7 +18,7 @@ from hpcwhirl.scene.input_names import Value, full_name
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import apply_settings, flatten
 
-ALIKE = 0.85  # similarity of names from which one counts as a misspelling of the other
+ALIKE = 0.85  # least similarity of two names for one to be a misspelling of the other
 FORMER = {"salvat2016": "mostly_damped"}  # names of earlier versions
 ELSEWHERE = "its errors on other engines were not measured"
 

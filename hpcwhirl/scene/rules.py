@@ -22,7 +22,7 @@ from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
 AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
 MOST_STEPS = 1e13  # largest number of steps of a case
-MOST_GAP = 10.0  # largest gap over tip radius
+MOST_GAP = 10.0  # largest ratio of gap to tip radius
 MOST_RODS = 10**6  # largest number of rods around a casing
 TILTING = 3  # fewest blades of a disk that tilts
 STANDING = (  # inputs of supports that must be 0 unless rotation is full
@@ -49,7 +49,7 @@ class Rule:
     Attributes
     ----------
     inputs : dotted names of the inputs, relative to the table
-    holds : function from their values, scalars or (cases,), to whether they are
+    holds : function that returns whether their values, scalars or (cases,), are
         allowed; a list is passed as its length
     message : function from the values of a case that breaks the rule to the text of
         its error

@@ -172,17 +172,19 @@ RULES = {
         # no contact can recur; or at rest
         Rule("damped", ("certificate >= 0",)),
         Rule("damped", ("late_energy == 0",)),
-        # no contact, the energy falling significantly and every part falling
+        # no contact; the energy falls significantly, and that of no part grows
         Rule("damped", (
             "late_contacts == 0", "clear", "growth_rate < 0", "growth_rotor <= 0",
             "growth_casing <= 0", "growth_shaft <= 0")),
         Rule("undecided", ("late_contacts == 0",)),
-        # fed by rotation and friction, and grown, no slower in the last quarter, the
-        # rotor too, to the highest of the run; contact that grows moves casing or shaft
+        # rotation and friction feed energy; total and rotor have grown to the highest
+        # of the run, not slower in the last quarter; casing or shaft change, as contact
+        # that grows moves them
         Rule("divergent", (
             "clear", "rise_of_both > rise", "growth_last >= onward * growth_rate",
             "summit > above", "late_fed > 0", "not steady_rub")),
-        # contact feeds what is lost, losses turn the energy over, and nothing changes
+        # contact feeds as much energy as is lost, more than the motion has is lost, and
+        # amplitudes hardly change
         Rule("sustained", ("clear", "largest_change <= drift", *KEPT_UP)),
         Rule("sustained", ("not clear", "largest_change <= unclear", *KEPT_UP)),
         # the same for casing and shaft, which only contact moves steadily, while waves

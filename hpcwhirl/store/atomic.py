@@ -179,7 +179,7 @@ def _parts_in(folder: Path, stem: str) -> Iterator[os.DirEntry[str]]:
 
 
 def sweep_idle(folder: Path, stem: str) -> None:
-    """Remove temporary files of `replacing` on which no process has a lock any more."""
+    """Remove temporary files of `replacing` that no process has locked."""
     for item in _parts_in(folder, stem):
         with suppress(OSError):
             _remove_idle(item)

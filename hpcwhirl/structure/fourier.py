@@ -23,7 +23,7 @@ MIDDLE = np.zeros(1)
 
 @dataclass(frozen=True)
 class Uniform:
-    """A ring: the same at every axial place."""
+    """A ring, whose displacement does not depend on the axial place."""
 
     count = 1
     ends = (-math.inf, math.inf)

@@ -79,7 +79,7 @@ def save_apart(cache: Any, key: Any, data: Any) -> None:
     """Save compiled code as `IndexDataCacheFile.save` does, but under a unique name."""
     overloads = cache._load_index()
     name = overloads.get(key)
-    if name is not None:  # the same code again
+    if name is not None:  # the cache has code for this key already
         cache._save_data(name, data)
         return
     overloads[key] = name = cache._data_name(uuid.uuid4().int)
@@ -88,7 +88,7 @@ def save_apart(cache: Any, key: Any, data: Any) -> None:
 
 
 def cache_facts() -> dict[str, Any]:
-    """Return {name: value}: path, writability, number of kernels of numba's cache."""
+    """Return {fact: value} of numba's cache: path, writability, number of kernels."""
     compiled = sum(1 for _ in WANTED.rglob("*.nbc")) if WANTED.is_dir() else 0
     return {
         "cache": str(WANTED),

@@ -47,7 +47,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
 )
 
-MOST_KEPT = 8  # cached numbers of blades
+MOST_KEPT = 8  # numbers of blades N whose index tables are cached
 MANY = 48  # active blades beyond which a circulant W is applied slot by slot
 SMALL = 24  # N up to which the inverse is always computed anew, not updated
 TRIES = 8  # corrected sets of active blades that are tried before pivoting starts

@@ -34,7 +34,7 @@ def stand(body, motion, time, force):
 
     At constant speed the forces are those of the supports.
 
-    `normal` of `motion` is used as work space; contact sets it later.
+    motion.normal is used as work space; `collect` sets it later.
     """
     if len(body.force) == 0:
         standing.stand(body, motion, time, force)

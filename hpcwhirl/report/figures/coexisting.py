@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 LOOKS = {"up": (">", "-"), "down": ("<", "--")}  # marker and line of a direction
 AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest
 SETTLED = 0.5  # last fraction of the motion, whose orbit is drawn
-ROOM = 3.0  # end of the axis of radii, over the largest radius on the edge
+ROOM = 3.0  # ratio of the end of the axis of radii to the largest radius on the edge
 PANELS = 6  # largest number of panels: points of the sweep with the largest entropy
 
 
@@ -102,7 +102,7 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
     for name, side in (("low", found.low), ("high", found.high)):
         look = REGIMES[side.word] if side.word in REGIMES else REGIMES["undecided"]
         axes.plot(side.time, factor * side.radius, c=look.stroke, lw=0.7, gid=name,
-                  label=f"leaves it: {look.told}")  # fmt: skip
+                  label=f"leaves the edge: {look.told}")  # fmt: skip
     axes.plot(found.time, factor * radius, c=DARK, lw=0.9, label="edge", gid="edge")
     axes.axhline(factor * scene.gap, color="black", ls="--", lw=0.8, label="gap")
     for start in found.time[1:][np.diff(found.pieces) != 0]:

@@ -21,9 +21,9 @@ from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
 BINS = 120  # number of cells along time and around the casing
-DECADES = 1e-3  # least impulse on the scale of colours, over the largest
+DECADES = 1e-3  # least impulse on the scale of colours, relative to the largest
 MICRO = 1e6  # micrometres in a metre
-MOST_ROWS = 400  # of the map, along time
+MOST_ROWS = 400  # largest number of rows of the map, along time
 
 
 def _shown(

@@ -253,7 +253,7 @@ def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
     if max(map(abs, axes.dataLim.intervaly), default=0.0) > PLAIN:
         axes.set_yscale("symlog", linthresh=1.0)
     axes.margins(y=0.1)
-    axes.set(xlabel=axis_of("speed"), ylabel="fed over lost, in the window")
+    axes.set(xlabel=axis_of("speed"), ylabel="energy fed / lost in the window")
 
 
 def spectra_over(
@@ -282,7 +282,7 @@ def spectra_over(
 
 
 def draw_waterfall(cases: Results, case: int) -> Any:
-    """Return spectra of the static-frame centre over time and, if it changes, speed.
+    """Return a figure of the centre's spectra over time and, if it changes, speed.
 
     The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
     lines the times and speeds at which a critical speed is crossed.
@@ -334,7 +334,8 @@ def _mesh_over(
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
     """Return the highest |omega| to draw, rad/s, between 1.2 and 3 times `speed`.
 
-    Within these limits it is the highest line over 1/1000 of the largest amplitude.
+    Within these limits it is the highest |omega| with an amplitude above 1/1000 of the
+    largest one.
     """
     seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
     highest = float(np.abs(omega[seen]).max(initial=0.0))

@@ -30,7 +30,7 @@ class Place(NamedTuple):
     ----------
     of : digest of the case
     twin : number of the twin; 0: the case itself
-    stage : 0: as planned; n: for the n-th end time of the extensions
+    stage : 0: run to the planned duration; n: to the n-th end time of an extension
     """
 
     of: str

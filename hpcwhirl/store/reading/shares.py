@@ -120,10 +120,10 @@ def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]
 
 @dataclass(frozen=True)
 class Credibility:
-    """How many of the cases with twins keep their word in all of their twins.
+    """Number of cases whose twins all have the same word as the case.
 
-    For a random sample of the even cases of a map, this tells how far the map may be
-    trusted away from its boundaries.
+    For a random sample of the even cases of a map, it shows how reliable the map is
+    away from its boundaries.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ class Credibility:
 
     @property
     def share(self) -> tuple[float, float, float]:
-        """The share that keeps its word, and the ends of its 95 % interval (Wilson)."""
+        """The share `kept` / `cases`, and the ends of its 95 % interval (Wilson)."""
         return interval(self.kept, self.cases)
 
     def __str__(self) -> str:
@@ -155,7 +155,7 @@ class Credibility:
 
 
 def credibility(data: xarray.Dataset) -> Credibility:
-    """Return how many cases of a campaign with [twins] keep their word in all twins.
+    """Return the number of cases whose twins all have the word of their case.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def credibility(data: xarray.Dataset) -> Credibility:
 
 
 def find_credibility(data: xarray.Dataset | Results) -> Credibility | None:
-    """Return how many cases keep their word in all twins; None without any twins."""
+    """Return the `Credibility` of results; None if no case has twins."""
     if COUNT not in data or TWINS_OF not in data.attrs:
         return None
     count, share = (np.asarray(data[name]) for name in (COUNT, SHARED))
