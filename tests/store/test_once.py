@@ -103,9 +103,9 @@ def test_results_that_are_closed_hold_no_file(two):
         links = Path("/proc/self/fd").glob("*")
         return [n for n in links if n.exists() and n.samefile(two[0] / "results.h5")]
 
-    with hpcwhirl.open_results(two[0]):
+    with hpcwhirl.open_results(two[0]) as data:
         assert held()
-    assert not held()
+    assert not held(), data  # which is still there
 
 
 @pytest.mark.parametrize(
