@@ -210,7 +210,7 @@ def test_a_case_without_a_result_has_the_time_that_its_revolutions_take(run, tmp
         ({"retry": [1]}, "retry must be failed, timeout, crashed, or a list"),
         ({"report": "yess"}, r"\[campaign\] report 'yess'; did you mean 'yes'"),
         ({"report": True}, "report must be one of auto, yes, no, got True"),
-        ({"map": "auto"}, r"\[campaign\] map 'auto'"),
+        ({"map": "auto"}, "map must be one of yes, no, got 'auto'"),
         ({"wall_time": "1:00:00"}, "'wall_time'; did you mean 'walltime'"),
         ({"limit": 1}, "unknown key in .campaign. 'limit'; did you mean 'case_limit'"),
     ],

@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -95,6 +96,16 @@ def test_results_that_are_sent_to_another_process_are_opened_there(two):
     there = pickle.loads(pickle.dumps(data))
     xarray.testing.assert_identical(there.load(), data.load())
     data.close()
+
+
+def test_results_that_are_closed_hold_no_file(two):
+    def held():
+        links = Path("/proc/self/fd").glob("*")
+        return [n for n in links if n.exists() and n.samefile(two[0] / "results.h5")]
+
+    with hpcwhirl.open_results(two[0]) as data:
+        assert held()
+    assert not held(), data  # which is still there
 
 
 @pytest.mark.parametrize(
