@@ -15,8 +15,8 @@ from hpcwhirl.scene.input_names import FILE, LATER, Value, default_of
 from hpcwhirl.scene.inputs import Scene
 from hpcwhirl.scene.plain_data import flatten
 
-READING = 2  # to be increased when an unchanged engine file gives other numbers
-PHYSICS_VERSION = 17  # to be increased when unchanged inputs give other numbers
+READING = 2  # increased whenever an unchanged engine file gives other numbers
+PHYSICS_VERSION = 17  # increased whenever unchanged inputs give other numbers
 MOST_BYTES = 2**31  # largest engine file: 16 matrices of 4,000 coordinates
 
 
