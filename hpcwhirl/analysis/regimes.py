@@ -63,7 +63,8 @@ class Thresholds:
     )
     above: float = _limit(0.02, "least `summit` of a `divergent` motion")
     replaced: float = _limit(
-        0.8, "least ratio of energy fed to energy lost, and its inverse, if `sustained`"
+        0.8,
+        "least ratio of energy fed to energy lost, and of lost to fed, if `sustained`",
     )
     turnover: float = _limit(
         2.0,

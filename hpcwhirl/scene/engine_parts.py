@@ -53,7 +53,7 @@ class Rotor(Inputs):
     root_thickness: Positive = given(0.010548, "m",
         "thickness of a blade at its root, in plane")
     taper: Positive = given(0.77753, "1",
-        "thickness of a blade at the tip over that at the root")
+        "ratio of a blade's thickness at the tip to that at the root")
     spoke_width: Positive = given(0.0039693, "m",
         "width of a spoke out of plane; spokes join the centre to the blade roots")
     spoke_thickness: Positive = given(0.051338, "m", "thickness of a spoke in plane")

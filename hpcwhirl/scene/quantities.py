@@ -77,7 +77,7 @@ ROW: dict[str, Quantity] = {
     **_real("1/s", growth_casing="as growth_rate, of the casing's energy"),
     **_real("1/s", growth_centre="growth rate of the centre's ln rms displacement"),
     **_real("1/s", growth_last="as growth_rate, last quarter of the window"),
-    **_real("1", summit="ln of rotor amplitude at the end over highest before"),
+    **_real("1", summit="ln(rotor amplitude at the end / highest before)"),
     **_real("1", whirl_ratio="(P+ - P-)/(P+ + P-) of forward, backward power"),
     **_real("m2/s", orbit_area="area swept per second by the centre, forward > 0"),
     **_real("rad/s", line_frequency="strongest line of the centre, forward > 0"),
@@ -89,10 +89,10 @@ ROW: dict[str, Quantity] = {
     **_real("s", load_end="end of the pulse, 0 for none"),
     **_count(late_contacts="1 if the window has contact"),
     **_real("s", certificate="time from which no contact can recur, -1 for none"),
-    **_real("m", certificate_reach="upper bound of displacements after it, or 0"),
-    **_real("1", ledger_error="largest error of the energy ledger, over throughput"),
-    **_real("1", step_share="time step over the stability limit"),
-    **_real("1", gap_error="relative difference of gaps in solver and bodies"),
+    **_real("m", certificate_reach="bound of displacements after certificate, or 0"),
+    **_real("1", ledger_error="largest error of the energy ledger / its throughput"),
+    **_real("1", step_share="time step / stability limit of the time step"),
+    **_real("1", gap_error="relative error of solved gaps, from displacements"),
     **_real(
         "1",
         slip_ratio="largest velocity of a tip in contact relative to the casing, "
@@ -125,7 +125,7 @@ CHAOS: dict[str, Quantity] = {
     **_real("1/s", exponent="largest Lyapunov exponent"),
     **_real("1/s", exponent_error="half the width of its 95 % interval"),
     **_count(period="revolutions after which the motion recurs best"),
-    **_real("1", return_distance="distance after a period, over the size of motion"),
+    **_real("1", return_distance="distance after a period / size of the motion"),
     **_real("1", zero_one="K of the 0-1 test: 0 regular, 1 chaotic"),
 }
 # variables of campaigns in which speed or gap change in time
@@ -156,7 +156,7 @@ PERFORMANCE: dict[str, Quantity] = {
 }
 # use of time of each rank of each run, over the dimension `worker`
 SHARES: dict[str, Quantity] = {
-    **_real("1", busy_fraction="worker_busy over worker_span"),
+    **_real("1", busy_fraction="worker_busy / worker_span"),
     **_real("s", worker_busy="time for computing and storing cases"),
     **_real("s", worker_span="from the first case of any rank to the end of all"),
     **_count(worker_run="run of the campaign", worker_rank="rank in the run"),
@@ -170,7 +170,7 @@ STATUS: dict[str, Quantity] = {
 # variables of the cases of a refined campaign
 REFINED: dict[str, Quantity] = {
     **_text("S16", preset="preset whose inputs the case has"),
-    **_count(final="1 unless a case of higher fidelity here has a word"),
+    **_count(final="1 unless a case of higher fidelity has a word here"),
     **_count(fidelity="0: first fidelity, 1: confirmation"),
     **_count(level="bisections after which the point appears, 0: coarse"),
     **_count(panel="number of the combination of unrefined inputs"),
@@ -249,7 +249,7 @@ ARRAYS: dict[str, Quantity] = {
     **_real("rad", tip_angle="angle of each contact point from its blade's"),
     **_real("m", tip_gap="clearance of each contact point less the gap"),
     **_real("Pa/m", stress="stress at named points, of unit coordinates"),
-    **_text("S60", stress_name="names of these points"),
+    **_text("S60", stress_name="names of the points of stress"),
     **_real("m", station="axial positions of modal_radial, modal_tangential"),
     **_real("1/sqrt(kg)", modal_tip_radial="radial displacement of the tips"),
     **_real("1/sqrt(kg)", modal_tip_tangential="tangential displacement of tips"),

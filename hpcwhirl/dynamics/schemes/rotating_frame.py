@@ -49,7 +49,7 @@ class Rotating(NamedTuple):
     settle : (state, copies) -> None; completes the state's pending step in copies of
         rotor, ring and their sums
     passes : module with the kernel's passes, `differences` or `flow`
-    beside : whether the state's gaps are without the rotor's displacement
+    beside : whether the gaps in the state leave out the rotor's displacement
     """
 
     march: Any
