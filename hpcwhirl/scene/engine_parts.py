@@ -239,7 +239,7 @@ class Engine(Inputs):
         "directory")
     rotation: Literal["none", "full", "auto"] = given("none", "1",
         "effects of rotation on the rotor; none: none, as in the paper; full: Coriolis "
-        "terms, centrifugal stiffening and softening, and supports that stand still; a "
+        "terms, centrifugal stiffening and softening, and supports that do not turn; a "
         "rotor from file must have these terms; `gap_at` says at which speed `gap` is "
         "measured; auto: none if the centre is clamped and no wave changes by more "
         "than 1 % or `accuracy`, else full")

@@ -9,7 +9,7 @@ from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.scene import NAMED, Scene, apply_settings, named_scene
-from hpcwhirl.scene.remarks import load_remarks, remarks
+from hpcwhirl.scene.remarks import remarks
 
 JOBS = sorted((Path(__file__).parents[2] / "jobs").glob("*.toml"))
 WRONG = {
@@ -75,7 +75,7 @@ def test_a_load_is_told_by_how_far_it_moves_the_casing(lobes):
     assert found.row["contacts"] == 0
     moved = np.hypot(*found.traces["casing"][:, lobes].T).max()
     told = [
-        bool(load_remarks(apply_settings(Scene(), given | {"gap": moved / gaps})))
+        bool(remarks(apply_settings(Scene(), given | {"gap": moved / gaps}), load=True))
         for gaps in (1.0, 6.0)
     ]
     assert told == [False, True]
