@@ -74,11 +74,10 @@ def test_a_load_is_told_by_how_far_it_moves_the_casing(lobes):
     found = simulate(apply_settings(Scene(), given | free))
     assert found.row["contacts"] == 0
     moved = np.hypot(*found.traces["casing"][:, lobes].T).max()
-    told = [
-        bool(remarks(apply_settings(Scene(), given | {"gap": moved / gaps}), load=True))
-        for gaps in (1.0, 6.0)
-    ]
-    assert told == [False, True]
+    for gaps, told in ((1.0, False), (6.0, True)):
+        scene = apply_settings(Scene(), given | {"gap": moved / gaps})
+        found = remarks(scene, load=True)
+        assert any("that alone moves the casing" in line for line in found) == told
 
 
 @pytest.mark.parametrize("seed", range(6))
