@@ -97,7 +97,11 @@ def results_of(document: Mapping[str, Any], out: Path, *more: str, ranks: int) -
 
     file = out.with_name(f"{out.name}.toml")
     file.write_text(tomli_w.dumps(document))
-    campaign(file, out, "--report", "no", *more, ranks=ranks)
+    try:
+        campaign(file, out, "--report", "no", *more, ranks=ranks)
+    except subprocess.CalledProcessError as ended:
+        if ended.returncode != 1:  # 1: cases failed, which their rows tell
+            raise SystemExit(f"{out}: {ended.stderr}") from None
     return hpcwhirl.open_results(out)
 
 

@@ -25,8 +25,9 @@ def forked(action: Callable[[], int], out: Path, err: Path) -> int:
     code = RAISED
     try:
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
         for number, path in ((1, out), (2, err)):
-            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND), number)
+            os.dup2(os.open(path, flags, 0o644), number)
         code = action()
     except SystemExit as left:
         code = left.code if isinstance(left.code, int) else RAISED

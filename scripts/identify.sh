@@ -14,6 +14,7 @@ fi
 export HPCWHIRL_EXTRAS=${HPCWHIRL_EXTRAS:-identify}
 # shellcheck source=scripts/environment.sh
 . "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+export HPCWHIRL_MPIRUN=$MPIRUN
 cd "$HPCWHIRL_ROOT"
 mkdir -p "$out"
 

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 import subprocess
 
 import pytest
@@ -35,11 +36,12 @@ def pytest_addoption(parser):
 
 def pytest_collection_modifyitems(items):
     """Check that a file spells the marks by which scripts/test.sh finds it."""
-    for path in {item.path for item in items}:
-        marks = {m.name for it in items if it.path == path for m in it.iter_markers()}
-        text = path.read_text()
-        for name in {"mpi", "mpiio"} & marks:
-            if f"mark.{name}" not in text:
+    marks = {}
+    for item in items:
+        marks.setdefault(item.path, set()).update(m.name for m in item.iter_markers())
+    for path, names in marks.items():
+        for name in {"mpi", "mpiio"} & names:
+            if not re.search(rf"mark\.{name}\b", path.read_text()):
                 msg = f"{path} must spell mark.{name}, by which test.sh finds it"
                 raise pytest.UsageError(msg)
 

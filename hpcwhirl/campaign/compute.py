@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.continuation import Ended, begun, end_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Course, Result
 from hpcwhirl.campaign.stop import Stop, breakable
-from hpcwhirl.case.resolve import Case
+from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.errors import CaseError, one_line, text_of
 from hpcwhirl.planner.jobs import Job
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.words import is_open
-
-if TYPE_CHECKING:
-    from hpcwhirl.case.resolve import Case
 
 
 class LateError(CaseError):
@@ -176,6 +173,4 @@ def resolved(design: Design, computed: Computation) -> Case:
     """Return the resolved case that a computation integrates."""
     if not computed.facts:
         return design.resolved(computed.job.case)
-    from hpcwhirl.case.resolve import resolve  # imports SciPy, too slow for --help
-
     return resolve(computed.scene)

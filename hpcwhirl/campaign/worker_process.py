@@ -14,6 +14,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -133,7 +134,7 @@ class Child:
         while True:
             try:
                 if self._pipe.poll(LOOK_EVERY):
-                    return self._pipe.recv()
+                    return self._received(process)
             except (EOFError, OSError):
                 code = self._reap()
                 between()
@@ -149,6 +150,15 @@ class Child:
                 self._reap()
                 late = LateError(f"more than {limit:g} s, and the case did not answer")
                 raise stop or late
+
+    def _received(self, process: subprocess.Popen[bytes]) -> Any:
+        """Return an answer that has begun to arrive; kill a child that stalls in it."""
+        timer = threading.Timer(GRACE, process.kill)
+        timer.start()
+        try:
+            return self._pipe.recv()
+        finally:
+            timer.cancel()
 
 
 class Server:

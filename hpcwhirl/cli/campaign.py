@@ -7,7 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,6 +104,9 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
     times = extended_by(design, directory.plan, extend)
     loaded = age() - (time.monotonic() - session.stopping.began)
     cost = forecast(design, directory, policy.shard, times, args.started, loaded)
+    skipped = {"map": args.map == "no", "page": args.report == "no"}
+    after = {n: time for n, time in cost.after.items() if not skipped.get(n)}
+    cost = replace(cost, after=after)
     tell(cost, design, args.ranks, as_json=args.json)
     return COMPLETE
 
@@ -223,7 +226,7 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory)
         print(f"hpcwhirl: {UNTOUCHED}", file=sys.stderr)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
-    maps = _maps(ending, args.out) if args.map == "yes" else []
+    maps = _maps(ending, args.out, wanted=args.map == "yes")
     facts["maps"] = [str(path) for path in maps]
     pages = _pages(args, ending, directory)
     facts["report"] = str(pages[0]) if pages else None
@@ -256,14 +259,20 @@ def _pages(args: argparse.Namespace, ending: Any, directory: Directory) -> list[
     return [write_page(directory)]
 
 
-def _maps(ending: Any, out: Path) -> list[Path]:
+def _maps(ending: Any, out: Path, *, wanted: bool) -> list[Path]:
     """Draw the map unless it is newer than unchanged results; return its files.
 
-    If the map cannot be drawn without options, print one line.
+    Print one line if it is not wanted and an older one is there, or if it cannot be
+    drawn without options.
     """
     files = [out / "map.png", out / "map.svg"]
     if not ending.gathered and _is_after(ending.results, files):
         return files
+    if not wanted:
+        if any(path.exists() for path in files):
+            text = "map.png and map.svg are of earlier results: hpcwhirl map"
+            print(f"hpcwhirl: {text} {out}", file=sys.stderr)
+        return []
     from hpcwhirl.report.render_process import draw_apart
 
     try:

@@ -95,12 +95,13 @@ def _stale(directory: Directory) -> str:
 
 def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> int:
     """Show the progress, in place on a terminal, again and again until all ended."""
-    from rich.live import Live
-
     from hpcwhirl.campaign.progress import progress_of
 
-    in_place = sys.stdout.isatty() and not args.json
-    display = Live(auto_refresh=False) if in_place else nullcontext()
+    display: Any = nullcontext()
+    if sys.stdout.isatty() and not args.json:
+        from rich.live import Live
+
+        display = Live(auto_refresh=False)
     with suppress(KeyboardInterrupt), display as live:
         while True:
             if live is not None:

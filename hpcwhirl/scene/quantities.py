@@ -45,11 +45,9 @@ def _text(kind: str, **names: str) -> dict[str, Quantity]:
     return _table(kind, "1", **names)
 
 
-_real, _count, _word = (
-    partial(_table, "f8"),
-    partial(_text, "i8"),
-    partial(_text, "enum"),
-)
+_real = partial(_table, "f8")
+_count = partial(_text, "i8")
+_word = partial(_text, "enum")
 
 
 ROW: dict[str, Quantity] = {

@@ -5,8 +5,8 @@
 Draws cells of the maps over 121 speeds (40 to 520 rad/s) and 41 gaps (0.08 to 0.4 mm)
 of five engines: `rubbing` of `preset_map`, `four_motions`, the default,
 `mostly_damped`, two of `words_hold`; and of `four_motions` with full rotation at
-friction 0.15, where it rubs all round. Each is marched to 20 s in `draft`, and its word
-asked at 2.5, 5, 10 and 20 s, as a run of that length has it. Rows go to FILE (JSON
+friction 0.15, where it rubs all round. Each is integrated in `draft` to 2.5, 5, 10 and
+20 s, and has the word of a run of that length. Rows go to FILE (JSON
 lines, resumable; default a temporary file). Prints the share of undecided at each time,
 what words of earlier times
 are at 20 s, and what is left undecided, and spent, by cases that end when they are

@@ -353,6 +353,8 @@ def main() -> int:
     """Measure, print, write."""
     args = arguments()
     place, of = (int(part) for part in args.part.split("/"))
+    if args.write and of > 1:
+        raise SystemExit("--write needs all engines: without --part")
     names = args.only or list(PLANS)
     seeds = {name: args.seed or PLANS[name][0] for name in names}
     counts = {n: args.count or PLANS[n][2 if args.quick else 1] for n in names}

@@ -223,17 +223,8 @@ def test_two_ranks_extend_to_the_same_bits(whole, tmp_path, words):
 
 def test_the_directory_alone_is_enough(whole, tmp_path, capsys):
     run(tmp_path)
-    words = (
-        "--extend",
-        "undecided",
-        "--to",
-        "0.8",
-        "--json",
-        "--report",
-        "no",
-        "--map=no",
-    )
-    assert main(["campaign", str(tmp_path), *words]) == 0
+    words = ["--extend", "undecided", "--to", "0.8", "--json", "--report=no"]
+    assert main(["campaign", str(tmp_path), *words, "--map=no"]) == 0
     assert json.loads(capsys.readouterr().out)["failed"] == 0
     assert root_variables(tmp_path) == whole
 

@@ -57,12 +57,12 @@ sweep = {speed = {start = 440, stop = 500, step = 20}}
 branch = {over = "speed", starts = [440, 500]}
 refine = {over = "speed", levels = 2, words = "branch"}
 """
-# laws of speed, gap and shape, and a casing that keeps what was rubbed off
 PLAIN = """
 scene = {duration = 0.02}
 solver = {time_step = 8e-6}
 output = {interval = 1e-3}
 """
+# laws of speed, gap and shape, and a casing that keeps what was rubbed off
 MOVING = """
 scene = {duration = 0.02, acceleration = 200, gap_closure = 2e-5, gap_time = 0.1}
 solver = {time_step = 8e-6}
@@ -100,7 +100,9 @@ MORE = {
     "not round": OVAL + SWEPT,
 }
 QUICK = "refined"
-KILLS = int(os.environ.get("HPCWHIRL_KILLS", "0"))  # campaigns, of two kills each
+KILLS = int(
+    os.environ.get("HPCWHIRL_KILLS", "0")
+)  # further campaigns, of two kills each
 EXTENDED = ("--extend", "undecided", "--to", "0.2")
 
 

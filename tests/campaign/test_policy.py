@@ -282,6 +282,17 @@ def test_map_and_page_are_written_as_the_file_wants_it(run, tmp_path):
         assert there & (pictures | page) == made
 
 
+def test_a_map_of_earlier_results_is_told_of(run):
+    one, two = (
+        f"{SHORT}sweep = {{speed = {speeds}}}\n" for speeds in ([300], [300, 410])
+    )
+    assert run(one, bare=["--report=no"])[0] == 0
+    for text, told in ((one, False), (two, True)):
+        code, err = run(text)
+        assert code == 0
+        assert ("are of earlier results" in err) == told
+
+
 def test_what_is_tried_again_is_a_list():
     words = {"failed", "timeout", "crashed"}
     assert Campaign().retry == set()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.kernels import circulant, contact
+from hpcwhirl.dynamics.kernels import circulant, contact, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.compiled import kernel
@@ -14,10 +14,11 @@ from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.dynamics.snapshot import restore, snapshot
 from hpcwhirl.scene import Scene, apply_settings
 
-guess, seek, recall, turn_to, place_of = (
+guess, seek, seek_near, read_all, open_whole, recall, turn_to, place_of = (
     kernel(part.py_func)  # for Python
     for part in (
-        circulant.guess, circulant.seek, keep.recall, keep.turn_to, keep.place_of,
+        circulant.guess, circulant.seek, whole.seek_near, whole.read_all,
+        whole.open_whole, keep.recall, keep.turn_to, keep.place_of,
     )
 )  # fmt: skip
 
@@ -167,3 +168,37 @@ def test_slices_and_snapshots_of_many_contacts_give_the_same_bits():
     assert whole.counter[contact.TOUCHED] > 1000
     for one, other in zip(whole.state, parts.state, strict=True):
         assert one.tobytes() == other.tobytes()
+
+
+@pytest.mark.parametrize("blades", [30, 60])
+def test_sets_are_the_same_whether_tips_are_computed_or_bounded(blades):
+    """Blades that do not touch have bounds between 0 and their gaps, until computed."""
+    drawn, wide = np.random.default_rng(blades), widths(blades)[1]
+    w = drawn_matrix(blades, drawn)
+    sure, near, q = space_of(w), space_of(w), drawn.normal(size=16)
+    places = np.array([place_of(j, blades, wide) for j in range(blades)])
+    others, chosen = np.zeros(2 * wide), folded(blades, wide)
+    tips, opened, computed, left = np.zeros((4, 2 * wide))
+    again, entered, ways = drawn.normal(size=(blades, 16)), 0, [0, 0, 0]
+    for gaps in slowly(drawn.normal(size=blades), drawn, 300):
+        rows = (again * (gaps / (again @ q))[:, None]).ravel()
+        read_all(rows, q, blades, computed)
+        own = computed[places]
+        lowest = open_whole(computed, others, 0, opened)
+        if not lowest < 0.0:
+            continue
+        bounds = np.where(own > 0.0, own * drawn.random(blades), own)
+        known = near.known[: near.known[blades + keep.SIZE]]
+        bounds[known] = own[known]
+        tips[:] = bounds[chosen]
+        open_whole(tips, others, 0, left)
+        ways[solve(own, sure)[2]] += 1
+        active = guess(left, 0, lowest, blades, wide, near)
+        if active < 0:
+            active = seek_near(rows, q, others, 0, tips, left, lowest, blades, near)
+        assert near.known.tobytes() == sure.known.tobytes()
+        assert near.where[:active].tobytes() == sure.where[:active].tobytes()
+        assert near.push[:active].tobytes() == sure.push[:active].tobytes()
+        entered += (tips[places] != bounds).any()
+    assert entered > 0
+    assert min(ways[:2]) > 0

@@ -89,6 +89,48 @@ def test_the_papers_motions_score_one_and_cost_nothing():
     assert screen.words_right(as_the_paper()) == 4
 
 
+@pytest.mark.parametrize(
+    ("speed", "change", "lost"),
+    [
+        (270.0, {"regime": "undecided"}, 3 + 0.5 + 1),  # and nothing to be 4 times of
+        (270.0, {"whirl": "mixed"}, 0.25),
+        (270.0, {"whirl": "forward", "line_frequency": 518.0}, 0.5),
+        (410.0, {"regime": "undecided"}, 5),
+        (410.0, {"whirl": "backward"}, 1),
+        (410.0, {"orbit_radius": 3e-4}, 1),
+        (420.0, {"regime": "sustained"}, 5),
+        (420.0, {"orbit_radius": 9e-3}, 1),
+        (420.0, {"stop": "amplitude"}, 1),
+        (520.0, {"regime": "none"}, 2.5),
+        (520.0, {"whirl": "mixed"}, 0.5),
+        (400.0, {"regime": "sustained"}, 0),
+        (150.0, {"regime": "sustained"}, 4 / 41),
+    ],
+)
+def test_every_miss_costs_its_points(speed, change, lost):
+    rows = changed(as_the_paper(), speed, **change)
+    assert points(rows) == pytest.approx(24 - lost)
+
+
+def test_a_divergent_neighbour_speaks_for_270():
+    rows = changed(as_the_paper(), 270.0, regime="damped")
+    other = {"regime": "divergent", "whirl": "backward", "orbit_radius": 1e-3}
+    assert points(changed(rows, 280.0, **other)) == 24.0
+    assert screen.words_right(rows) == 3  # but it is not the word at 270
+
+
+def test_clamped_centre_and_table_1_weigh_by_their_share():
+    rows = changed(as_the_paper(), 20.0, "clamped", regime="divergent")
+    rows = changed(rows, 20.0, "table 1, k=1", regime="sustained")
+    assert points(rows) == pytest.approx(24 - 2 / 11 - 1.5 / 11)
+
+
+def test_what_was_not_computed_is_not_possible():
+    parts = scoring.score_parts([row(520.0, "damped", "mixed")])
+    assert parts == {"520": (2.0, 2.0), "520 forward": (0.0, 0.5)}
+    assert scoring.score({}) == 0.0
+
+
 # -- screening -------------------------------------------------------------------------
 def test_computing_more_never_costs():
     rows = as_the_paper()

@@ -186,6 +186,7 @@ def shell(line, place, **options):
 @pytest.mark.parametrize(
     ("line", "why"),
     [
+        ("hpcwhirl --help >/dev/full", "cannot write stdout: No space left on device"),
         ("hpcwhirl model --json >/dev/full", "stdout: No space left on device"),
         (
             "mkdir x; cd x; rmdir ../x; hpcwhirl model",
@@ -233,11 +234,14 @@ def test_what_stands_in_for_a_closed_stream_is_open_for_children_too():
     assert done.stdout == "[True, True, True]\n"
 
 
-def test_a_stdout_that_takes_nothing_loses_no_file(tmp_path):
+@pytest.mark.parametrize(
+    ("stdout", "code"), [(">/dev/full", 75), ("> >(exec true)", 1), (">&-", 0)]
+)
+def test_a_stdout_that_takes_nothing_loses_no_file(tmp_path, stdout, code):
     """The words are asked for beside the files, and computed no second time."""
     short = "--set duration=2e-3 --set time_step=2e-6 --quiet"
-    done = shell(f"hpcwhirl run {short} --out o.h5 --plot p >/dev/full", tmp_path)
-    assert done.returncode == 75
+    done = shell(f"hpcwhirl run {short} --out o.h5 --plot p {stdout}", tmp_path)
+    assert done.returncode == code
     assert "Traceback" not in done.stderr
     assert count_statuses(tmp_path / "o.h5")["ok"] == 1
     assert list((tmp_path / "p").glob("*.png"))

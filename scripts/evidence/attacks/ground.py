@@ -122,6 +122,11 @@ def _whole(ended: Ended, out: Path, specimen: Specimen, place: Path) -> str:
 
 NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
 HOMELESS = {"HOME": "/proc/nowhere"}  # not even root can make it
+CACHES = ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")
+STREAMS = (
+    ">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-", ">/dev/full", "2>/dev/full",
+    ">/dev/full 2>/dev/full", "| head -c 1",
+)  # fmt: skip
 Check = Callable[[Specimen, Path], Iterable[str]]
 Calls = Iterable[tuple[Words, tuple[int, ...]]]
 
@@ -182,6 +187,31 @@ def other_user(shared: Specimen, place: Path) -> Iterator[str]:
     yield differs(out, shared.truth, place)
 
 
+def hidden(shared: Specimen, place: Path) -> Iterator[str]:
+    """Let nobody look at journals and directories that it cannot read."""
+    _need("setpriv", root=True)
+    for name in ("journal", "traces", "campaign.json", "."):
+        out = _copy(shared, place / "out")
+        (out / name).chmod(0)
+        looks = (2,) if name == "journal" else (0, 2)  # it says what it cannot read
+        told = [(["status", out], looks), (["gather", out], (2,)),
+                (_calls(shared, out), (2,))]  # fmt: skip
+        yield from _faults(told, place, NOBODY, HOMELESS)
+        out.chmod(0o755)
+
+
+def no_home(shared: Specimen, place: Path) -> Iterator[str]:
+    """Compute with a home, or a cache of compiled code, that cannot be written."""
+    for name in CACHES:
+        os.environ.pop(name, None)
+    (place / "file").write_text("a file")
+    cache = f"{HOMELESS['HOME']}/numba", str(place / "file")
+    for env in (HOMELESS, *({"NUMBA_CACHE_DIR": path} for path in cache)):
+        shutil.rmtree(out := place / "out", ignore_errors=True)
+        yield from _faults([(_calls(shared, out), (0,))], place, env=env)
+        yield differs(out, shared.truth, place)
+
+
 def clocks(shared: Specimen, place: Path) -> Iterator[str]:
     """Continue, and look, with a clock that stands in 1971, far ahead, or is back."""
     _need("faketime")
@@ -216,13 +246,31 @@ def no_directory(shared: Specimen, place: Path) -> Iterator[str]:
                          (["model"], (0, 2)), (["job", "slurm", shared.file], (0, 2)),
                          (["campaign", "--dry-run", shared.file], (0, 2))):  # fmt: skip
         gone.mkdir()
-        program = shlex.join(map(str, (*PROGRAM, *words)))
-        call = f"cd '{gone}' && rmdir '{gone}' && exec {program}"
+        call = f"cd '{gone}' && rmdir '{gone}' && exec {_quoted(words)}"
         wrong = fault(start(["bash", "-c", call], place).wait(), codes)
         yield wrong and f"{words[0]}: {wrong}"
 
 
-CHECKS: tuple[Check, ...] = (other_user, clocks, read_only, no_directory)
+def streams(shared: Specimen, place: Path) -> Iterator[str]:
+    """Close standard streams, or let them be full."""
+    calls = (["status", shared.out], ["status", shared.out, "--json"], ["model"],
+             ["campaign", shared.file, "--dry-run"], ["gather", shared.out], ["--help"],
+             ["classify", shared.out], ["model", "--set", "nonsense=1"], ["doctor"],
+             ["campaign", shared.file, "--out", place / "out"])  # fmt: skip
+    for words in calls:
+        for ends in STREAMS:
+            call = ["bash", "-c", f"{_quoted(words)} {ends}"]
+            wrong = fault(start(call, place).wait(), (0, 1, 2, 75))
+            yield wrong and f"{words[0]} {ends}: {wrong}"
+
+
+def _quoted(words: Words) -> str:
+    return shlex.join(map(str, (*PROGRAM, *words)))
+
+
+CHECKS: tuple[Check, ...] = (
+    other_user, hidden, clocks, read_only, no_directory, streams, no_home
+)  # fmt: skip
 
 
 def attempt(shared: Specimen, chance: Chance, place: Path) -> Verdict:
@@ -238,6 +286,6 @@ def attempt(shared: Specimen, chance: Chance, place: Path) -> Verdict:
 
 FAMILIES = {
     "disk": Family("a full disk", 100, prepare_disk, attempt_disk),
-    "ground": Family("another user, clocks, no directory, one to read only",
+    "ground": Family("another user, clocks, homes, caches, streams, directories",
                      len(CHECKS), prepare, attempt),
 }  # fmt: skip
