@@ -1,4 +1,4 @@
-"""The contact problem of blades in a round casing, with constant W.
+"""The contact problem of blades in a round casing, with constant Delassus matrix W.
 
 In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
 
@@ -48,7 +48,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 MOST_KEPT = 8  # numbers of blades N whose index tables are cached
-MANY = 48  # active blades beyond which a circulant W is applied slot by slot
+MANY = 48  # active blades beyond which a circulant W is applied by spectra
 SMALL = 24  # N up to which the inverse is always computed anew, not updated
 TRIES = 8  # corrected sets of active blades that are tried before pivoting starts
 CLOSED = 1e-13  # penetration allowed in a solution, relative to the lowest gap
@@ -68,7 +68,7 @@ def folded(blades: int, wide: int) -> Integers:
 
 
 def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
-    """Return the work space of `guess` and `solve_any`; `recall` completes it.
+    """Return the work space of `guess` and `solve_any`; `recall` sets its inverse.
 
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
@@ -89,7 +89,7 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers, wave: Floats
 ) -> ConstantSpace:
-    """Return the work space, as `constant_space` does, of a circulant W.
+    """Return the work space, as `constant_space` does, for a circulant W.
 
     column : (N,), m/N, column 0 of W; wave : see `passes.to_gaps`
     """
@@ -163,13 +163,13 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether W is applied to `size` multipliers by spectra, slot by slot."""
+    """Return whether W is applied to `size` multipliers by their spectrum."""
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do what `openings` does, by spectra; its result is the least of four returned."""
+    """Do what `openings` does, by spectra; return four numbers, the least its value."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)

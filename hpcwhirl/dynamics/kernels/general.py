@@ -9,8 +9,8 @@ g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
 and the multipliers give the modal forces lambda gamma, and mu lambda sigma by friction.
 Modal forces are summed only over the blades in contact and, like those on the ring, act
-in the next pass. For `differences.pass_modes` each mode of the rotor is a column with
-one row, and its modal forces take the place of the spectrum of the multipliers.
+in the next pass. `differences.pass_modes` has one mode of the rotor where the cyclic
+kernel has those of a slot, and modal forces for the spectrum of the multipliers.
 """
 
 from __future__ import annotations
@@ -115,10 +115,11 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,), folded, m, to the tips' negative displacement, sum of gamma q.
+    """Set out (2 wide,), folded, m, to the tips' negative radial displacements.
 
-    q : (m,) or more, m % 8 == 0
-    gamma : (2 wide / 8, m, 8) flat, in groups of eight blades, read in this order
+    q : (m,) or more, amplitudes of the modes, m % 8 == 0
+    gamma : negative displacements of the tips for unit amplitudes, (2 wide / 8, m, 8)
+        flat, in groups of eight blades, read in this order
     """
     modes = len(gamma) // len(out)
     for v in range(0, len(out), EIGHT):
@@ -154,7 +155,10 @@ def close_gaps(tips, gaps, row):
 
 @inlined
 def to_modes(push, where, active, radial, tangential, lam):
-    """Set lam (2 m,) to modal forces: sums of push times radial, then tangential."""
+    """Set lam (2 m,) to the multipliers' modal forces: normal, then friction over mu.
+
+    push, where : multipliers of the blades where[:active]
+    """
     modes = len(lam) // 2
     for v in range(0, modes, EIGHT):
         a, b, c, d = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
@@ -220,8 +224,9 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
-    slip_b : (2 m,), its second half has d' + d of the modes, on which friction does
-    work; slip_c : (2 k,), see `passes.slip_of`
+    slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on
+        which friction does work
+    slip_c : (2 k,), see `passes.slip_of`
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]

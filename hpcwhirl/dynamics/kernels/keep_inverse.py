@@ -4,7 +4,7 @@ For a few blades the inverse is computed anew. For more, a blade that leaves or 
 changes it by a product of a column and a row (bordering, Frobenius and Schur), which
 takes n^2 operations where an inversion takes n^3. Every bit of the inverse follows from
 `known` in the state: the present blades in order, and all changes since the inverse was
-last computed anew. A slice of a run begins by undoing and repeating these changes.
+last computed anew. Each call of a time loop first undoes and repeats these changes.
 """
 
 from __future__ import annotations

@@ -112,9 +112,11 @@ def tip_force(layer, softness, worn, first, sunk):
 @rare
 def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
           space, own):  # fmt: skip
-    """Solve lam = P(-g - W lam) for all tips at once.
+    """Solve lam = P(-g - W lam) for the multipliers lam of all tips at once.
 
-    Arguments not listed, and the result, are those of `contact.complementarity`.
+    P(s) is the force of the rods on a tip at the depth s, g are the gaps, W is the
+    Delassus matrix of both bodies. Arguments not listed, and the result, are those of
+    `contact.complementarity`.
 
     Parameters
     ----------
@@ -144,9 +146,10 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
 @rare
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
-    """Set row j of the problem linearised about s_j: s = lam / P' + `shifted` - g.
+    """Set row j of the problem linearised about the depth own.sunk[j] of tip j.
 
-    For a tip that touches none of its rods, P' is that of the highest rod alone.
+    Its depth is s = lam / (dP/ds) + own.shifted - g, P(s) the force of its rods. If it
+    touches none of them, dP/ds is that of the highest rod alone.
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
@@ -163,8 +166,9 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
     """Return whether the solution of the linearised problem satisfies lam = P(s).
 
-    If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else change
-    own.sunk towards that s, by `share` of the difference.
+    P(s) is the force of the rods on a tip at the depth s. If so, set own.sunk to the
+    solution's s and `opened` (N,) to -s, m; else change own.sunk towards that s, by
+    `share` of the difference.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):

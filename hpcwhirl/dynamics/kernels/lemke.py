@@ -85,7 +85,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Pivot until z_0 belongs to a column, so that z_0 = 0; return success."""
+    """Pivot until z_0 of `set_out` heads a column, hence is 0; return success."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:

@@ -29,7 +29,7 @@ def turn_points(rows, q, ahead, near, spectra):
 
 @verb
 def read_every(rows, q, points, tips, spectra):
-    """Set tips (2 wide,), folded, to the part of all gaps due to waves, m.
+    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
 
     spectra : work space
     """

@@ -1,7 +1,8 @@
 """Sums of rows of a table, each row times a factor, for two or six vectors at a time.
 
 A fused multiply-add waits for the preceding one of the same sum: six sums at once keep
-both units of a core busy. The terms of a sum are added in the order of `which`.
+both units of a core busy. The terms of a sum are added in the order of the rows listed
+in the argument `which`.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to single waves and sums of pairs."""
+    """Set the first (alike, 2, k) of `spectra` to amplitudes, those of pairs added."""
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -120,9 +120,10 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to d' + d of single waves and pairs.
+    """Set the first (alike, 2, k) of `spectra` to motions over two steps of the waves.
 
-    The two waves of a pair have conjugate factors.
+    These are d' + d, see `SectorRows.move`, of single waves, and sums over pairs. The
+    two waves of a pair have conjugate factors.
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -180,9 +181,10 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set spectra of d' + d of point p of all tips; add the forces' change of waves.
+    """Set spectra of the motion of point p of all tips; add forces' change of waves.
 
-    For pairs, coefficients of forces are the conjugates of those of the motion.
+    The motion is that of the waves over two steps, d' + d, see `SectorRows`. For pairs,
+    coefficients of forces are the conjugates of those of the motion.
 
     Parameters
     ----------
@@ -337,10 +339,9 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return the displacement, m, by all forces: their product with a row of `table`.
+    """Return the motion over two steps, m, by all forces: a row of `table` times these.
 
-    at : index in `table` at which the row begins
-
+    at : index at which the row begins in `table`, `SectorRows.opens` or `slides`
     spare : from entry modes + points on, the cos and sin forces of the pulse
     """
     total = table[at + points] * spare[modes + points]
@@ -352,7 +353,7 @@ def by_forces(table, at, push, where, active, spare, modes, points):
 
 @inlined
 def turn_back(rows, push, where, active, k, spectra):
-    """Set the spectra of the multipliers, and the flags of points with multipliers."""
+    """Set the multipliers' spectra in `spectra`, and the flags of points in contact."""
     first, flags = layout(rows)
     lam = first + 4 * k * rows.each
     for m in range(lam, flags, FOUR):

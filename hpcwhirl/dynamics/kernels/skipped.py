@@ -1,6 +1,7 @@
 """Central differences without transforming gaps in steps in which none can close.
 
-A gap is the clearance plus Re sum_kappa G_kappa e^{2 pi i kappa j / N}. So it changes
+A gap is the clearance plus Re sum_kappa G_kappa e^{2 pi i kappa j / N}, G the spectrum
+of the gaps, kappa the nodal diameter (slot), j the blade, see `cyclic`. So it changes
 by at most the change of the clearance plus the sum of |change| over the real and
 imaginary parts of all slots. While that is below the lowest gap of the last step that
 was transformed, no blade touches. Gaps of a skipped step that are needed later (two

@@ -59,17 +59,18 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 
-# items of a wave: z - 1; gap per unit amplitude; beta; d' + d of the tip along the
-# casing after a step without forces, with negative sign; factors of Lambda in what it
-# adds to energy and loss
+# items of a wave: z - 1; gap per unit amplitude; beta; motion of the tip along the
+# casing over two steps, d' + d, after a step without forces, with negative sign;
+# factors of Lambda in what it adds to energy and loss
 AHEAD_RE, AHEAD_IM, RADIAL, PUSH_RE, PUSH_IM = range(5)
 RATE_RE, RATE_IM, WORK_RE, WORK_IM = range(5, 9)
 ITEMS = 9
-# items of a slot, for a unit Lambda: change of the gap; of d' + d along the casing;
-# energy and loss added
+# items of a slot, for a unit Lambda: change of the gap; of that motion along the
+# casing; energy and loss added
 OPENS_RE, OPENS_IM, SLIDES_RE, SLIDES_IM, ADDS = range(5)
 FIXED = 5
-# further items of the exact flow: dt (v- + v+) of the gap, by waves, by a unit Lambda
+# further items of the exact flow: dt (v- + v+) of the gap, v- and v+ its rates before
+# and after an impulse, by waves, by a unit Lambda
 NEARS_RE, NEARS_IM = ITEMS, ITEMS + 1
 FLOW_ITEMS, FLOW_FIXED = ITEMS + 2, FIXED + 2
 SEEN = 3  # steps whose spectra of gaps the state has, for central differences
@@ -82,7 +83,10 @@ BOUND_ITEMS = 4
 
 @inlined
 def times(c, at, which, re, im, total):
-    """Return total + c (re + i im); re and im of c are items `which`, `which` + 1."""
+    """Return total + c (re + i im); re and im of c are items `which` and `which` + 1.
+
+    c, at : packed items of all waves, and where those of the four waves begin
+    """
     a, b = load(c, at + which * FOUR), load(c, at + (which + 1) * FOUR)
     real = fnma(b, im, fma(a, re, total[0]))
     return real, fma(b, re, fma(a, im, total[1]))
@@ -128,7 +132,7 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add a column's works to sums; return (re, im) of the drag, see `passes.slip_of`.
+    """Add works at four slots to sums; return drag factors, see `passes.slip_of`.
 
     For central differences, also complete the spectrum of the pending step.
     """
@@ -158,7 +162,7 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return where spectra of gaps begin in the state, see `seen` in `columns`."""
+    """Return where three spectra of gaps begin in the state: `seen` in `columns`."""
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -204,7 +208,7 @@ def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @rare
 def settle_waves(rotor, s, t, lam, counter, exact, sums):
-    """Copy the rotor to t with its pending step completed; add its works to sums."""
+    """Copy the rotor's state s to t, complete a pending step, add its works to sums."""
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
         return
@@ -246,7 +250,7 @@ def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @rare
 def energy_of_waves(rotor, t):
-    """Return Jacobi's energy of a rotor's completed state t, J."""
+    """Return Jacobi's energy, J, of a rotor's state t without pending step."""
     hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
@@ -283,7 +287,7 @@ def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
 @does(bound_rotor, WaveRotor)
 @kernel
 def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
-    """Implement `flight.bound_rotor` for waves a e^{s t}, see `flights`."""
+    """Implement `flight.bound_rotor` for waves, whose bounds `flights` explains."""
     bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
     for col in range(0, k, FOUR):
         rate_re, rate_im = broadcast(0.0), broadcast(0.0)
@@ -302,7 +306,10 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 @does(jump_rotor, WaveRotor)
 @part
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
-    """Implement `flight.jump_rotor` for waves: a' = z^n a, without a loss to enter."""
+    """Implement `flight.jump_rotor` for waves, of which no loss is entered.
+
+    A jump over n steps multiplies an amplitude by z^n, z its factor in a step.
+    """
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)

@@ -3,8 +3,8 @@
 Each wave of the whole rotor has a complex amplitude that a step turns, a' = z a. Their
 real and imaginary parts are real amplitudes q (m,), re then im, from which tips follow
 as from modes. The multipliers lambda act at once: q += beta lambda. They follow q in
-the state, s = (q, lambda), so that d' + d of a tip in a step with contact is a row of
-coefficients times s, see `dynamics.whole_waves`.
+the state, s = (q, lambda), so that the change of a tip's displacement from step n - 1
+to n + 1, d' + d, is a row of coefficients times s, see `dynamics.whole_waves`.
 
 Without rotation a wave is a mode, whose displacement is its real part: rows for tips
 and forces have half the length (`dynamics.mode_waves`). Only `push_waves` and
@@ -76,7 +76,10 @@ HELD = 4  # rows of the state's array `held`, see `push_waves`
 
 @inlined
 def turn_four(q, ahead, half, m):
-    """Multiply four amplitudes by z, as a step does; return their new re and im."""
+    """Multiply four amplitudes by z, as a free step does; return their new re and im.
+
+    ahead : (2 half,), z - 1, re, then im, like q; m : the first of the four
+    """
     (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
     re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
     store_both(q, half, m, (re, im))
@@ -85,7 +88,10 @@ def turn_four(q, ahead, half, m):
 
 @inlined
 def turn_waves(q, ahead):
-    """Take a step without forces, a' = z a; q : (m,) or more, ahead : (m,), z - 1."""
+    """Take a step without forces, which multiplies amplitudes by z.
+
+    q, ahead : (m,) or more, amplitudes; (m,), z - 1; re, then im
+    """
     half = len(ahead) // 2
     for m in range(0, half, FOUR):
         turn_four(q, ahead, half, m)
@@ -93,7 +99,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds in tips (2 wide,) by `drift`, m; then do as `open_whole`."""
+    """Lower the bounds in tips (2 wide,) by `drift`, m; then call `open_whole`."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -115,7 +121,7 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def four_sums(rows, at, q, modes):
-    """Return four partial sums of a row, begun at `at`, times q[:modes]."""
+    """Return four partial sums of the row from index `at` on, times q[:modes]."""
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -128,7 +134,10 @@ def four_sums(rows, at, q, modes):
 
 @inlined
 def eight_sums(rows, at, on, q, modes):
-    """Return `four_sums` of two rows; eight sums at a time hide their latency."""
+    """Return `four_sums` of the rows from `at` and from `on` on.
+
+    Eight sums at a time hide their latency.
+    """
     zero = broadcast(0.0)
     a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -327,7 +336,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the sum of `four_sums` plus the rest of the row times s[modes:]."""
+    """Return the sum of `four_sums` of a row, plus its further part times s[modes:]."""
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -337,13 +346,20 @@ def with_rest(rows, at, s, modes, sums):
 
 @inlined
 def moved_by(rows, at, s, modes):
-    """Return the row of `opens` or `slides` from `at` on, times s (modes + padded,)."""
+    """Return a tip's motion from step n - 1 to n + 1, m: a row times s.
+
+    rows, at : `WholeRotor.opens` or `slides`, and where the row begins
+    s : (modes + padded,), amplitudes before contact acts, then multipliers, N
+    """
     return with_rest(rows, at, s, modes, four_sums(rows, at, s, modes))
 
 
 @inlined
 def slide(rows, where, active, s, modes, held):
-    """Set `held` of the active blades to their rows times s, see `moved_by`."""
+    """Set `held` of the active blades to their motion along the casing over two steps.
+
+    rows, s : factors, and what they multiply, as in `moved_by`
+    """
     for i in range(0, active, 2):
         one, other = where[i], where[min(i + 1, active - 1)]
         at, on = one * len(s), other * len(s)
@@ -445,9 +461,9 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
         part, out: with it, since tips are not computed in all steps
     sums : (3,): twice the work of normal forces, twice that of drag over mu, and what
         contact has added to energy and loss, J
-    held : (HELD padded,), state, by blade: slip d' + d along the casing in its last
-        contact, m; then three rows, used by the steps in turn: 2 plus the number of a
-        step in which the blade had contact
+    held : (HELD padded,), state, by blade: motion along the casing over two steps in
+        its last contact, m; then three rows, used by the steps in turn: 2 plus the
+        number of a step in which the blade had contact
     """
 
 
@@ -468,7 +484,10 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Implement `push_waves` for modes as waves; spare : d' + d, later modal forces."""
+    """Implement `push_waves` for modes as waves.
+
+    spare : work space: change of the modes over two steps, later modal forces
+    """
     half = len(rotor.drift)
     for m in range(0, half, FOUR):
         (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
