@@ -55,8 +55,9 @@ def distance(march: March, a: Any, b: Any) -> float:
     """Return sqrt(E), E in J, of the difference of two motions of a march's scene.
 
     E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
-    of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, which
-    may be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
+    of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, with
+    the kinetic energy T in the rotating frame and the strain energy U of x, which may
+    be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
     kinetic energy of the motion in the rotating frame and the strain energy, both
     positive.
 

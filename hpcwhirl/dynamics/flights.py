@@ -64,7 +64,7 @@ def all_die_out(items: Floats) -> bool:
 def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
     """Return whether all waves that move or that contact excites decay.
 
-    ahead : (w,), z - 1 of each wave
+    ahead : (w,), z - 1 of each wave, z the factor of its amplitude in a step
     push : (r, w), contributions of contact to each wave
     """
     pushed = np.asarray(push.any(axis=0))
@@ -108,11 +108,12 @@ def can_fly(scene: Scene) -> bool:
 
 
 def _jump(items: Floats, count: int, step: float) -> Floats:
-    """Return the flow of (q, d) over `count` steps, (JUMP_ITEMS, size).
+    """Return coefficients of a jump over `count` steps, (JUMP_ITEMS, size).
 
-    q' = e^-a ((cos b + xi omega S) q + S v), v' = e^-a ((cos b - xi omega S) v
-    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d. Items SPEED_D,
-    SPEED_Q relate v to q and d, also at the end. The loss is the decrease of energy.
+    Amplitude q and velocity v become q' = e^-a ((cos b + xi omega S) q + S v) and v' =
+    e^-a ((cos b - xi omega S) v - omega^2 S q), a = xi omega t, b = omega_d t, S =
+    sin(b) / omega_d. Items SPEED_D and SPEED_Q relate v to q and to the increment d =
+    q_n - q_{n-1}, before the jump and after it. The loss is the decrease of energy.
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
     of_d, of_q = items[passes.SPEED_D], items[passes.SPEED_Q]
@@ -139,9 +140,10 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 def _bound(items: Floats, longest: float) -> Floats:
     """Return the coefficients that bound a body's free motion, (BOUND_ITEMS, size).
 
-    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is a decreasing envelope
-    of |q'|^2. The displacement of a mode stays below v / omega, and the magnitude of
-    the ring's amplitude C after a time t below its present magnitude plus v t.
+    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2), with q' = dq/dt, is a
+    decreasing envelope of |q'|^2. The displacement of a mode stays below v / omega, and
+    the magnitude of the ring's amplitude C after a time t below its present magnitude
+    plus v t.
 
     longest : s, time for which the bound is used
     """
@@ -161,7 +163,7 @@ def _bound(items: Floats, longest: float) -> Floats:
 def _turned(angles: Complexes) -> Floats:
     """Return the coefficients e^{s t} of a jump of waves, (JUMP_ITEMS, size).
 
-    angles : s t, complex
+    angles : s t, complex, with the root s of each wave and the duration t of the jump
     """
     turn = np.exp(angles)
     return np.stack([turn.real, turn.imag])  # TURNED_RE, TURNED_IM
@@ -170,8 +172,9 @@ def _turned(angles: Complexes) -> Floats:
 def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
     """Return the coefficients that bound the waves' free motion, (BOUND_ITEMS, size).
 
-    A wave's part of a gap, gamma a e^{st}, has the initial rate gamma s a, and a second
-    derivative of at most |gamma s^2 a|, times its growth if the wave is unstable.
+    A wave's part of a gap, gamma a e^{st}, with its root s, its amplitude a and the gap
+    gamma for unit amplitude, has the initial rate gamma s a, and a second derivative of
+    at most |gamma s^2 a|, times its growth if the wave is unstable.
     """
     out, weight = np.empty((waves.BOUND_ITEMS, len(roots))), np.abs(radial)
     rate, grown = radial * roots, np.exp(np.maximum(roots.real, 0.0) * longest)

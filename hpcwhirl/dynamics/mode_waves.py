@@ -43,7 +43,7 @@ class ModeWaves:
     ----------
     step : dt, s
     omega : (m,), rad/s
-    ahead : (m,), z - 1
+    ahead : (m,), z - 1, z the factor of an amplitude in a step without forces
     give : (m,), (1/dt^2 + xi omega/dt)^-1, increment of q and d by a unit modal force
     """
 
@@ -54,12 +54,12 @@ class ModeWaves:
 
     @property
     def rise(self) -> Complexes:
-        """Increments d for unit amplitudes, (m,)."""
+        """Increments d = q_n - q_{n-1} of the modes for unit amplitudes, (m,)."""
         return np.asarray(self.ahead / (1 + self.ahead))
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (d + d') / 2 dt for unit amplitudes, (m,); d' : next step."""
+        """Velocities (q_{n+1} - q_{n-1}) / 2 dt for unit amplitudes at step n, (m,)."""
         return np.asarray(self.rise * (2 + self.ahead) / (2 * self.step))
 
     @property
@@ -71,7 +71,7 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Sums d' + d for unit amplitudes after a step without forces, (m,)."""
+        """Changes over two free steps for unit amplitudes after them, (m,)."""
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
@@ -87,7 +87,7 @@ class ModeWaves:
     def form(self) -> Floats:
         """Coefficients (3, m), J, of re^2, 2 re im and im^2 in the energy.
 
-        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2.
+        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2, d = q_n - q_{n-1}.
         """
         rise, before, stiff = self.rise, 1 / (1 + self.ahead), self.omega**2
         squares = rise.real**2, -rise.real * rise.imag, rise.imag**2

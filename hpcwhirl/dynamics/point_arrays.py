@@ -68,6 +68,9 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 class _Reads:
     """Motion of the points by the modes of both bodies, and forces on these modes.
 
+    There are P points, m modes of a body and w waves; d' + d is the motion of the
+    material over two steps, see `kernels.points`.
+
     Attributes
     ----------
     waves : waves of both bodies
@@ -98,7 +101,10 @@ class _Reads:
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return d' + d for unit waves without forces, (r, w), see `read`."""
+        """Return r motions over two steps for unit waves without forces, (r, w).
+
+        rotor, casing : as in `read`
+        """
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
@@ -110,13 +116,13 @@ class _Reads:
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return `change`, padded; forces change d' + d by the same amount."""
+        """Return `change`, padded: also the change of a motion over two steps."""
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return real rows, (r, width), that give d' + d from amplitudes and forces."""
+        """Return rows, (r, width): motions over two steps by amplitudes, forces."""
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
@@ -136,7 +142,8 @@ class _Reads:
     def ahead(self) -> tuple[Floats, Floats, Floats]:
         """Return z - 1, re then im, and two bounds of any gap's motion in a step.
 
-        The bounds are per unit amplitude, (half,), and per unit multiplier, (P,).
+        z is the factor of a wave in a step. The bounds are per unit amplitude, (half,),
+        and per unit multiplier, (P,).
         """
         waves = self.waves
         turned = np.append(waves.rotor.ahead, waves.casing.ahead)
@@ -211,9 +218,9 @@ class _Reads:
         return np.stack(both, axis=1).reshape(2 * len(self.out), -1)
 
     def _moves(self) -> Complexes | None:
-        """Return the ratio of d' + d to displacement of each wave, (w,).
+        """Return the ratio of motion over two steps to displacement of each wave, (w,).
 
-        None if d' + d of a wave is not proportional to its displacement.
+        None if these are not proportional for some wave.
         """
         out = []
         for body in (self.waves.rotor, self.waves.casing):
@@ -228,7 +235,10 @@ class _Reads:
 
 
 def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
-    """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}."""
+    """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}.
+
+    diameter : (w,), n of each wave; theta_j = 2 pi j / N is the angle of blade j
+    """
     each = rows.reshape(blades, -1, rows.shape[1])
     angle = 2 * np.pi * (np.outer(np.arange(blades), diameter) % blades) / blades
     miss = np.abs(each - each[:1] * np.exp(1j * angle)[:, None]).max(axis=(0, 1))

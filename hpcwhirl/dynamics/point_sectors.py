@@ -187,7 +187,10 @@ def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
 
 
 def diameters_of(rows: Complexes, blades: int) -> Integers:
-    """Return n of each wave, -N/2 < n <= N/2; rows : (P, w), motion of the points."""
+    """Return the nodal diameter n of each wave, -N/2 < n <= N/2.
+
+    rows : (P, w), motion of the points in each wave
+    """
     tips = rows.reshape(blades, -1, rows.shape[1])
     product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
     number = np.rint(np.angle(product) * blades / (2 * np.pi)).astype(int)
@@ -196,7 +199,7 @@ def diameters_of(rows: Complexes, blades: int) -> Integers:
 
 @dataclass(frozen=True)
 class Slots:
-    """Slot and row of each wave, see `kernels.point_types.SectorRows`.
+    """Slot (nodal diameter) and row of each wave, see `kernels.point_types.SectorRows`.
 
     Attributes
     ----------
@@ -246,7 +249,7 @@ class BladeRows:
     ----------
     read, slide, before, push : (n_c, w), gaps, motion of the casing along the rotation,
         gaps two steps before, and change of the amplitudes
-    move : (w,), ratio of d' + d of a wave to its displacement
+    move : (w,), ratio of a wave's motion over two steps, d' + d, to its displacement
     friction : mu, with the sign of the speed
     """
 
@@ -324,7 +327,8 @@ def sector_rows(
 ) -> SectorRows:
     """Return the kernel's rows of equal sectors.
 
-    numbers : (P, padded) each, d' + d by forces, of gaps and along the casing
+    numbers : (P, padded) each, motions over two steps by unit forces, of gaps and along
+        the casing
     """
     single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
     alike, groups = single + pairs, -(-blades // FOUR)

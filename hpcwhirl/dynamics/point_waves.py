@@ -1,9 +1,10 @@
 """Rotor and casing as waves of the rotating frame, for several points a tip.
 
 A pair of modes of the casing, q_c and q_s of harmonic h, is Y = q_c - i q_s = a +
-conj(b) in the rotating frame, with a' = z e^{i h Omega dt} a, b' = z e^{-i h Omega dt}
-b; z is that of `mode_waves`. The two modes have the waves a + b and i (a - b), which
-give their displacements, and their increments, which are those of the material.
+conj(b) in the rotating frame. A step without forces multiplies a by z e^{i h Omega dt},
+b by z e^{-i h Omega dt}; z is that of `mode_waves`. The two modes have the waves a + b
+and i (a - b), which give their displacements, and their increments, which are those of
+the material.
 """
 
 from __future__ import annotations
@@ -109,7 +110,11 @@ class BodyWaves:
 
 
 def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats:
-    """Return the form of the energy of modes, J, from rows (m, 2 w) of d and x."""
+    """Return the form (2 w, 2 w) of the modes' energy, J.
+
+    rises, places : (m, 2 w), increments in a step, and amplitudes, of the modes for
+        unit re and im of the waves
+    """
     twice = rises.T @ rises / step**2
     twice += places.T @ (omega[:, None] ** 2 * (places - rises))
     return np.asarray((twice + twice.T) / 4)
@@ -119,7 +124,8 @@ def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
     """Return waves of a body that are combinations of the waves of its modes.
 
     mixed : (m, w), amplitudes of the modes' waves in each wave, orthogonal columns
-    turns : (w,), rad, by which a step turns the amplitudes beyond z of the modes
+    turns : (w,), rad, by which a step turns the amplitudes, in addition to the factor z
+        of the modes
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
     which = np.argmax(np.abs(mixed), axis=0)
@@ -229,7 +235,10 @@ class PointWaves:
         )
 
     def spread(self, rows: Complexes) -> Floats:
-        """Return real R (r, 2 half), R q = Re(rows a); q : re, im of the kernel."""
+        """Return rows (r, 2 half) for the kernel's amplitudes, all re, then all im.
+
+        rows : (r, w), factors of the complex amplitudes a; the results are Re(rows a)
+        """
         out = np.zeros((len(rows), 2 * self.half))
         out[:, self.index], out[:, self.half + self.index] = rows.real, -rows.imag
         return out

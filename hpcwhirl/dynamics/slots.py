@@ -84,9 +84,9 @@ class _RotorMode:
     slot, row : its indices in the arrays
     members : columns of its phases in the model, one or two
     omega : rad/s
-    gamma : radial amplitude of the tips with negative sign, real
-    sigma : tangential amplitude of the tips with negative sign
-    centre : (2,), amplitudes of x_o and y_o
+    gamma : radial displacement of blade 0's tip for unit amplitude, negative, real
+    sigma : tangential displacement of this tip for unit amplitude, negative
+    centre : (2,), x_o and y_o for unit amplitude
     turn : q_0 + i q_1 = turn * amplitude, q of the two phases; makes gamma real
     """
 
@@ -144,7 +144,8 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 def _pushed(items: Floats, mu: float) -> Floats:
     """Return items (ITEMS, ...) with NORMAL and ALONG, the effect of contact, set.
 
-    They are re and -im of give (gamma + mu conj(sigma)), see `kernels.passes`.
+    They are re and -im of give (gamma + mu conj(sigma)), with gamma and sigma the
+    radial and tangential displacement for unit amplitude, see `kernels.passes`.
 
     mu : friction with the sign of the speed
     """
@@ -394,7 +395,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     Parameters
     ----------
     model : a model with a ring of harmonics
-    states : (n, 2 ring_size), re and im of completed states, rotating frame
+    states : (n, 2 ring_size), re and im of states without pending step, rotating frame
     angles : (n,), rad, Omega t
     """
     slots, _ = widths(model.blades)
@@ -463,7 +464,7 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
 
 
 def ring_column(model: Model, scene: Scene) -> Floats:
-    """Return the ring's part of the column of W for blade 0, (N,), m/N.
+    """Return the ring's part of column 0 of the Delassus matrix W, (N,), m/N.
 
     Its entry (i - j) mod N is the ring's part of W[i, j].
     """

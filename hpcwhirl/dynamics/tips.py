@@ -1,4 +1,4 @@
-"""Arrays of the kernel `general`: tips from modes, ring in slots, W of both bodies."""
+"""Arrays of the kernel `general`: tips, ring by nodal diameter, Delassus matrix."""
 
 from __future__ import annotations
 

@@ -60,7 +60,8 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
 def _spinning(model: Model, scene: Scene) -> Integrator:
     """Return the integrator of a rotor whose modes are coupled by rotation.
 
-    With an unbalance, the amplitudes are those of x - x_s, see `case.unbalance`.
+    With an unbalance, the amplitudes are those of the displacement less x_s, that of
+    the circle without contact, see `case.unbalance`.
     """
     body, order = model.rotor, by_diameter(model.rotor)[0]
     step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]

@@ -1,4 +1,4 @@
-"""Scheme `paper`: Algorithm 1 on the dense reduced matrices."""
+"""Scheme `paper`: the paper's Algorithm 1 on the dense reduced matrices."""
 
 from __future__ import annotations
 

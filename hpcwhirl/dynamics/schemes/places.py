@@ -28,23 +28,27 @@ from hpcwhirl.scene.schemes import SCHEMES
 
 
 class RotorPlaces(Protocol):
-    """Layout of the rotor's motion in a kernel's state."""
+    """Layout of the rotor's motion in a kernel's state; modes are those at rest."""
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes at rest from a completed state.
+        """Return modal amplitudes and rates (m,) from a state without pending step.
 
         odd : 1 if the number of steps is odd, else 0
         """
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
+        """Set a state at time 0 to modal amplitudes q and rates, (m,) each.
+
+        Return the amplitudes a step earlier, (m,).
+        """
 
 
 @dataclass(frozen=True)
 class ModePlaces:
     """Layout of modes: amplitudes, then increments of even and of odd steps.
 
-    apart, joined : functions from such a part of the state to the modes (m,), and back
+    apart, joined : functions from one of these three parts of the state to the modes
+        (m,), and back
     """
 
     steps: Steps
@@ -52,12 +56,12 @@ class ModePlaces:
     joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes from a completed state."""
+        """Return modal amplitudes and rates (m,) from a state without pending step."""
         q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
+        """Set a state at time 0 to amplitudes q and rates; return q a step earlier."""
         d = self.steps.increments(q, rate)
         new = self.joined(d)
         state[:] = np.concatenate([self.joined(q), new, -new])
@@ -83,7 +87,7 @@ class RingPlaces:
         return modal_steps(self.model.casing, step, exact=exact)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (n,), static frame, from a completed state.
+        """Return amplitudes and rates (n,), static frame, without a pending step.
 
         count : number of steps so far
         """
@@ -95,7 +99,10 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q, rate; return q a step earlier, static frame."""
+        """Set a state at time 0 to amplitudes q and rates; return q a step earlier.
+
+        All are (n,), static frame.
+        """
         if self.model.casing is None:
             return q
         d = self.steps.increments(q, rate)
