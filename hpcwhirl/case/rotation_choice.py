@@ -49,7 +49,8 @@ class Change(NamedTuple):
 
     Attributes
     ----------
-    share : |s_full - s_none| / |s_none| of the wave that changes most
+    share : |s_full - s_none| / |s_none|, s the root of the wave that changes most in
+        the two models
     wave : name of this wave
     none, full : its frequency without and with the terms, rad/s, rotating frame; > 0:
         turns with the rotation

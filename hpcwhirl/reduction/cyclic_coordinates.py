@@ -1,4 +1,4 @@
-"""Cyclic coordinates of a structure of N identical sectors (Eqs. 5 and 10).
+"""Cyclic coordinates of N identical sectors (Eqs. 5 and 10 of the paper).
 
 In complex form, Eq. (10) reads x_j = sqrt(2) Re(z e^{i k theta_j} / sqrt(N)), with
 z = u^{k,c} - i u^{k,s}; for the simple harmonics (Eq. 5) there is no sqrt(2) Re. A
