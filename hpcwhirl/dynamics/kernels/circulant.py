@@ -91,7 +91,7 @@ def circulant_space(
 ) -> ConstantSpace:
     """Return the work space, as `constant_space` does, for a circulant W.
 
-    column : (N,), m/N, column 0 of W; wave : see `passes.to_gaps`
+    column : (N,), m/N, column 0 of the Delassus matrix W; wave : see `passes.to_gaps`
     """
     space = constant_space(blades, wide, column[_apart(blades)], known)
     span = wave[-BEHIND + SPAN]
@@ -111,14 +111,17 @@ def circulant_space(
 
 @lru_cache(maxsize=MOST_KEPT)
 def _apart(blades: int) -> Indices:
-    """Return (i - j) mod N, (N, N)."""
+    """Return the table of (i - j) mod N, (N, N): N blades, row i, column j."""
     j = np.arange(blades)
     return np.asarray(np.subtract.outer(j, j) % blades)
 
 
 @inlined
 def penetrating(gaps, row, blades, wide, where):
-    """Set `where` to the penetrating blades of a folded row; return their number."""
+    """Set `where` to the blades with negative gaps; return their number.
+
+    gaps, row : array, and index in it where the gaps begin, in the order of `folded`
+    """
     size = blades - blades  # 0, but no literal, which numba would specialise on
     for j in range(blades // 2 + 1):
         where[size] = j
@@ -132,6 +135,8 @@ def penetrating(gaps, row, blades, wide, where):
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
     """Set space.push to multipliers, N, that close the gaps of blades known[:size].
+
+    gaps, row : as in `penetrating`
 
     Return the lowest multiplier, N; 0 if none is negative.
     """
@@ -163,7 +168,10 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether W is applied to `size` multipliers by their spectrum."""
+    """Return whether openings by `size` multipliers are computed by their spectrum.
+
+    A circulant Delassus matrix multiplies each entry of the spectrum by a number.
+    """
     return size > MANY and len(space.symbol) > 0
 
 
@@ -215,9 +223,9 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Copy space.again to the row, space.known to space.where; return `size`.
+    """Copy space.again to a folded row of gaps, space.known to space.where.
 
-    The gaps of these `size` active blades are set to exactly 0.
+    The gaps of these `size` active blades are set to exactly 0; return `size`.
     """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
@@ -324,7 +332,7 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve like `contact.complementarity`, with all rows of W already in `space`."""
+    """Solve like `contact.complementarity`, with the whole W in space.w."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)

@@ -104,7 +104,7 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def turn_quarter(lam, k):
-    """Set the second half of lam (4 k,) to (im, -re); the first half is (re, im)."""
+    """Set the second half of lam (4 k,) to (im, -re); the first is its spectrum."""
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
         store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
@@ -130,7 +130,7 @@ def to_spectrum(push, where, size, turns, width, lam):
 
 @part
 def flush(s):
-    """Zero amplitudes below 1e-150 before their products become denormal."""
+    """Set entries of a state s below 1e-150 to 0, since denormals are slow."""
     for m in range(len(s)):
         if abs(s[m]) < TINY:
             s[m] = 0.0
@@ -245,8 +245,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
     If a bound for all tips is below `NEAR` times the limit, the bound is returned.
 
-    q, out_b : predicted amplitudes, and their radial spectrum; work : (2 k,) and two of
-        (2 wide,)
+    q, out_b : predicted amplitudes; spectrum of the tips' radial displacements, m
+    work : work space: (2 k,) and two of (2 wide,)
     """
     _, rows, _, k, wide = sizes
     spectrum, outward, along = work
@@ -281,7 +281,10 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Copy the active blades' gaps, m, from a folded row to `before` (N,)."""
+    """Copy the gaps, m, of the active blades from a folded row to `before` (N,).
+
+    where, active : the active blades are where[:active]
+    """
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 

@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,), m, to the radial ones of the body's coordinates `values` (n,)."""
+    """Set out (r,), m, to those of the coordinates `values` (n,) that are radial."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -78,7 +78,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add to out (N,) the change over two steps, m, of tips in contact, tangentially.
+    """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
     """

@@ -92,7 +92,7 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
                   slip):  # fmt: skip
-    """Implement `pass_modes`, for a pending step with or without contact."""
+    """Implement `pass_modes`, for a pending step with contact if `touched`."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -120,7 +120,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
                  slip):  # fmt: skip
-    """Implement `pass_ring`, for a pending step with or without contact."""
+    """Implement `pass_ring`, for a pending step with contact if `touched`."""
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -251,7 +251,7 @@ def settle_ring(s, t, c, lam, k, counter, sums):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy s_b, s_c to t_b, t_c with the pending step completed.
+    """Copy states s_b of the rotor, s_c of the ring to t_b, t_c; complete their step.
 
     Its works and losses are added to sums_b and sums_c, J.
     """
@@ -270,7 +270,8 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 def energy_of(s, c, place, increment, size, step):
     """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
 
-    place, increment : first index in s of the amplitudes q, and of their increments d
+    place, increment : first index in s of the amplitudes q_{n+1}, and of their
+        increments q_{n+1} - q_n = v dt
     """
     total = 0.0
     for m in range(size):

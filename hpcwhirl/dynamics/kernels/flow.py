@@ -138,7 +138,10 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Add a column's normal forces times `passing`, W, to the ring's fourth sum."""
+    """Add normal forces times `passing` at four slots, W, to the fourth part of sums.
+
+    push, passing : (re, im) of the multipliers' spectrum; see `end_ring`
+    """
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 
@@ -146,7 +149,7 @@ def book_passing(sums, k, col, push, passing):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
                   slip):  # fmt: skip
-    """Implement `pass_rotor`, with or without a pending step and contact."""
+    """Implement `pass_rotor`: with a pending step if `ended`, contact if `touched`."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -175,7 +178,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
-    """Implement `pass_ring`, with or without a pending step and contact."""
+    """Implement `pass_ring`: with a pending step if `ended`, contact if `touched`."""
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -206,7 +209,10 @@ def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the rotor's pending step, if any, and predict; see `differences`."""
+    """Complete the rotor's pending step, if any; predict the next.
+
+    See `differences.pass_modes`.
+    """
 
 
 @does(pass_rotor, CyclicRotor)
@@ -225,7 +231,11 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
-    """Complete the ring's pending step, if any, and predict; see `differences`."""
+    """Complete the ring's pending step, if any; predict the next.
+
+    See `differences.pass_ring`; the fourth part of sums (4 k,) is that of
+    `book_passing`.
+    """
     now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[ENDED] == counter[STEP]:
         ring_columns(s, c, lam, filled, k, now, then, False, False, out, sums, slip)
@@ -237,9 +247,9 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy s_b, s_c to t_b, t_c with the pending step, if any, completed.
+    """Copy states s_b of the rotor, s_c of the ring to t_b, t_c; complete their step.
 
-    Its works and losses are added to sums_b and sums_c, J.
+    Works and losses of a step that is pending are added to sums_b and sums_c, J.
     """
 
 
@@ -308,7 +318,8 @@ def settle_ring(s, t, c, lam, counter, sums):
 def energy_of(s, c, place, increment, size):
     """Return the energy of `size` modes, J.
 
-    place, increment : first index in s of the amplitudes q, and of their increments d
+    place, increment : first index in s of the amplitudes, and of their increments in
+        the step that has ended
     """
     total = 0.0
     for m in range(size):

@@ -1,9 +1,10 @@
 """Kernel of any rotor in a round casing: real rotor modes, the ring in slots.
 
 In the frame of the blades the ring is the same at every angle, for any rotor: its
-harmonics are in slots as in `cyclic`, and W = W_rotor + W_ring is constant. The m modes
-of the rotor are real and not in slots; with gamma and sigma (N, m) the radial and
-tangential displacements of the tips with negative sign,
+harmonics are in slots (nodal diameters of the blades) as in `cyclic`, and the Delassus
+matrix W = W_rotor + W_ring is constant. The m modes of the rotor are real and not in
+slots; with gamma and sigma (N, m) the radial and tangential displacements of the tips
+with negative sign,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
@@ -139,7 +140,10 @@ def read_tips(q, gamma, out):
 
 @inlined
 def close_gaps(tips, gaps, row):
-    """Add tips (2 wide,) to a row of gaps; return (least gap, largest |tip|), m."""
+    """Add tips (2 wide,) to a folded row of gaps; return (least gap, largest |tip|), m.
+
+    tips : the rotor's part of the gaps
+    """
     least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
     for v in range(0, len(tips), FOUR):
         tip = load(tips, v)
@@ -190,7 +194,10 @@ def settle_general(c_b, c_c, state, copies):
 
 @inlined
 def tip_of(rows, blade, q, modes):
-    """Return the product of row `blade` of rows (N, modes), flat, and q[:modes]."""
+    """Return a blade's displacement, m: its row of `rows` times amplitudes q[:modes].
+
+    rows : (N, modes) flat, displacements for unit amplitudes
+    """
     at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
     for m in range(0, modes, EIGHT):
         even = fma(load(rows, at + m), load(q, m), even)

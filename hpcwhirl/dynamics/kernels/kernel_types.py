@@ -2,7 +2,8 @@
 
 Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning.
 The suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades, k
-slots, and `wide` columns of the transform to gaps, see `cyclic.widths`.
+slots (nodal diameters), and `wide` columns of the transform to gaps, see
+`cyclic.widths`.
 """
 
 from __future__ import annotations

@@ -24,7 +24,10 @@ def accumulate(rows, values, out):
 
 @njit(cache=True)
 def modal_energy(values, increments, omega, step):
-    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J."""
+    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
+
+    values, increments : q_{n+1} and q_{n+1} - q_n = v dt of the modes' amplitudes q
+    """
     total = 0.0
     for m in range(len(values)):
         speed = increments[m] / step
@@ -99,7 +102,7 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add to out (N,) the change over two steps, m, of tips in contact, tangentially.
+    """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
     """

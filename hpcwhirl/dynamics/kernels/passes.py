@@ -53,7 +53,7 @@ ROTOR_STATE, RING_STATE = 3, 6
 # (gamma + mu conj(sigma)); sigma; E of the ring, see this module; gamma and sigma are
 # radial and tangential displacements, of tips with negative sign, see `cyclic`
 KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, TURN_RE, TURN_IM = range(10)
-MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # factors of d, d', q' in dt (v- + v+)
+MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # of d, d', q' in `both` of `work_rotor`
 LOSS_DD, LOSS_DQ, LOSS_QQ = 13, 14, 15  # of d'^2, d' q', q'^2 in a step's damping loss
 SPEED_D, SPEED_Q = 16, 17  # factors of d, q in the velocity
 DAMPING, SPIN = 18, 19  # xi; h Omega of the ring's turn, signed
@@ -272,7 +272,7 @@ def sum_of(values, first, last):
 def sums_of(sums_b, sums_c):
     """Return the works of normal forces and of drag over mu, and the damping loss, J.
 
-    sums_b, sums_c : sums of rotor and ring by column, see `differences.pass_modes`
+    sums_b, sums_c : sums of rotor and ring by slot, see `differences.pass_modes`
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
@@ -287,7 +287,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 
     push, lobe : N; (size,), modal load due to a unit force, static frame
     sign : -1 if the load's slot has the conjugate, else 1
-    angle : k Omega t, rad, from the static to the rotating frame
+    angle : rad, number of lobes times the rotor's angle
     counter : counters at the step that has been predicted
     """
     then, _ = places(counter, 2 * size)
@@ -329,7 +329,7 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return the sum of |re| + |im| of a spectrum (width,), a bound at every blade."""
+    """Return the sum of |re| + |im| of a spectrum (width,): a bound at every blade."""
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -371,7 +371,7 @@ def at_twelve(spectrum, wave, gap, k, wide, j):
 def unfold_four(parts, gaps, row, wide, j, least):
     """Store gaps of blades j .. j + 3 and N - j .. N - j - 3 in a folded row.
 
-    Return the elementwise minimum of these gaps and `least`; parts : even, odd.
+    Return the elementwise minimum of these gaps and `least`; parts : see `at_four`.
     """
     even, odd = parts
     here, there = even - odd, even + odd

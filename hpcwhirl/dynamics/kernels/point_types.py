@@ -11,8 +11,8 @@ from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
 class PointRows(NamedTuple):
     """Coefficients between P contact points and m amplitudes, a row for each point.
 
-    `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse. d'
-    + d is the motion of the material from step n - 1 to n + 1, see `points`.
+    `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse. The
+    motion of the material from step n - 1 to n + 1 is d' + d, see `points`.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class SectorRows(NamedTuple):
     k is the number of slots (nodal diameters), padded. Each slot has `single` waves,
     and `pairs` pairs of waves. The waves of a pair move the points with equal
     coefficients, so that only their sum is needed: gaps are sums over `alike` = single
-    + pairs rows, (rows, 2, k) flat, re and im.
+    + pairs rows, (rows, 2, k) flat, re and im; d' + d as in `PointRows`.
 
     Attributes
     ----------

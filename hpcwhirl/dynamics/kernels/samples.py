@@ -193,7 +193,7 @@ def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
 
 
 def aside_space(state: CyclicState) -> CyclicState:
-    """Return a state with copies of the arrays `ASIDE`, which a jump changes."""
+    """Return a state with copies of those arrays that a jump changes, `ASIDE`."""
     own = {name: getattr(state, name).copy() for name in ASIDE}
     return state._replace(**own)
 

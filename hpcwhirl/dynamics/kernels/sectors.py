@@ -41,7 +41,7 @@ from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 
 @inlined
 def slots_of(rows):
-    """Return k, the number of slots."""
+    """Return k, the number of slots: nodal diameters 0 .. N // 2, padded."""
     return len(rows.move) // (2 * (rows.single + rows.pairs))
 
 
@@ -223,7 +223,7 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return the values at blades 4 g .. 4 g + 3 of the spectrum in spectra at `at`."""
+    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`."""
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
     for c in range(0, 2 * k, FOUR):
@@ -237,7 +237,7 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at a blade of the spectrum in `spectra` from `at` on."""
+    """Return the value at a blade of the spectrum that begins at `at` in `spectra`."""
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
         even = fma(load(turns, row + c), load(spectra, at + c), even)
@@ -247,9 +247,9 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set folded tips, m, of point p of blades 4 g .. 4 g + 3, by the spectrum at `at`.
+    """Set folded tips, m, of point p of blades 4 g .. 4 g + 3, by a spectrum.
 
-    spectra[-4:] is work space.
+    The spectrum begins at `at` in `spectra`, of which the last four are work space.
     """
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
@@ -273,9 +273,10 @@ def read_every_sector(rows, q, points, tips, spectra):
 
 @inlined
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
-    """Set tips and gaps of point j, and of the like points of its group of blades.
+    """Set tips and gaps of point j, and of the same point of neighbouring blades.
 
-    Return the lowest of these gaps, m; infinity if they were set before.
+    These are the blades of its group of four. Return the lowest of these gaps, m;
+    infinity if they were set before.
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)

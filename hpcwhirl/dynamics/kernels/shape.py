@@ -23,8 +23,9 @@ def is_shaped(wall):
 def faded(wall, r, time):
     """Return the amplitudes (a, b), m, of the r-th harmonic of a casing's shape.
 
-    They grow as e^{sigma t} and are faded in over the rise, if there is one. Without a
-    rise, a time below 0 gives the same function, continued backward.
+    They grow as e^{sigma t}, sigma = wall.growth[r], and are faded in over the time
+    wall.rise[r], if that is not 0. Without it, a time below 0 gives the same function,
+    continued backward.
     """
     grown, ramp = 1.0, 1.0
     if wall.growth[r] != 0.0:

@@ -63,7 +63,10 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add re cos, im sin, re sin, im cos of slot c at blades v .. v + 3 to `sums`."""
+    """Add re cos, im sin, re sin, im cos at blades v .. v + 3 to `sums`.
+
+    re, im are those of slot c, cos and sin those of 2 pi c v / N.
+    """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
     re_cos, im_sin, re_sin, im_cos = sums
@@ -144,7 +147,7 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store gaps of blades b s + v .. and b (a - s) + v .. in a folded row.
+    """Store gaps of blades b s + v .. and b (a - s) + v .. in a folded row, N = a b.
 
     Return the elementwise minimum of these gaps and `least`.
 
@@ -196,7 +199,7 @@ def lay_out(factors, which, size, blades, spread):
 
 @inlined
 def fold_blades(spread, a, b, v, half, work):
-    """Set work to the parts even and odd in s of `spread` at blades b s + v .. + 3."""
+    """Set work to parts even and odd in s of `spread` at b s + v to b s + v + 3."""
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
         if 0 < s < a - s:

@@ -84,7 +84,7 @@ def read(body, values, out):
 
 
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial and tangential displacements; last x_o, y_o.
+    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row x_o, y_o.
 
     radial : result of `read`
     """
@@ -100,7 +100,7 @@ def collect(body, motion, lam, index, shape):
 
 
 def slide(body, motion, lam, index, shape, out):
-    """Add to out (N,) the change over two steps, m, of tips with lam > 0, tangentially.
+    """Add to out (N,) the tangential motion, m, of tips with lam > 0 over two steps.
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
 

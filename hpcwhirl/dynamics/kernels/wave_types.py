@@ -75,7 +75,7 @@ class GeneralRotor(NamedTuple):
 
     Attributes
     ----------
-    items : (ITEMS m,), coefficients of the modes, each a column of `passes`
+    items : (ITEMS m,), coefficients of the modes, packed, see `passes`
     read : (2 wide / 8, m, 8) flat, radial, of tips in folded order, in groups of eight
     radial, tangential : (N, m) flat, displacements of the tips
     hub : (2, m) flat, x_o, y_o
@@ -194,7 +194,7 @@ class GeneralSpace(NamedTuple):
     tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     opened : (2 wide,), for waves: gaps, or lower bounds of those not computed, m
-    filled : (k / 4,), rows of the ring, see `passes.filled_rows`
+    filled : (k / 4,), numbers of the ring's rows, see `passes.filled_rows`
     """
 
     spare: Floats
@@ -294,7 +294,8 @@ class Flight(NamedTuple):
     certifiable : whether a certificate is possible
     counts : (P,), number of steps of each tabulated jump; the last one is the number
         between rows of evidence
-    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients
+    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients of
+        these jumps, for rotor and ring
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
         the bounds; those of a rotor's waves are defined in `waves`
     """

@@ -1,10 +1,10 @@
 """The cyclic kernel for a rotor as waves, forward and backward ones separate.
 
 Rotation couples the modes of a nodal diameter but not its waves (see
-`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces gives
-a' = z a, and contact forces add beta Lambda, with Lambda the spectrum of the
-multipliers. A step is pending until the next pass applies its contact forces, as in
-`passes`; ring, transform and contact are those of `cyclic`.
+`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces makes
+it z a, and contact forces add beta Lambda, with Lambda the spectrum of the multipliers.
+A step is pending until the next pass applies its contact forces, as in `passes`; ring,
+transform and contact are those of `cyclic`.
 
 Amplitudes are sorted in rows: row f holds one wave of every slot, re then im. For
 central differences they are followed by the spectra of the gaps of the last three
@@ -94,7 +94,7 @@ def times(c, at, which, re, im, total):
 
 @inlined
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
-    """Implement `pass_waves`, with or without contact.
+    """Implement `pass_waves`, for a pending step with contact if `touched`.
 
     seen : first indices in s of the gaps' spectra of the pending step, of the step two
         before, and of the predicted step; the last two coincide
@@ -179,7 +179,7 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
         flow (2 k rows,)
     lam : re and im of the multipliers' spectrum in its first 2 k
     counter : counters of the pending step
-    exact : whether by the exact flow
+    exact : whether the step is that of the exact flow
     out : (2 k,), out: spectrum of the gaps
     sums : (3 k,), J: twice the work of normal forces, twice that of drag over mu, and
         the energy and loss that contact forces have added
@@ -202,7 +202,7 @@ def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
 @does(flow.pass_rotor, WaveRotor)
 @inlined
 def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the pending step of the exact flow, if it has contact, and predict."""
+    """Complete a pending step of the exact flow that has contact; predict the next."""
     pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
 
@@ -353,7 +353,10 @@ def along_of_waves(rotor, q, rows, k, out):
 
 @part
 def read_tips(spectrum, turns, direction, tips):
-    """Set column `direction` of tips (N + 1, 2) from the spectrum of its negatives."""
+    """Set column `direction` of tips (N + 1, 2), m, from a spectrum.
+
+    spectrum : (2 k,), that of the negative displacements
+    """
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
 

@@ -1,6 +1,6 @@
 """A rotor of unequal sectors as waves, in `general`'s loop.
 
-Each wave of the whole rotor has a complex amplitude that a step turns, a' = z a. Their
+Each wave of the whole rotor has a complex amplitude a that a step turns into z a. Their
 real and imaginary parts are real amplitudes q (m,), re then im, from which tips follow
 as from modes. The multipliers lambda act at once: q += beta lambda. They follow q in
 the state, s = (q, lambda), so that the change of a tip's displacement from step n - 1
@@ -107,7 +107,10 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to a row of gaps plus tips; return the lowest sum, m."""
+    """Set whole (2 wide,) to gaps plus tips, folded; return the lowest sum, m.
+
+    gaps, row, tips : gaps without the rotor's part, from index `row` on; that part
+    """
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
         gap = load(gaps, row + v) + load(tips, v)
@@ -180,7 +183,7 @@ def put(values, blade, blades, wide, value):
 
 @part
 def read_all(rows, q, blades, tips):
-    """Set tips to the rotor's part of all gaps, m.
+    """Set tips to the rotor's part of the gaps of all blades, m.
 
     Parameters
     ----------
@@ -205,7 +208,10 @@ def put_tip(tip, j, blades, gaps, row, tips, whole):
 
 @inlined
 def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
-    """Compute the tips of blades where[:size], two at once; return their lowest gap."""
+    """Compute tips and gaps of blades where[:size], two at once; return the lowest gap.
+
+    Arguments are those of `read_near`.
+    """
     modes, least = len(rows) // blades, math.inf
     for i in range(0, size, 2):
         one, other = where[i], where[min(i + 1, size - 1)]
@@ -300,7 +306,10 @@ def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
 
 @inlined
 def size_of(q, half, m):
-    """Return upper bounds of four |a|: max(|re|, |im|) + min(|re|, |im|) / 2."""
+    """Return upper bounds of four magnitudes: max(|re|, |im|) + min(|re|, |im|) / 2.
+
+    re, im are those of the amplitudes m .. m + 3 in q, re from m, im from half + m on.
+    """
     re, im = load_both(q, half, m)
     re, im = magnitude(re), magnitude(im)
     return broadcast(0.5) * (higher_of(re, im) + (re + im))
@@ -308,7 +317,10 @@ def size_of(q, half, m):
 
 @inlined
 def drift_of(q, drift):
-    """Return a bound of any tip's motion, m: the sum of `drift` times |a| of waves."""
+    """Return a bound of any tip's motion in a step, m, by amplitudes q.
+
+    It is the sum over the waves of `drift` times the amplitude's magnitude.
+    """
     half = len(drift)
     first = second = broadcast(0.0)
     for m in range(0, half, EIGHT):
@@ -319,7 +331,7 @@ def drift_of(q, drift):
 
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add the multipliers' change of gaps: of the ring to a row of gaps, else to tips.
+    """Add the change of gaps by multipliers: the ring's to gaps, the rotor's to tips.
 
     opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
     """
@@ -419,7 +431,7 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
     s : (modes + padded,), by which `opens` and `slides` are multiplied: amplitudes, and
         multipliers, which are set here
     step : number of this step
-    tips, gaps, row, before, sums, held : as of `push_waves`
+    tips, gaps, row, before, sums, held : as in `push_waves`
     """
     width, blades = len(s), len(before)
     padded = width - modes
@@ -523,7 +535,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state as `settle_general`; only the ring has a pending step."""
+    """Copy the state like `settle_general`; here only the ring has a pending step."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)
