@@ -11,9 +11,9 @@ choice depends on the largest
 |s_full - s_none| / |s_none|
 
 at the case's speed over the waves that matter to the tips: those whose mode has at
-least `SEEN` of the largest compliance of the tips. Critical speeds of Eq. (13) shift
-with their waves, and `gap` is the clearance at speed with either choice. A part of the
-difference comes from the bases of the two models, which differ, too.
+least `SEEN` of the largest compliance of the tips. The paper's critical speeds (Eq. 13)
+shift with their waves, and `gap` is the clearance at speed with either choice. A part
+of the difference comes from the bases of the two models, which differ, too.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ def copy_of(march: March) -> Any:
 
 
 def put_between(march: March, a: Any, b: Any, share: float) -> None:
-    """Set a march to a + share (b - a); steps, contacts and works are those of a.
+    """Set a march's state to a + share (b - a); steps, contacts, works are those of a.
 
     The change of energy is entered in the ledger as work of the loading, so that the
     ledger closes as well as that of a.
@@ -79,7 +79,10 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with contacts and works of a, uncertified."""
+    """Return the state of_a a + of_b b, with contacts and works of a.
+
+    It has no certificate; of_a, of_b : factors of the states a and b
+    """
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
         if name in parts:

@@ -25,7 +25,7 @@ class Flyer(NamedTuple):
     ----------
     jump : number of steps -> coefficients of a jump over them, see `kernels.flight`
     bound : time, s -> coefficients of a bound of the motion in that time
-    dies : whether all free motion decays, a flag
+    dies : whether all free motion decays
     """
 
     jump: Callable[[int], Floats]
@@ -34,7 +34,10 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of modes; items (ITEMS, size) : see `passes`; step : dt, s."""
+    """Return the `Flyer` of modes.
+
+    items, step : (ITEMS, size), coefficients of modes, see `kernels.passes`; dt, s
+    """
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
     return Flyer(
@@ -45,7 +48,10 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of waves; items (ITEMS, size) : see `waves`; step : dt, s."""
+    """Return the `Flyer` of waves.
+
+    items, step : (ITEMS, size), coefficients of waves, see `kernels.waves`; dt, s
+    """
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
     return Flyer(
@@ -56,7 +62,10 @@ def flying_waves(items: Floats, step: float) -> Flyer:
 
 
 def all_die_out(items: Floats) -> bool:
-    """Return whether all waves that contact can excite decay; items (ITEMS, size)."""
+    """Return whether all waves that contact can excite decay.
+
+    items : (ITEMS, size), coefficients of waves, see `kernels.waves`
+    """
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     return die_out(ahead, items[[waves.PUSH_RE, waves.PUSH_IM]])
 
@@ -82,7 +91,7 @@ def flight_arrays(
     scene : scene to integrate
     beat : steps between rows of evidence, at which jumps end
     rotor : free motion of the rotor
-    ring : items of the ring, packed as in the kernel
+    ring : coefficients of the ring's modes, packed as in the kernel
     """
     if not SCHEMES[scene.solver.scheme].flies:
         return ()
@@ -101,7 +110,7 @@ def flight_arrays(
 def can_fly(scene: Scene) -> bool:
     """Return whether gaps change only by free motion while no blade touches.
 
-    They also change by the growing lobes of a rigid casing, which exclude jumps.
+    Growing lobes of a rigid casing change them, too, and exclude jumps.
     """
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0

@@ -20,7 +20,7 @@ BLOCK = 256  # samples evaluated at once
 
 
 class _Motion(NamedTuple):
-    """Free motion of rotor and ring, by factors z^n after n steps, one for each mode.
+    """Free motion of rotor and ring after n steps, by factors z^n of modes or waves.
 
     Attributes
     ----------
@@ -206,7 +206,10 @@ class FreeDecay:
             tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
-        """Return the ring's amplitudes in the kernel, re then im, (samples, 2 size)."""
+        """Return the kernel's amplitudes of the ring, re then im, (samples, 2 size).
+
+        z, steps : as in `_keep`
+        """
         q = motion.ring.places(motion.parts(z)[1])
         q = q * np.exp(1j * np.outer(steps, self.ring.spin))
         copies = np.zeros((len(z), 2, self.ring.size))

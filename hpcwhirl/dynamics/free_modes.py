@@ -1,9 +1,8 @@
 """Free motion of modes under central differences, and the certificate of no contact.
 
 The recursion d' = keep d - pull q, q' = q + d' of central differences, with amplitude q
-and increment d = q_n - q_{n-1}, has the roots
-z = r e^{+-i phi}, r^2 = keep and cos phi = (1 + keep - pull) / (2 r). Without forces, n
-steps later,
+and increment d = q_n - q_{n-1}, has the roots z = r e^{+-i phi}, r^2 = keep and cos phi
+= (1 + keep - pull) / (2 r). Without forces, n steps later,
 
 q_n = r^n (A cos n phi + B sin n phi) = alpha z^n + beta conj(z)^n,
 A = q,  B = (q (cos phi - r) + r d) / sin phi,
@@ -41,7 +40,8 @@ class Roots:
     ----------
     own : (modes,), indices of the modes among the kernel's complex amplitudes, of which
         others are padding
-    weight : (modes,), |radial amplitude| at a blade's tip or on the ring
+    weight : (modes,), magnitude of the radial displacement, of a blade's tip or of the
+        ring, for unit amplitude
     radius, sine : (modes,), r and sin phi
     log : (modes,), log z
     back : (modes,), cos phi - r
@@ -73,7 +73,10 @@ class Roots:
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's modes; items (ITEMS, n) : see `kernels.passes`."""
+    """Return the roots of a body's modes.
+
+    items : (ITEMS, n), coefficients of the modes, see `kernels.passes`
+    """
     modes = np.flatnonzero(items[passes.KEEP] != 0.0)
     keep, pull = items[passes.KEEP][modes], items[passes.PULL][modes]
     radius = np.sqrt(np.maximum(keep, 0.0))
@@ -99,7 +102,7 @@ class ModesMotion:
     most : (modes,), bounds of |q| at all later steps
     body : the modes
     alpha, beta : (modes,), coefficients of the amplitudes q
-    gamma, delta : (modes,), coefficients of the increments d
+    gamma, delta : (modes,), those of the increments d = q_n - q_{n-1}
     """
 
     most: Floats
@@ -181,7 +184,7 @@ class FreeModes:
 
     Parameters
     ----------
-    items : (ITEMS, modes), see `kernels.passes`
+    items : (ITEMS, modes), coefficients of the modes, see `kernels.passes`
     width : the state has shape (3, rows, 2, width), re and im, modes = rows width
     step : s
 

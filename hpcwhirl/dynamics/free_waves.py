@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.whole_waves import unpacked_form
 
 @dataclass(frozen=True)
 class WavesMotion:
-    """Free motion of waves, whose amplitudes a a step multiplies by z.
+    """Free motion of waves: a step multiplies the amplitude a of each by its factor z.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Set a state to amplitudes past, (1, w)."""
+        """Set a state to amplitudes; past : (1, w), those at the present step."""
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 
@@ -190,7 +190,7 @@ class FreeWhole:
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return flat `rows` of a rotor, such as its `read`, as complex rows (r, waves)."""
+    """Return factors of amplitudes, such as rotor.read, as complex rows (r, waves)."""
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
     return complex_rows(rows, len(rotor.drift))
@@ -203,7 +203,7 @@ def complex_rows(parts: Floats, half: int) -> Complexes:
 
 
 class Shapes(NamedTuple):
-    """Displacements of tips and centre per unit amplitude q of a rotor.
+    """Displacements of tips and centre of a rotor for complex amplitudes q.
 
     Attributes
     ----------

@@ -263,10 +263,11 @@ def _back(x: Floats, angle: float, width: int) -> Floats:
 
 
 def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements (4 elements,) in axes turned by an angle, by Fourier.
+    """Return nodal displacements (4 elements,) in axes turned by an angle, rad.
 
-    Matrices of a ring of equal elements are circulant, so that no energy is lost,
-    except for that of the shortest wave if the number of elements is even.
+    They are turned by a Fourier transform. Matrices of a ring of equal elements are
+    circulant, so that no energy is lost, except for that of the shortest wave if the
+    number of elements is even.
     """
     nodes = x.reshape(-1, 4)
     waves = np.fft.rfft(nodes, axis=0)

@@ -33,7 +33,7 @@ EMPTY = np.zeros((0, 0))
 
 
 def _padded(array: Floats, axis: int) -> Floats:
-    """Return an array, padded to the kernel's lanes along an axis, and contiguous."""
+    """Return a contiguous array, padded along an axis to a multiple of `LANES`."""
     extra = -array.shape[axis] % LANES
     widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
     return np.ascontiguousarray(np.pad(array, widths))
@@ -92,9 +92,8 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
     """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
-    See `contact_operators`.
-
-    For several contact points a tip it is that of all points, (N n_c, N n_c).
+    See `contact_operators`. For several contact points a tip it is that of all points,
+    (N n_c, N n_c).
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = contact_rows(model.rotor, model.blades)

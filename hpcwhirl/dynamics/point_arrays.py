@@ -116,7 +116,10 @@ class _Reads:
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return `change`, padded: also the change of a motion over two steps."""
+        """Return `change`, padded to a multiple of 8 columns.
+
+        Forces change a motion over two steps by the same amount as a displacement.
+        """
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
@@ -127,7 +130,7 @@ class _Reads:
         return np.hstack([moved, self.numbers(rotor, casing)])
 
     def before(self) -> Complexes:
-        """Return the gaps two steps before, for unit waves, (P, w)."""
+        """Return the gaps two steps before, for unit waves at present, (P, w)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack(
             [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
@@ -165,7 +168,7 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return a copy with waves in slots, and the kernel's rows.
+        """Return a copy with waves by nodal diameter (slot), and the kernel's rows.
 
         None if the sectors are unequal, or fewer than `FEWEST`.
 
@@ -210,7 +213,10 @@ class _Reads:
         return replace(turned, waves=placed), rows
 
     def _told(self) -> Complexes:
-        """Return gaps and motion along the casing for unit waves, (2 P, w)."""
+        """Return gaps, and motion along the casing, of all points for unit waves.
+
+        They are (2 P, w), two rows for each point.
+        """
         both = [
             self.read(rotor, casing)
             for rotor, casing in ((self.out, self.w), (self.side, self.u))

@@ -32,7 +32,10 @@ Rows = tuple[Floats, Floats]
 
 
 def real_rows(rows: Complexes) -> Floats:
-    """Return real rows (r, 2 w) that give Re(rows a) from re and im of a (w,)."""
+    """Return real rows (r, 2 w), which give Re(rows a) from re, then im of a.
+
+    rows : (r, w), factors of the complex amplitudes a (w,)
+    """
     return np.hstack([rows.real, -rows.imag])
 
 
@@ -89,18 +92,19 @@ class BodyWaves:
         )
 
     def apart(self, diameter: Integers) -> BodyWaves:
-        """Return the same waves, without energy from products of waves of different n.
+        """Return the same waves, without energy from products of different diameters.
 
-        diameter : (w,), n of each wave; these products are 0 except for round-off
+        diameter : (w,), nodal diameter of each wave; these products are round-off
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
         return replace(self, form=np.where(same, self.form, 0.0))
 
     def write(self, q: Floats, rate: Floats) -> Floats:
-        """Return re and im, (2 w,), of the amplitudes that give q and rate, (m,) each.
+        """Return re and im, (2 w,), of the waves in a motion of the modes.
 
-        The imaginary part is 0 for waves without a conjugate.
+        q, rate : (m,), amplitudes and velocities of the modes. The imaginary part is 0
+            for waves without a conjugate.
         """
         rates = real_rows(self.rates)
         scale = float(np.abs(rates).max())

@@ -103,7 +103,7 @@ class _Diameter:
 
     @property
     def before(self) -> Complexes:
-        """Return the factors (w,) that undo a step without forces."""
+        """Return the factors (w,), 1 / z, that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
@@ -182,11 +182,14 @@ class Flow(_Diameter):
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta of the exact flow: amplitudes, a step after the impulse."""
+        """Return beta (w,), what a unit Lambda adds to amplitudes after the step."""
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return 2 dt v-, from amplitudes after the step; v+ is v- without impulse."""
+        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
+
+        Without an impulse v+ = v-, so that this is 2 dt v-.
+        """
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
@@ -194,7 +197,10 @@ class Flow(_Diameter):
         return np.asarray(self.step**2 * self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return `Differences.work`: the change of the energy at the step's start."""
+        """Return the result of `Differences.work` for the exact flow.
+
+        It is the change of the energy at the step's start, by the impulse of Lambda.
+        """
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
         return np.asarray(row), float((struck.conj() @ self.energy @ struck).real)
@@ -319,7 +325,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; the wave of a circle is the last row."""
+    """Return the kernel's arrays of a rotor; `steady`, its circle, is the last row."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -364,7 +370,10 @@ def _rotor(
 
 
 def _read_hub(centre: Any) -> Floats:
-    """Return the weights of re and im of amplitudes in x_o and y_o, (2, ..., 2)."""
+    """Return the factors of re and im of amplitudes in x_o and y_o, (2, ..., 2).
+
+    centre : complex displacement for unit amplitudes, (...)
+    """
     x = np.stack([centre.real, -centre.imag], axis=-1)
     return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
 
@@ -374,13 +383,13 @@ def _parts(values: Any) -> tuple[Any, Any]:
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, rows, slots) in the order that the kernel reads, flat."""
+    """Return coefficients (ITEMS, rows, slots) in the order of the kernel, flat."""
     apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
 
 def unpacked(items: Floats, count: int) -> Floats:
-    """Return `packed` items as (count, rows slots), a copy."""
+    """Return `packed` coefficients as (count, rows slots), a copy."""
     return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
 
 

@@ -64,7 +64,10 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a), a = 2 Omega dt, turn of the ellipse in a step."""
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt.
+
+    By the angle a the ellipse of an unbalanced rotor turns in a step, rotating frame.
+    """
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 

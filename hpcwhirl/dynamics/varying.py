@@ -126,7 +126,10 @@ class DrivenRotor:
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return (2 Omega C, D, K, S) of a group's blocks at a speed, (b, s, s)."""
+        """Return (2 Omega C, D, K, S) of a group's blocks at a speed, (b, s, s).
+
+        They are the matrices of `turning.Terms`, without that of inertia.
+        """
         own = self.support.at(speed)
         held, back = own.turning(speed), group.hub.swapaxes(1, 2)
         stiffness = group.rest + speed**2 * group.first + speed**4 * group.quartic
@@ -185,9 +188,10 @@ class DrivenRotor:
         return out
 
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
-        """Return matrices keep and pull, (m, m), and the increment by `force`, (m,).
+        """Return the matrices of a step, and its increment by `force`.
 
-        The matrix pull includes the forces of `swerve`.
+        They are keep and pull, (m, m), as in `turning.Turning`, with the force
+        -(dOmega/dt) C x in pull; the increment is (m,).
         """
         out = np.zeros((2, len(self.order), len(self.order)))
         moved = np.zeros(len(self.order))

@@ -110,7 +110,7 @@ class WholeWaves:
 
     @cached_property
     def basis(self) -> Floats:
-        """Matrix, (2 m, 2 m), that gives a state (x, d / scale) from its parts q.
+        """Matrix, (2 m, 2 m), from q to a state (x, d / scale).
 
         q are the real and imaginary parts of the waves' amplitudes, x the amplitudes of
         the modes at rest, and d their increments since the step before.
@@ -144,7 +144,7 @@ class WholeWaves:
 
     @cached_property
     def form(self) -> Floats:
-        """Symmetric matrix, (2 m, 2 m), J: Jacobi's energy is q^T form q."""
+        """Symmetric matrix F, (2 m, 2 m), J: q^T F q is Jacobi's energy."""
         moved, place = self.parts(self.rises), self.parts(self.shapes)
         twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
         return np.asarray((twice + twice.T) / 4)
@@ -233,7 +233,8 @@ def _condition(parts: list[_Part], scale: float) -> float:
     """Return the condition number of `WholeWaves.basis`.
 
     In orthonormal coordinates the basis has a part for each block of modes. A complex
-    block B with its conjugates gives x = Re(B Y a), |x|^2 = |Y a|^2 / 2.
+    block B with its conjugates gives the modes x = Re(B Y a), |x|^2 = |Y a|^2 / 2, from
+    the shapes Y and amplitudes a of its waves.
 
     scale : by which the basis divides the increments
     """
@@ -264,7 +265,7 @@ def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return radial and tangential displacement of tips, negative, by modes, (N, m)."""
+    """Return negative radial and tangential displacements of tips in modes, (N, m)."""
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 
@@ -343,7 +344,7 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return U (size, size) with q^T U q the energy, from the result of `_upper`."""
+    """Return the triangle U (size, size) of the energy q^T U q, from `_upper`."""
     form, at = np.zeros((size, size)), 0
     for i in range(size):
         first = i - i % FOUR

@@ -66,10 +66,10 @@ def block(
 
 
 def centre_width(structure: CyclicStructure, k: int) -> int:
-    """Return the number of centre coordinates in nodal diameter k (Eq. 11).
+    """Return the number of centre coordinates in nodal diameter k (Eq. 11, paper).
 
-    One complex z_o for k = 1; the real x_o and y_o where one or two sectors make
-    k = 1 a simple harmonic; none for any other k.
+    One complex displacement z_o for k = 1; the real x_o and y_o where one or two
+    sectors make k = 1 a simple harmonic; none for any other k.
     """
     if not structure.centre or k != 1 % structure.sectors:
         return 0

@@ -38,7 +38,7 @@ SEED = 17  # seed of starting vectors, so that the same file gives the same roto
 
 @dataclass(frozen=True)
 class Condensed:
-    """Reduced matrices in coordinates (boundary DoF, fixed-interface amplitudes).
+    """Reduced matrices in b boundary DoF, then m amplitudes of fixed-interface modes.
 
     Attributes
     ----------

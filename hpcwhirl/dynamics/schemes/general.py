@@ -131,7 +131,10 @@ def _driven(model: Model, scene: Scene) -> Integrator:
 
 
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the integrator, in the rotating frame, for a round or rigid casing."""
+    """Return the integrator of real modes in the rotating frame.
+
+    The casing is a ring of harmonics, or rigid.
+    """
     c_b, c_c, own = arrays.rotor.items, arrays.casing.items, len(model.rotor.omega)
     k, modes = widths(model.blades)[0], len(c_b) // passes.ITEMS
     ring = passes.RING_STATE * (len(c_c) // passes.ITEMS)

@@ -1,9 +1,9 @@
 """Layouts of the bodies' motions in the states of kernels in the rotating frame.
 
-These classes read a motion from a completed state and write one to a state at time 0. A
-kernel completes the pending step when it begins the next one. At time 0 nothing may be
-pending: the previous increment is set to the opposite of the present one, since
-dissipation and works of a step depend on their sum.
+These classes read a motion from a state without pending step and write one to a state
+at time 0. A kernel completes the pending step when it begins the next one. At time 0
+nothing may be pending: the previous increment is set to the opposite of the present
+one, since dissipation and works of a step depend on their sum.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ class ModePlaces:
 
 @dataclass(frozen=True)
 class RingPlaces:
-    """Layout of a ring of harmonics in slots, in the rotating frame.
+    """Layout of a ring of harmonics by nodal diameter (slot), in the rotating frame.
 
-    items : coefficients of its modes, packed as in the kernel, see `kernels.passes`
+    items : coefficients of the ring's modes, packed, see `kernels.passes`
     """
 
     model: Model
@@ -87,7 +87,7 @@ class RingPlaces:
         return modal_steps(self.model.casing, step, exact=exact)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (n,), static frame, without a pending step.
+        """Return modal amplitudes and rates (n,), static frame, from a state.
 
         count : number of steps so far
         """
@@ -116,7 +116,7 @@ class RingPlaces:
         return q - d
 
     def add(self, state: Floats, q: Floats, count: int) -> None:
-        """Add amplitudes (n,), static frame, at rest, to a state after `count` steps.
+        """Add modal amplitudes q, static frame, at rest, to a state at step `count`.
 
         The previous increments are changed oppositely, so that the works of the pending
         step, which depend on the sum of both, stay the same.
