@@ -296,9 +296,10 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
 
 
 def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return index pairs and values of the energy's form, and how many are the rotor's.
+    """Return the energy as a sum of products of two amplitudes: pairs, coefficients.
 
-    Entries that are 0 are left out; those of the rotor come first.
+    The third result is the number of the rotor's products. Entries that are 0 are left
+    out; those of the rotor come first.
     """
     pairs, values, count = [], [], []
     for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):

@@ -66,7 +66,10 @@ NOWHERE = 1.0  # m, gap of a lost blade
 
 @njit(cache=True)
 def flush(motion):
-    """Set q and its increment d to 0 if both are below 1e-150, to avoid denormals."""
+    """Set amplitudes and their increments to 0 where both are below 1e-150.
+
+    Their products would be denormal numbers, which are slow.
+    """
     q, d = motion.q, motion.d
     for m in range(len(q)):
         if abs(q[m]) < TINY and abs(d[m]) < TINY:

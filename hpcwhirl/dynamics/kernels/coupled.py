@@ -52,7 +52,7 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Set motion.ahead and motion.following for a step without forces, by blocks."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)

@@ -23,7 +23,7 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Set motion.ahead and motion.following for a step without forces, by matrices."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -92,7 +92,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """Correct motion.ahead by the contact forces; enter their work in the ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):

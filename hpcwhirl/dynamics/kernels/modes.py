@@ -55,7 +55,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Set motion.ahead and motion.following for a step without forces, by modes."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -118,7 +118,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct motion.ahead by the contact forces; enter their work in the ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):

@@ -39,7 +39,10 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return `two` vectors plus the sum in `add_six`, of 8 columns from v on."""
+    """Return `two` vectors plus the sum over s of factors[s] times row which[s].
+
+    Arguments are those of `add_six`; 8 columns are read, from v on.
+    """
     a, b = two
     for s in range(size):
         factor, at = broadcast(get(factors, s)), get(which, s) * stride + v

@@ -120,10 +120,10 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to motions over two steps of the waves.
+    """Set the first (alike, 2, k) of `spectra` to motions of waves over two steps.
 
-    These are d' + d, see `SectorRows.move`, of single waves, and sums over pairs. The
-    two waves of a pair have conjugate factors.
+    A motion, from step n - 1 to n + 1, is the amplitude times `SectorRows.move`. The
+    two motions of a pair are added; their factors are conjugates.
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -183,8 +183,8 @@ def begin_or_add(fresh, spectra, at, k):
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
     """Set spectra of the motion of point p of all tips; add forces' change of waves.
 
-    The motion is that of the waves over two steps, d' + d, see `SectorRows`. For pairs,
-    coefficients of forces are the conjugates of those of the motion.
+    The motion is that by the waves, from step n - 1 to n + 1. For pairs, coefficients
+    of forces are the conjugates of those of the motion.
 
     Parameters
     ----------

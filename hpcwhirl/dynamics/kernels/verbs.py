@@ -51,7 +51,7 @@ def does(verb: Function, kind: type) -> Callable[[Function], Function]:
 
 
 def predict(body, motion):
-    """Set motion.ahead and motion.following for a step without forces."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     raise NotImplementedError
 
 
@@ -110,7 +110,7 @@ def slide(body, motion, lam, index, shape, out):
 
 
 def meet(body, motion, mu, ledger):
-    """Correct motion.ahead by the forces of contact; enter their work in the ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
     raise NotImplementedError
 
 

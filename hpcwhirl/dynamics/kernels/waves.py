@@ -132,7 +132,7 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add works at four slots to sums; return drag factors, see `passes.slip_of`.
+    """Add works at four slots to sums; return factors of drag, see `passes.slip_of`.
 
     For central differences, also complete the spectrum of the pending step.
     """
