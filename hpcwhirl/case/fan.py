@@ -210,7 +210,10 @@ def _ring(fan: Fan, scale: float, thicker: float, full: float) -> dict[str, Any]
 
 
 def _modal_mass(ring: Mapping[str, Any], radius: float, lobes: int) -> float:
-    """Return the modal mass, kg, of w = cos(k theta), u = -sin(k theta) / k."""
+    """Return the modal mass, kg, of a ring that bends in k lobes without stretching.
+
+    It moves radially by w = cos(k theta), tangentially by u = -sin(k theta) / k.
+    """
     section = ring["density"] * ring["thickness"] * ring["width"]
     return float(math.pi * radius * section * (1.0 + 1.0 / lobes**2))
 

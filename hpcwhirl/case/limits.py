@@ -162,7 +162,7 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return the case in which no unbalance is allowed, for a message; "": allowed.
+    """Return, for a message, the case in which no unbalance is allowed; "": allowed.
 
     own : the supports at the scene's speed
     """
@@ -197,8 +197,9 @@ def check_step(model: Model, scene: Scene) -> None:
 def check_loading(scene: Scene) -> None:
     """Raise InputError if the pulse has too few time steps.
 
-    Sampled at n steps, its impulse is F tau cot(pi / 2n) / n instead of 2 F tau / pi,
-    too small by a share (pi / n)^2 / 12; a pulse shorter than a step has none.
+    Sampled at n steps, the impulse of a pulse of force F and duration tau is F tau
+    cot(pi / 2n) / n instead of 2 F tau / pi, too small by a share (pi / n)^2 / 12; a
+    pulse shorter than a step has none.
     """
     step = scene.solver.time_step
     if scene.is_loaded and scene.pulse < FEWEST_IN_PULSE * step:
@@ -337,8 +338,9 @@ def frequency_error(phase: float, ratio: float = 0.0) -> float:
 
     Parameters
     ----------
-    phase : x = w dt, at most 2 sqrt(1 - xi^2), beyond which z is real
-    ratio : xi < 1
+    phase : x = w dt, w the undamped frequency, at most 2 sqrt(1 - xi^2), beyond which
+        a free motion does not oscillate
+    ratio : damping ratio xi < 1
     """
     root = math.sqrt(1.0 - (ratio * phase) ** 2)
     sine = 0.5 * phase * math.sqrt((1.0 - 2.0 * ratio**2 / (1.0 + root)) / root)
@@ -348,12 +350,14 @@ def frequency_error(phase: float, ratio: float = 0.0) -> float:
 
 @lru_cache(maxsize=1024)
 def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
-    """Return the largest x = w dt with a frequency error of at most `accuracy`.
+    """Return the largest w dt with a frequency error of at most `accuracy`.
+
+    w is the undamped frequency of a mode, rad/s, dt the time step.
 
     Parameters
     ----------
     accuracy : largest relative error of the damped frequency
-    ratio : xi; above `HARDLY` it is taken as `HARDLY`
+    ratio : damping ratio xi; above `HARDLY` it is taken as `HARDLY`
     """
     ratio = min(ratio, HARDLY)
     top = 2.0 * math.sqrt(1.0 - ratio**2)  # the error grows up to there
@@ -373,10 +377,10 @@ def turned(omega: Floats, speed: float) -> Floats:
     (2 / dt sin(w dt / 2))^2 + 2 Omega c sin(w dt) / dt = K,
 
     so that the leading term of the relative error of w is (w dt)^2 / 24 (w + 4 Omega c)
-    / (w + Omega c). With x = Omega / omega and K from omega^2 - Omega^2 (softening) to
-    omega^2, this is at most `SLOWER` (omega dt)^2 / 24 for x < 0.43, reached by the
-    slower of the two waves; beyond, the faster wave has (1 + x)^2 (3 x - 1) times as
-    much.
+    / (w + Omega c). With x = Omega / omega, omega at rest, and K from omega^2 - Omega^2
+    (softening) to omega^2, this is at most `SLOWER` (omega dt)^2 / 24 for x < 0.43,
+    reached by the slower of the two waves; beyond, the faster wave has (1 + x)^2 (3 x -
+    1) times as much.
 
     Parameters
     ----------

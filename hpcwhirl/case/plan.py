@@ -55,7 +55,7 @@ class Plan:
 
 
 def folds_of(scene: Scene) -> int:
-    """Return g, the number of sectors that move alike: gcd(k, N).
+    """Return the number g of sectors that move alike: gcd(k, N), k lobes, N blades.
 
     The gcd includes the harmonics of a casing that is not round. g is 1 with unequal
     sectors, an unbalance or a layer that wears, or if plan or scheme need all sectors.
@@ -73,9 +73,9 @@ def folds_of(scene: Scene) -> int:
 def settling_time(scene: Scene, model: Model) -> float:
     """Return the time, s, after which the untouched ring moves less than the gap.
 
-    It follows from bounds of the modes' amplitudes after the pulse, which decay with
-    xi omega. It is infinite for undamped modes, for a driven casing, and for a casing
-    whose shape leaves no gap.
+    It follows from bounds of the modes' amplitudes after the pulse, which decay as
+    e^{-xi omega t}. It is infinite for undamped modes, for a driven casing, and for a
+    casing whose shape leaves no gap.
     """
     room = room_of(scene)
     if room < 0.0:

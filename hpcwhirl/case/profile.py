@@ -135,8 +135,11 @@ def _series(table: str) -> dict[int, complex]:
 def _of_lines(rows: Floats) -> dict[int, complex]:
     """Return {h: a + i b} of straight lines between points (rad, m), by their kinks.
 
-    f'' is a kink s_i, the change of slope, at each angle: h > 0 has the coefficient
-    -sum s_i e^{-ih theta_i} / (2 pi h^2) of e^{ih theta}, half of a - i b.
+    The second derivative is a kink s_i, the change of slope, at each angle theta_i: for
+    a harmonic h > 0 the coefficient of e^{ih theta}, half of a - i b, is -sum s_i
+    e^{-ih theta_i} / (2 pi h^2).
+
+    rows : (p, 2), angle, rad, and departure, m
     """
     angles, values = rows.T
     widths = np.diff(angles, append=angles[0] + 2 * math.pi)
@@ -153,7 +156,7 @@ def _of_lines(rows: Floats) -> dict[int, complex]:
 
 
 def _depth(shape: Shape) -> float:
-    """Return a bound of the largest inward departure, m, by values and by max |w''|."""
+    """Return a bound of the largest inward departure w, m, by values of w and |w''|."""
     spacing = 2 * math.pi / AROUND
     lowest = float(departure(shape, spacing * np.arange(float(AROUND))).min())
     sizes = np.hypot(shape.cosine, shape.sine)
@@ -181,7 +184,10 @@ def release_step(scene: Scene) -> int:
 
 
 def held_displacement(model: Model, scene: Scene) -> Floats:
-    """Return x (n,), m, static frame, of a released casing; model : of all sectors."""
+    """Return a casing's displacement (n,), m, static frame, when it is released.
+
+    model : model of all sectors
+    """
     ring, casing, shape = model.ring, model.casing, profile_of(scene)
     if not isinstance(ring, FourierOperator) or casing is None:
         raise TypeError(ring)

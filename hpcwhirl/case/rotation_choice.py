@@ -11,9 +11,9 @@ choice depends on the largest
 |s_full - s_none| / |s_none|
 
 at the case's speed over the waves that matter to the tips: those whose mode has at
-least `SEEN` of the largest compliance of the tips. Critical speeds of Eq. (13) shift
-with their waves, and `gap` is the clearance at speed with either choice. A part of the
-difference comes from the bases of the two models, which differ, too.
+least `SEEN` of the largest compliance of the tips. The paper's critical speeds (Eq. 13)
+shift with their waves, and `gap` is the clearance at speed with either choice. A part
+of the difference comes from the bases of the two models, which differ, too.
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ class Change(NamedTuple):
 
     Attributes
     ----------
-    share : |s_full - s_none| / |s_none| of the wave that changes most
+    share : |s_full - s_none| / |s_none|, s the root of the wave that changes most in
+        the two models
     wave : name of this wave
     none, full : its frequency without and with the terms, rad/s, rotating frame; > 0:
         turns with the rotation

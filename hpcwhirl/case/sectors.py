@@ -41,11 +41,12 @@ def folded_body(
     ----------
     body : modes of the whole body
     rows : indices of its coordinates that belong to the sector
-    folds : g
+    folds : g, number of sectors
 
     Returns
     -------
-    body : the modes h = g h', labelled by h'; without mass and stiffness matrices
+    body : the modes of nodal diameters or harmonics h that g divides, labelled h / g;
+        without mass and stiffness matrices
     lift : (n, m), displacements of the whole body from the sector's amplitudes
     """
     modes = np.flatnonzero(body.diameter % folds == 0)
@@ -88,7 +89,10 @@ def _folded(own: SpinBlock, folds: int) -> SpinBlock:
 
 
 def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
-    """Return indices of the coordinates of a ring's harmonics g h': of w, then of u."""
+    """Return indices of the coordinates of those harmonics of a ring that g divides.
+
+    The radial ones come first, then the tangential ones; folds : g
+    """
     harmonics = folds * np.arange(1, operator.harmonics // folds + 1)
     pairs = np.column_stack([2 * harmonics - 1, 2 * harmonics]).ravel()
     radial = np.concatenate([[0], pairs])

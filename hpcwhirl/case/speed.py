@@ -318,7 +318,8 @@ def interval_of(scene: Scene, model: Model) -> int:
     speed, errs by at most h |dOmega/dt| T^2 / 8 rad; at the interval's end, the
     error is of third order. h = |d omega / d Omega| is at most 2 by Coriolis forces, or
     the highest harmonic of a ring integrated in the rotor's frame. The gap, linear in
-    an interval, errs by at most Delta / tau^2 T^2 / 8, since its closure is curved.
+    an interval, errs by at most Delta / tau^2 T^2 / 8 by the curvature of its closure,
+    Delta (1 - e^{-t / tau}), see `closure_at`.
     """
     accuracy = scene.solver.accuracy or USUAL
     law, curved = law_of(scene), []

@@ -88,7 +88,7 @@ class Missed(NamedTuple):
 
 
 def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
-    """Return the motions (n, TIMES), m, of a body after a unit impulse.
+    """Return the motions (n, TIMES), m, of a body after a unit impulse, 1 N s.
 
     Parameters
     ----------

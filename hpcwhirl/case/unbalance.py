@@ -63,7 +63,9 @@ def released_moment(model: Model) -> complex:
 
 
 def circle(model: Model, scene: Scene) -> Floats | None:
-    """Return x_1, the rotor's steady displacement; None without an unbalance.
+    """Return the rotor's steady displacement without contact; None if balanced.
+
+    On supports that differ by direction it is the constant part, x_1 of this module.
 
     Returns
     -------
@@ -78,7 +80,11 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return xi (n,), m, on supports that differ by direction; None if it must be 0."""
+    """Return the part of the steady motion that turns at 2 Omega, (n,), m, or None.
+
+    In the rotating frame the rotor moves by Re(xi e^{2 i Omega t}), xi the result,
+    about `circle`; None if balanced, or if the supports are the same in all directions.
+    """
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
         return None
@@ -86,7 +92,10 @@ def swing(model: Model, scene: Scene) -> Complexes | None:
 
 
 def steady_at(model: Model, scene: Scene, time: float) -> Floats:
-    """Return x_s (n,), m, at a time, s; 0 without an unbalance."""
+    """Return the steady displacement without contact, (n,), m, rotating frame.
+
+    It is that of `circle` and `swing` at a time, s; 0 without an unbalance.
+    """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
         return np.zeros(len(model.rotor.shapes))
@@ -125,7 +134,12 @@ def _circle(
 def _circle_in_film(
     model: Model, spin: Spin, force: complex, speed: float
 ) -> tuple[Floats, Complexes]:
-    """Return x_1 and xi with a film whose damping is that at the circle's radius."""
+    """Return the steady motion in a squeeze film as `circle` and `swing` describe it.
+
+    The film's damping is that at the radius of the circle of the centre.
+
+    force, speed : F_x + i F_y, N, rotating frame; Omega, rad/s
+    """
     own = spin.support.at(speed)
 
     def at(radius: float) -> tuple[Floats, Complexes]:
@@ -153,7 +167,7 @@ def centre_of(model: Model, places: Any) -> complex:
 
 
 def reach_of(model: Model, scene: Scene) -> float:
-    """Return the largest outward displacement in x_s of any tip that is not lost, m.
+    """Return the largest outward displacement on the circle of a tip not lost, m.
 
     Clearances of contact points in addition to the gap are subtracted.
     """
@@ -183,7 +197,7 @@ def share_at_start(model: Model, scene: Scene) -> float:
 
 
 def check_unbalance(model: Model, scene: Scene) -> None:
-    """Raise InputError if x_s, without contact, exceeds the amplitude limit."""
+    """Raise InputError if the circle, without contact, exceeds the amplitude limit."""
     places = circle(model, scene)
     if places is None:
         return

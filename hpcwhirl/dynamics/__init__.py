@@ -1,9 +1,9 @@
 """Time integration of both bodies and their contact.
 
-A time integration in progress is called a march. Algorithm 1 consists of prediction
-without contact, complementarity of all gaps at once (block pivoting, then Murty's rule,
-which ends for any P-matrix), friction on both bodies, distribution of the contact
-forces by the same shape functions that give displacements, and correction. The
+A time integration in progress is called a march. The paper's Algorithm 1 consists of
+prediction without contact, complementarity of all gaps at once (block pivoting, then
+Murty's rule, which ends for any P-matrix), friction on both bodies, distribution of the
+contact forces by the same shape functions that give displacements, and correction. The
 recursion is in increments, so that it loses no digits on slow modes. Kernels run in
 slices of 10 ms; any division into slices gives the same bits. Amplitudes below 1e-150
 are set to zero, since denormals are slow. `kernels` contains all compiled code.

@@ -27,7 +27,7 @@ def copy_of(march: March) -> Any:
 
 
 def put_between(march: March, a: Any, b: Any, share: float) -> None:
-    """Set a march to a + share (b - a); steps, contacts and works are those of a.
+    """Set a march's state to a + share (b - a); steps, contacts, works are those of a.
 
     The change of energy is entered in the ledger as work of the loading, so that the
     ledger closes as well as that of a.
@@ -55,8 +55,9 @@ def distance(march: March, a: Any, b: Any) -> float:
     """Return sqrt(E), E in J, of the difference of two motions of a march's scene.
 
     E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
-    of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, which
-    may be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
+    of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, with
+    the kinetic energy T in the rotating frame and the strain energy U of x, which may
+    be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
     kinetic energy of the motion in the rotating frame and the strain energy, both
     positive.
 
@@ -78,7 +79,10 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with contacts and works of a, uncertified."""
+    """Return the state of_a a + of_b b, with contacts and works of a.
+
+    It has no certificate; of_a, of_b : factors of the states a and b
+    """
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
         if name in parts:

@@ -25,7 +25,7 @@ class Flyer(NamedTuple):
     ----------
     jump : number of steps -> coefficients of a jump over them, see `kernels.flight`
     bound : time, s -> coefficients of a bound of the motion in that time
-    dies : whether all free motion decays, a flag
+    dies : whether all free motion decays
     """
 
     jump: Callable[[int], Floats]
@@ -34,7 +34,10 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of modes; items (ITEMS, size) : see `passes`; step : dt, s."""
+    """Return the `Flyer` of modes.
+
+    items, step : (ITEMS, size), coefficients of modes, see `kernels.passes`; dt, s
+    """
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
     return Flyer(
@@ -45,7 +48,10 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of waves; items (ITEMS, size) : see `waves`; step : dt, s."""
+    """Return the `Flyer` of waves.
+
+    items, step : (ITEMS, size), coefficients of waves, see `kernels.waves`; dt, s
+    """
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
     return Flyer(
@@ -56,7 +62,10 @@ def flying_waves(items: Floats, step: float) -> Flyer:
 
 
 def all_die_out(items: Floats) -> bool:
-    """Return whether all waves that contact can excite decay; items (ITEMS, size)."""
+    """Return whether all waves that contact can excite decay.
+
+    items : (ITEMS, size), coefficients of waves, see `kernels.waves`
+    """
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     return die_out(ahead, items[[waves.PUSH_RE, waves.PUSH_IM]])
 
@@ -64,7 +73,7 @@ def all_die_out(items: Floats) -> bool:
 def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
     """Return whether all waves that move or that contact excites decay.
 
-    ahead : (w,), z - 1 of each wave
+    ahead : (w,), z - 1 of each wave, z the factor of its amplitude in a step
     push : (r, w), contributions of contact to each wave
     """
     pushed = np.asarray(push.any(axis=0))
@@ -82,7 +91,7 @@ def flight_arrays(
     scene : scene to integrate
     beat : steps between rows of evidence, at which jumps end
     rotor : free motion of the rotor
-    ring : items of the ring, packed as in the kernel
+    ring : coefficients of the ring's modes, packed as in the kernel
     """
     if not SCHEMES[scene.solver.scheme].flies:
         return ()
@@ -101,18 +110,19 @@ def flight_arrays(
 def can_fly(scene: Scene) -> bool:
     """Return whether gaps change only by free motion while no blade touches.
 
-    They also change by the growing lobes of a rigid casing, which exclude jumps.
+    Growing lobes of a rigid casing change them, too, and exclude jumps.
     """
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
 
 
 def _jump(items: Floats, count: int, step: float) -> Floats:
-    """Return the flow of (q, d) over `count` steps, (JUMP_ITEMS, size).
+    """Return coefficients of a jump over `count` steps, (JUMP_ITEMS, size).
 
-    q' = e^-a ((cos b + xi omega S) q + S v), v' = e^-a ((cos b - xi omega S) v
-    - omega^2 S q), a = xi omega t, b = omega_d t, S = sin(b) / omega_d. Items SPEED_D,
-    SPEED_Q relate v to q and d, also at the end. The loss is the decrease of energy.
+    Amplitude q and velocity v become q' = e^-a ((cos b + xi omega S) q + S v) and v' =
+    e^-a ((cos b - xi omega S) v - omega^2 S q), a = xi omega t, b = omega_d t, S =
+    sin(b) / omega_d. Items SPEED_D and SPEED_Q relate v to q and to the increment d =
+    q_n - q_{n-1}, before the jump and after it. The loss is the decrease of energy.
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
     of_d, of_q = items[passes.SPEED_D], items[passes.SPEED_Q]
@@ -139,9 +149,10 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 def _bound(items: Floats, longest: float) -> Floats:
     """Return the coefficients that bound a body's free motion, (BOUND_ITEMS, size).
 
-    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2) is a decreasing envelope
-    of |q'|^2. The displacement of a mode stays below v / omega, and the magnitude of
-    the ring's amplitude C after a time t below its present magnitude plus v t.
+    v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2), with q' = dq/dt, is a
+    decreasing envelope of |q'|^2. The displacement of a mode stays below v / omega, and
+    the magnitude of the ring's amplitude C after a time t below its present magnitude
+    plus v t.
 
     longest : s, time for which the bound is used
     """
@@ -161,7 +172,7 @@ def _bound(items: Floats, longest: float) -> Floats:
 def _turned(angles: Complexes) -> Floats:
     """Return the coefficients e^{s t} of a jump of waves, (JUMP_ITEMS, size).
 
-    angles : s t, complex
+    angles : s t, complex, with the root s of each wave and the duration t of the jump
     """
     turn = np.exp(angles)
     return np.stack([turn.real, turn.imag])  # TURNED_RE, TURNED_IM
@@ -170,8 +181,9 @@ def _turned(angles: Complexes) -> Floats:
 def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
     """Return the coefficients that bound the waves' free motion, (BOUND_ITEMS, size).
 
-    A wave's part of a gap, gamma a e^{st}, has the initial rate gamma s a, and a second
-    derivative of at most |gamma s^2 a|, times its growth if the wave is unstable.
+    A wave's part of a gap, gamma a e^{st}, with its root s, its amplitude a and the gap
+    gamma for unit amplitude, has the initial rate gamma s a, and a second derivative of
+    at most |gamma s^2 a|, times its growth if the wave is unstable.
     """
     out, weight = np.empty((waves.BOUND_ITEMS, len(roots))), np.abs(radial)
     rate, grown = radial * roots, np.exp(np.maximum(roots.real, 0.0) * longest)

@@ -20,11 +20,11 @@ BLOCK = 256  # samples evaluated at once
 
 
 class _Motion(NamedTuple):
-    """Free motion of rotor and ring.
+    """Free motion of rotor and ring after n steps, by factors z^n of modes or waves.
 
     Attributes
     ----------
-    rotor, ring : free motion of each body
+    rotor, ring : free motion of each body, of its modes or, of a rotor, its waves
     log : (modes,), log z of the rotor's modes, followed by the ring's
     """
 
@@ -33,12 +33,12 @@ class _Motion(NamedTuple):
     log: Complexes
 
     def parts(self, z: Complexes) -> tuple[Complexes, Complexes]:
-        """Split z^n, (samples, modes), into the parts of rotor and ring."""
+        """Split the factors z^n, (samples, modes), into those of rotor and ring."""
         count = len(self.rotor.most)
         return z[:, :count], z[:, count:]
 
     def energies(self, z: Complexes) -> tuple[Floats, Floats]:
-        """Return the energies of rotor and ring, (samples,) each, J."""
+        """Return energies of rotor and ring, (samples,) each, J; z as in `parts`."""
         rotor, ring = self.parts(z)
         return self.rotor.energies(rotor), self.ring.energies(ring)
 
@@ -165,7 +165,7 @@ class FreeDecay:
         self._leave(motion, state, settled, total - start.step)
 
     def _centre(self, motion: _Motion, z: Complexes) -> Floats:
-        """Return the centre x_o, y_o, (samples, 2), m, rotating frame."""
+        """Return x_o, y_o, (samples, 2), m, rotating frame, by factors z^n."""
         swing = motion.rotor.swing(self.shapes.hub)
         return np.asarray((motion.parts(z)[0] @ swing).real)
 
@@ -173,7 +173,7 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write rows of evidence to the tracks; z : (rows, modes), z^n of each row."""
+        """Write rows of evidence to the tracks; z : (rows, modes), factors z^n."""
         rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
         rotor, ring = motion.energies(z)
@@ -186,8 +186,9 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write samples of the traces to the tracks; z : (samples, modes), z^n of each.
+        """Write samples of the traces to the tracks.
 
+        z : (samples, modes), factors z^n
         steps : (samples,), numbers of steps after the start
         """
         tracks.centre[:] = self._centre(motion, z)
@@ -205,7 +206,10 @@ class FreeDecay:
             tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
-        """Return the ring's amplitudes in the kernel, re then im, (samples, 2 size)."""
+        """Return the kernel's amplitudes of the ring, re then im, (samples, 2 size).
+
+        z, steps : as in `_keep`
+        """
         q = motion.ring.places(motion.parts(z)[1])
         q = q * np.exp(1j * np.outer(steps, self.ring.spin))
         copies = np.zeros((len(z), 2, self.ring.size))

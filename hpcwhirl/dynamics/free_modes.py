@@ -1,8 +1,8 @@
 """Free motion of modes under central differences, and the certificate of no contact.
 
-The recursion d' = keep d - pull q, q' = q + d' of central differences has the roots
-z = r e^{+-i phi}, r^2 = keep and cos phi = (1 + keep - pull) / (2 r). Without forces, n
-steps later,
+The recursion d' = keep d - pull q, q' = q + d' of central differences, with amplitude q
+and increment d = q_n - q_{n-1}, has the roots z = r e^{+-i phi}, r^2 = keep and cos phi
+= (1 + keep - pull) / (2 r). Without forces, n steps later,
 
 q_n = r^n (A cos n phi + B sin n phi) = alpha z^n + beta conj(z)^n,
 A = q,  B = (q (cos phi - r) + r d) / sin phi,
@@ -34,16 +34,18 @@ def flushed(values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Roots:
-    """The roots of the recursion, for the modes of one body.
+    """The roots z = r e^{+-i phi} of central differences, for the modes of one body.
 
     Attributes
     ----------
-    own : (modes,), indices of the modes among the kernel's complex amplitudes
-    weight : (modes,), |radial amplitude| at a blade's tip or on the ring
+    own : (modes,), indices of the modes among the kernel's complex amplitudes, of which
+        others are padding
+    weight : (modes,), magnitude of the radial displacement, of a blade's tip or of the
+        ring, for unit amplitude
     radius, sine : (modes,), r and sin phi
     log : (modes,), log z
     back : (modes,), cos phi - r
-    pull : (modes,), coefficient of the recursion
+    pull : (modes,), factor of -q in the next increment, see this module
     decays : whether all modes have stiffness and damping and oscillate, as the bound
         requires
     """
@@ -58,17 +60,23 @@ class Roots:
     decays: bool
 
     def waves(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B), (modes,) each, of the motion q_n from q and increments d."""
+        """Return (A, B), (modes,) each, of q_n = r^n (A cos n phi + B sin n phi).
+
+        q, d : amplitudes, and their increments in the last step
+        """
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) of the increments d_n, which follow the recursion of q_n."""
+        """Return (A, B) as `waves` does, of the increments d_n = q_n - q_{n-1}."""
         # d_1 = keep d - pull q = r (A cos phi + B sin phi)
         return d, -(self.back * d + self.pull / self.radius * q) / self.sine
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's modes; items (ITEMS, n) : see `kernels.passes`."""
+    """Return the roots of a body's modes.
+
+    items : (ITEMS, n), coefficients of the modes, see `kernels.passes`
+    """
     modes = np.flatnonzero(items[passes.KEEP] != 0.0)
     keep, pull = items[passes.KEEP][modes], items[passes.PULL][modes]
     radius = np.sqrt(np.maximum(keep, 0.0))
@@ -87,12 +95,14 @@ def roots_of(items: Floats) -> Roots:
 class ModesMotion:
     """Free motion of a body's modes: q = alpha z^n + beta conj(z)^n.
 
+    z is the root of a mode, n the number of steps since the start of the motion.
+
     Attributes
     ----------
     most : (modes,), bounds of |q| at all later steps
     body : the modes
     alpha, beta : (modes,), coefficients of the amplitudes q
-    gamma, delta : (modes,), coefficients of the increments d
+    gamma, delta : (modes,), those of the increments d = q_n - q_{n-1}
     """
 
     most: Floats
@@ -174,14 +184,14 @@ class FreeModes:
 
     Parameters
     ----------
-    items : (ITEMS, modes), see `kernels.passes`
+    items : (ITEMS, modes), coefficients of the modes, see `kernels.passes`
     width : the state has shape (3, rows, 2, width), re and im, modes = rows width
     step : s
 
     Attributes
     ----------
     own : (m,), indices of those columns of `items` that hold a mode
-    log, radius : (m,), log z and |z| of these modes
+    log, radius : (m,), log z and |z| of the roots z of these modes
     decays : whether all their free motion decays to zero
     """
 

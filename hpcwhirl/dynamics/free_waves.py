@@ -1,4 +1,4 @@
-"""Free motion of a rotor: of its waves, a becomes z a in each step.
+"""Free motion of a rotor: a step multiplies the amplitude a of a wave by its factor z.
 
 So |a| is multiplied by |z|. The circular orbit of an unbalanced rotor is a wave that is
 at rest in the rotating frame, z = 1, and is not excited by contact. Jacobi's energy is
@@ -26,13 +26,13 @@ from hpcwhirl.dynamics.whole_waves import unpacked_form
 
 @dataclass(frozen=True)
 class WavesMotion:
-    """Free motion of waves.
+    """Free motion of waves: a step multiplies the amplitude a of each by its factor z.
 
     Attributes
     ----------
     most : (waves,), bounds of |a| at all later steps
     amplitudes : (waves,), a at the start
-    body : the waves, of all nodal diameters or of the whole
+    body : the waves, by nodal diameter or of a rotor of unequal sectors
     """
 
     most: Floats
@@ -75,17 +75,20 @@ class WavesMotion:
 
 
 class FreeWaves:
-    """Waves of a rotor in the state of the kernel `waves`.
+    """Waves of a rotor in the state of the kernel `waves`, by rows and slots.
 
-    The state includes the spectra of the gaps of the last `waves.SEEN` steps.
+    Slots are nodal diameters, row f has the f-th wave of each. A step without forces
+    multiplies an amplitude a by z. The state includes the spectra of the gaps of the
+    last `waves.SEEN` steps.
 
     Attributes
     ----------
-    own : (w,), indices of the waves among (rows, slots)
+    own : (w,), indices of the waves in arrays (rows, slots), flat; the rest is padding
     log, radius : (w,), log z and |z|
     decays : whether all motion that contact can cause decays to zero
     radial : (w,), change of gap by a unit amplitude
-    form : (slots, rows, rows), J, upper triangles: energy Re(a* form a) of a slot
+    form : (slots, rows, rows), J, upper triangles: the energy of a nodal diameter is
+        Re(a* form a), a its amplitudes, a* their conjugates
     seen : number of last steps of which a state holds amplitudes or spectra
     """
 
@@ -143,8 +146,9 @@ class FreeWhole:
 
     Attributes
     ----------
-    own, log, radius, decays, seen : as of `FreeWaves`; own : indices of amplitudes
-    form : (2 w, 2 w), J: energy q^T form q of all re, then all im of the amplitudes; of
+    own : (w,), indices of the waves among the kernel's complex amplitudes
+    log, radius, decays, seen : as in `FreeWaves`
+    form : (2 w, 2 w), J: energy q^T form q, q all re, then all im of the amplitudes; of
         an `UncoupledRotor` (3, w), factors of re^2, 2 re im, im^2
     """
 
@@ -175,7 +179,7 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Set a state to amplitudes past, (1, w)."""
+        """Set a state to amplitudes; past : (1, w), those at the present step."""
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 
@@ -186,7 +190,7 @@ class FreeWhole:
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return flat `rows` of a rotor, such as its `read`, as complex rows (r, waves)."""
+    """Return factors of amplitudes, such as rotor.read, as complex rows (r, waves)."""
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
     return complex_rows(rows, len(rotor.drift))
@@ -199,7 +203,7 @@ def complex_rows(parts: Floats, half: int) -> Complexes:
 
 
 class Shapes(NamedTuple):
-    """Displacements of tips and centre per unit amplitude q of a rotor.
+    """Displacements of tips and centre of a rotor for complex amplitudes q.
 
     Attributes
     ----------

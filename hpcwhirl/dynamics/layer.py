@@ -20,13 +20,17 @@ def rod_area(scene: Scene) -> float:
 
 
 def _flex(scene: Scene) -> float:
-    """Return l / (E A) of a rod, m/N."""
+    """Return the elastic compliance l / (E A) of a rod, m/N, see `_abradable`."""
     casing = scene.engine.casing
     return float(casing.layer_thickness / (casing.layer_young * rod_area(scene)))
 
 
 def _abradable(scene: Scene) -> Layer:
-    """Return plastic rods: stiffness A E / l, limit A sigma_y, hardening A H / l."""
+    """Return plastic rods: stiffness A E / l, limit A sigma_y, hardening A H / l.
+
+    A is the area of a rod; E, l, sigma_y and H are Young's modulus, thickness, yield
+    stress and hardening modulus of the layer.
+    """
     casing, area = scene.engine.casing, rod_area(scene)
     growth = area * casing.layer_hardening / casing.layer_thickness
     limit, under = area * casing.layer_yield, casing.layer_rods
@@ -34,7 +38,10 @@ def _abradable(scene: Scene) -> Layer:
 
 
 def _archard(scene: Scene) -> Layer:
-    """Return elastic rods that wear by k N v dt / A a step, v = |Omega| R; k : 1/Pa."""
+    """Return elastic rods that wear by Archard's law: k N v dt / A in a step.
+
+    k is the wear coefficient, 1/Pa, N the force and A the area of a rod, v = |Omega| R.
+    """
     casing, area = scene.engine.casing, rod_area(scene)
     slid = scene.engine.rotor.radius * scene.solver.time_step  # at 1 rad/s
     rub = casing.wear_coefficient * slid / area

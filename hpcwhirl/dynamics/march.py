@@ -106,14 +106,17 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _started(self, start: Motion) -> bool:
-        """Set the state to a start, by arrays of the first interval; as `begin`."""
+        """Set the state to an initial motion; return whether the model can have it.
+
+        Its arrays are those of the first interval of a changing speed.
+        """
         self._refresh(None)
         return self.scheme.begin(start)
 
     def _refresh(self, state: Any) -> None:
         """Set speed, wall and arrays to those of the present interval.
 
-        state : state of the kernel, which is adapted; None: none is
+        state : state of the kernel, which is adapted to them; None: no state is adapted
         """
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
@@ -154,7 +157,7 @@ class March:
         self.recall()
 
     def _coast(self) -> FreeDecay | None:
-        """Return what finds a certificate of free decay; None if there can be none."""
+        """Return the `FreeDecay` of the march; None if no certificate is possible."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -192,7 +195,7 @@ class March:
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the number of steps to the next `_look`, `_watch`, at most `size`."""
+        """Return the steps to the next `_look` or `_watch`, at most `size`."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))

@@ -4,10 +4,10 @@ The two roots of central differences of a mode,
 
 s^2 (1 - dt^2 omega^2/4) + 2 xi omega s + omega^2 = 0,  z = (1 + s dt/2)/(1 - s dt/2),
 
-are a conjugate pair: the mode is q = Re(a), a' = z a, and d = q_n - q_{n-1} =
-Re(rise a), rise = 1 - 1/z. A modal force f adds give f to q and to d, at the step's
-end. With d' of a step without forces that ends with a, and d of the step before it,
-d' + d = Re(moves a).
+are a conjugate pair: the mode is q = Re(a), a step turns a into z a, and d = q_n -
+q_{n-1} = Re(rise a), rise = 1 - 1/z. A modal force f adds give f to q and to d, at the
+step's end. With d' of a step without forces that ends with a, and d of the step before
+it, d' + d = Re(moves a).
 """
 
 from __future__ import annotations
@@ -43,8 +43,9 @@ class ModeWaves:
     ----------
     step : dt, s
     omega : (m,), rad/s
-    ahead : (m,), z - 1
-    give : (m,), (1/dt^2 + xi omega/dt)^-1, increment of q and d by a unit modal force
+    ahead : (m,), z - 1, z the factor of an amplitude in a step without forces
+    give : (m,), (1/dt^2 + xi omega/dt)^-1, change of a mode's amplitude, and of its
+        increment in the step, by a unit modal force
     """
 
     step: float
@@ -54,12 +55,12 @@ class ModeWaves:
 
     @property
     def rise(self) -> Complexes:
-        """Increments d for unit amplitudes, (m,)."""
+        """Increments d = q_n - q_{n-1} of the modes for unit amplitudes, (m,)."""
         return np.asarray(self.ahead / (1 + self.ahead))
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (d + d') / 2 dt for unit amplitudes, (m,); d' : next step."""
+        """Velocities (q_{n+1} - q_{n-1}) / 2 dt for unit amplitudes at step n, (m,)."""
         return np.asarray(self.rise * (2 + self.ahead) / (2 * self.step))
 
     @property
@@ -71,11 +72,14 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Sums d' + d for unit amplitudes after a step without forces, (m,)."""
+        """Changes over two free steps for unit amplitudes after them, (m,)."""
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
-        """Return a, (m,), with Re(a) = q and Re(of a) = moved; of : (m,)."""
+        """Return amplitudes a, (m,), with Re(a) = q and Re(of a) = moved.
+
+        q, moved, of : (m,), modal amplitudes; other values; their factors for unit a
+        """
         return np.asarray(q + 1j * (of.real * q - moved) / of.imag)
 
     @property
@@ -85,9 +89,9 @@ class ModeWaves:
 
     @property
     def form(self) -> Floats:
-        """Coefficients (3, m), J, of re^2, 2 re im and im^2 in the energy.
+        """Coefficients (3, m), J, in the energy, of re^2, 2 re im, im^2 of amplitudes.
 
-        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2.
+        The energy is (d / dt)^2 / 2 + omega^2 q (q - d) / 2, d = q_n - q_{n-1}.
         """
         rise, before, stiff = self.rise, 1 / (1 + self.ahead), self.omega**2
         squares = rise.real**2, -rise.real * rise.imag, rise.imag**2

@@ -74,17 +74,19 @@ class Steps(Protocol):
     """Conversion between the velocities and the increments of a body."""
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return x' from x and d = x_n - x_{n-1}."""
+        """Return velocities from displacements x and increments d = x_n - x_{n-1}."""
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return d from x and x'."""
+        """Return increments d = x_n - x_{n-1} from displacements x and velocities v."""
 
 
 @dataclass(frozen=True)
 class FreeSteps:
     """Conversion by central differences, with d' = keep d - pull x without contact.
 
-    keep, pull : (n,) for modes, or (n, n); step : dt, s; d' : the next increment
+    d = x_n - x_{n-1} and d' are the last and the next increment of displacements x.
+
+    keep, pull : (n,) for modes, or (n, n); step : dt, s
     """
 
     keep: Floats
@@ -92,12 +94,12 @@ class FreeSteps:
     step: float
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return (d + d') / 2 dt."""
+        """Return the velocities (d + d') / 2 dt."""
         ahead = _times(self.keep, d) - _times(self.pull, x)
         return np.asarray((d + ahead) / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return d from (1 + keep) d = 2 dt v + pull x."""
+        """Return the increments d that solve (1 + keep) d = 2 dt v + pull x."""
         right = 2 * self.step * v + _times(self.pull, x)
         if self.keep.ndim == 1:
             return np.asarray(right / (1 + self.keep))
@@ -106,7 +108,10 @@ class FreeSteps:
 
 @dataclass(frozen=True)
 class FreeFlow:
-    """Conversion by the exact flow: v = of_d d + of_x x of each mode, (m,), 1/s."""
+    """Conversion by the exact flow: v = of_d d + of_x x of each mode, (m,), 1/s.
+
+    v is the velocity, d = x_n - x_{n-1} the increment of the amplitude x.
+    """
 
     of_d: Floats
     of_x: Floats
@@ -258,10 +263,11 @@ def _back(x: Floats, angle: float, width: int) -> Floats:
 
 
 def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements (4 elements,) in axes turned by an angle, by Fourier.
+    """Return nodal displacements (4 elements,) in axes turned by an angle, rad.
 
-    Matrices of a ring of equal elements are circulant, so that no energy is lost,
-    except for that of the shortest wave if the number of elements is even.
+    They are turned by a Fourier transform. Matrices of a ring of equal elements are
+    circulant, so that no energy is lost, except for that of the shortest wave if the
+    number of elements is even.
     """
     nodes = x.reshape(-1, 4)
     waves = np.fft.rfft(nodes, axis=0)

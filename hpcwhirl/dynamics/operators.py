@@ -33,7 +33,7 @@ EMPTY = np.zeros((0, 0))
 
 
 def _padded(array: Floats, axis: int) -> Floats:
-    """Return an array, padded to the kernel's lanes along an axis, and contiguous."""
+    """Return a contiguous array, padded along an axis to a multiple of `LANES`."""
     extra = -array.shape[axis] % LANES
     widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
     return np.ascontiguousarray(np.pad(array, widths))
@@ -90,9 +90,10 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 
 
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
-    """Return the rotor's part of W, (N, N), m/N, see `contact_operators`.
+    """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
-    For several contact points a tip it is that of all points, (N n_c, N n_c).
+    See `contact_operators`. For several contact points a tip it is that of all points,
+    (N n_c, N n_c).
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = contact_rows(model.rotor, model.blades)
@@ -106,10 +107,10 @@ def rotor_compliance(model: Model, scene: Scene) -> Floats:
 def contact_operators(model: Model, scene: Scene) -> Contact:
     """Return the contact of two bodies: the rotor's W, the ring's compliance, points.
 
-    W and compliance, m/N, give the radial displacements, in the same step, due to a
-    unit multiplier and its friction (the corrections of Algorithm 1), by (M/dt^2 +
-    D/2dt)^-1 = Phi diag(give) Phi^T. A row of the compliance belongs to the loaded
-    coordinate.
+    W, the rotor's part of the Delassus matrix, and compliance, m/N, give the radial
+    displacements, in the same step, due to a unit multiplier and its friction (the
+    corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 = Phi diag(give) Phi^T. A row of
+    the compliance belongs to the loaded coordinate.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade

@@ -68,6 +68,9 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 class _Reads:
     """Motion of the points by the modes of both bodies, and forces on these modes.
 
+    There are P points, m modes of a body and w waves; d' + d is the motion of the
+    material over two steps, see `kernels.points`.
+
     Attributes
     ----------
     waves : waves of both bodies
@@ -98,7 +101,10 @@ class _Reads:
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return d' + d for unit waves without forces, (r, w), see `read`."""
+        """Return r motions over two steps for unit waves without forces, (r, w).
+
+        rotor, casing : as in `read`
+        """
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
@@ -110,18 +116,21 @@ class _Reads:
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return `change`, padded; forces change d' + d by the same amount."""
+        """Return `change`, padded to a multiple of 8 columns.
+
+        Forces change a motion over two steps by the same amount as a displacement.
+        """
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return real rows, (r, width), that give d' + d from amplitudes and forces."""
+        """Return rows, (r, width): motions over two steps by amplitudes, forces."""
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
     def before(self) -> Complexes:
-        """Return the gaps two steps before, for unit waves, (P, w)."""
+        """Return the gaps two steps before, for unit waves at present, (P, w)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack(
             [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
@@ -136,7 +145,8 @@ class _Reads:
     def ahead(self) -> tuple[Floats, Floats, Floats]:
         """Return z - 1, re then im, and two bounds of any gap's motion in a step.
 
-        The bounds are per unit amplitude, (half,), and per unit multiplier, (P,).
+        z is the factor of a wave in a step. The bounds are per unit amplitude, (half,),
+        and per unit multiplier, (P,).
         """
         waves = self.waves
         turned = np.append(waves.rotor.ahead, waves.casing.ahead)
@@ -158,7 +168,7 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return a copy with waves in slots, and the kernel's rows.
+        """Return a copy with waves by nodal diameter (slot), and the kernel's rows.
 
         None if the sectors are unequal, or fewer than `FEWEST`.
 
@@ -203,7 +213,10 @@ class _Reads:
         return replace(turned, waves=placed), rows
 
     def _told(self) -> Complexes:
-        """Return gaps and motion along the casing for unit waves, (2 P, w)."""
+        """Return gaps, and motion along the casing, of all points for unit waves.
+
+        They are (2 P, w), two rows for each point.
+        """
         both = [
             self.read(rotor, casing)
             for rotor, casing in ((self.out, self.w), (self.side, self.u))
@@ -211,9 +224,9 @@ class _Reads:
         return np.stack(both, axis=1).reshape(2 * len(self.out), -1)
 
     def _moves(self) -> Complexes | None:
-        """Return the ratio of d' + d to displacement of each wave, (w,).
+        """Return the ratio of motion over two steps to displacement of each wave, (w,).
 
-        None if d' + d of a wave is not proportional to its displacement.
+        None if these are not proportional for some wave.
         """
         out = []
         for body in (self.waves.rotor, self.waves.casing):
@@ -228,7 +241,10 @@ class _Reads:
 
 
 def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
-    """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}."""
+    """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}.
+
+    diameter : (w,), n of each wave; theta_j = 2 pi j / N is the angle of blade j
+    """
     each = rows.reshape(blades, -1, rows.shape[1])
     angle = 2 * np.pi * (np.outer(np.arange(blades), diameter) % blades) / blades
     miss = np.abs(each - each[:1] * np.exp(1j * angle)[:, None]).max(axis=(0, 1))
@@ -280,9 +296,10 @@ def _contact(model: Model, scene: Scene, compliance: Floats) -> PointsContact:
 
 
 def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
-    """Return index pairs and values of the energy's form, and how many are the rotor's.
+    """Return the energy as a sum of products of two amplitudes: pairs, coefficients.
 
-    Entries that are 0 are left out; those of the rotor come first.
+    The third result is the number of the rotor's products. Entries that are 0 are left
+    out; those of the rotor come first.
     """
     pairs, values, count = [], [], []
     for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):

@@ -77,7 +77,8 @@ def _turned(
 ) -> list[tuple[int, Any]]:
     """Return [(n, columns (g, c))], the waves among g modes of close frequencies.
 
-    The list is empty if a rotation by a sector does not map the modes to one another.
+    The c columns are waves of nodal diameter n, as combinations of the modes. The list
+    is empty if a rotation by a sector does not map the modes to one another.
 
     An eigensolver mixes modes of close frequencies by round-off; waves of the same n
     are separated again by their frequencies.
@@ -110,7 +111,7 @@ def _turned(
 
 @dataclass(frozen=True)
 class Sectors:
-    """Waves of a rotor whose sectors are made equal.
+    """Waves of a rotor whose sectors are made equal; X_j and T as in this module.
 
     For equal sectors the rotation by a sector, T = B diag(e^{2 pi i n / N}) B^H with B
     all blocks and their conjugates, commutes with each matrix, and X_j T = X_{j+1}. The
@@ -187,7 +188,10 @@ def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
 
 
 def diameters_of(rows: Complexes, blades: int) -> Integers:
-    """Return n of each wave, -N/2 < n <= N/2; rows : (P, w), motion of the points."""
+    """Return the nodal diameter n of each wave, -N/2 < n <= N/2.
+
+    rows : (P, w), motion of the points in each wave
+    """
     tips = rows.reshape(blades, -1, rows.shape[1])
     product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
     number = np.rint(np.angle(product) * blades / (2 * np.pi)).astype(int)
@@ -196,7 +200,7 @@ def diameters_of(rows: Complexes, blades: int) -> Integers:
 
 @dataclass(frozen=True)
 class Slots:
-    """Slot and row of each wave, see `kernels.point_types.SectorRows`.
+    """Slot (nodal diameter) and row of each wave, see `kernels.point_types.SectorRows`.
 
     Attributes
     ----------
@@ -215,7 +219,7 @@ class Slots:
 
     @property
     def k(self) -> int:
-        """Number of slots, padded."""
+        """Number of slots (nodal diameters 0 .. N // 2), padded."""
         return widths(self.blades)[0]
 
     @property
@@ -229,7 +233,7 @@ class Slots:
         return (self.single + 2 * self.pairs) * self.k
 
     def laid(self, values: Complexes, rows: int) -> Floats:
-        """Return values (r, w) of waves arranged in slots, (r, rows, 2, k) flat."""
+        """Return values (r, w) of waves by row and slot, (r, rows, 2, k) flat."""
         out = np.zeros((len(values), rows, 2, self.k))
         there = self.row < rows
         place = self.row[there], slice(None), self.diameter[there]
@@ -244,9 +248,10 @@ class BladeRows:
 
     Attributes
     ----------
-    read, slide, before, push : (n_c, w), gaps, motion of the casing along the rotation,
-        gaps two steps before, and change of the amplitudes
-    move : (w,), ratio of d' + d of a wave to its displacement
+    read, slide, before : (n_c, w), for unit waves: gaps, motion of the casing relative
+        to the tip along the rotation, gaps two steps before
+    push : (n_c, w), change of the waves by unit multipliers with friction
+    move : (w,), ratio of a wave's motion over two steps, d' + d, to its displacement
     friction : mu, with the sign of the speed
     """
 
@@ -289,7 +294,10 @@ class BladeRows:
 
 
 def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
-    """Return the slots and rows of waves with nodal diameters `diameter`, (w,)."""
+    """Return the places of waves, by slots and rows.
+
+    diameter : (w,), nodal diameter of each wave
+    """
     other, plain = np.full(len(diameter), -1), blade.by_rows()
     moving = np.abs(blade.read).max(axis=0) > 0.0
     for i in np.flatnonzero(plain & moving).tolist():
@@ -324,7 +332,8 @@ def sector_rows(
 ) -> SectorRows:
     """Return the kernel's rows of equal sectors.
 
-    numbers : (P, padded) each, d' + d by forces, of gaps and along the casing
+    numbers : (P, padded) each, motions over two steps by unit forces, of gaps and along
+        the casing
     """
     single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
     alike, groups = single + pairs, -(-blades // FOUR)

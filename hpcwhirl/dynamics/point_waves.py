@@ -1,9 +1,10 @@
 """Rotor and casing as waves of the rotating frame, for several points a tip.
 
 A pair of modes of the casing, q_c and q_s of harmonic h, is Y = q_c - i q_s = a +
-conj(b) in the rotating frame, with a' = z e^{i h Omega dt} a, b' = z e^{-i h Omega dt}
-b; z is that of `mode_waves`. The two modes have the waves a + b and i (a - b), which
-give their displacements, and their increments, which are those of the material.
+conj(b) in the rotating frame. A step without forces multiplies a by z e^{i h Omega dt},
+b by z e^{-i h Omega dt}; z is that of `mode_waves`. The two modes have the waves a + b
+and i (a - b), which give their displacements, and their increments, which are those of
+the material.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ Rows = tuple[Floats, Floats]
 
 
 def real_rows(rows: Complexes) -> Floats:
-    """Return real rows (r, 2 w) that give Re(rows a) from re and im of a (w,)."""
+    """Return real rows (r, 2 w), which give Re(rows a) from re, then im of a.
+
+    rows : (r, w), factors of the complex amplitudes a (w,)
+    """
     return np.hstack([rows.real, -rows.imag])
 
 
@@ -88,18 +92,19 @@ class BodyWaves:
         )
 
     def apart(self, diameter: Integers) -> BodyWaves:
-        """Return the same waves, without energy from products of waves of different n.
+        """Return the same waves, without energy from products of different diameters.
 
-        diameter : (w,), n of each wave; these products are 0 except for round-off
+        diameter : (w,), nodal diameter of each wave; these products are round-off
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
         return replace(self, form=np.where(same, self.form, 0.0))
 
     def write(self, q: Floats, rate: Floats) -> Floats:
-        """Return re and im, (2 w,), of the amplitudes that give q and rate, (m,) each.
+        """Return re and im, (2 w,), of the waves in a motion of the modes.
 
-        The imaginary part is 0 for waves without a conjugate.
+        q, rate : (m,), amplitudes and velocities of the modes. The imaginary part is 0
+            for waves without a conjugate.
         """
         rates = real_rows(self.rates)
         scale = float(np.abs(rates).max())
@@ -109,7 +114,11 @@ class BodyWaves:
 
 
 def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats:
-    """Return the form of the energy of modes, J, from rows (m, 2 w) of d and x."""
+    """Return the form (2 w, 2 w) of the modes' energy, J.
+
+    rises, places : (m, 2 w), increments in a step, and amplitudes, of the modes for
+        unit re and im of the waves
+    """
     twice = rises.T @ rises / step**2
     twice += places.T @ (omega[:, None] ** 2 * (places - rises))
     return np.asarray((twice + twice.T) / 4)
@@ -119,7 +128,8 @@ def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
     """Return waves of a body that are combinations of the waves of its modes.
 
     mixed : (m, w), amplitudes of the modes' waves in each wave, orthogonal columns
-    turns : (w,), rad, by which a step turns the amplitudes beyond z of the modes
+    turns : (w,), rad, by which a step turns the amplitudes, in addition to the factor z
+        of the modes
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
     which = np.argmax(np.abs(mixed), axis=0)
@@ -229,7 +239,10 @@ class PointWaves:
         )
 
     def spread(self, rows: Complexes) -> Floats:
-        """Return real R (r, 2 half), R q = Re(rows a); q : re, im of the kernel."""
+        """Return rows (r, 2 half) for the kernel's amplitudes, all re, then all im.
+
+        rows : (r, w), factors of the complex amplitudes a; the results are Re(rows a)
+        """
         out = np.zeros((len(rows), 2 * self.half))
         out[:, self.index], out[:, self.half + self.index] = rows.real, -rows.imag
         return out

@@ -77,7 +77,11 @@ class SideBySide:
 
     @property
     def ended(self) -> bool:
-        """Whether one of the two has ended at a limit."""
+        """Whether one of the two has stopped.
+
+        It stops at the amplitude limit, with non-finite numbers, or for a contact
+        problem without a solution.
+        """
         stops = [march.counter[contact.STOP] for march in (self.one, self.other)]
         return any(stop != contact.RUNNING for stop in stops)
 

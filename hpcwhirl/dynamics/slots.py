@@ -1,6 +1,8 @@
 """Arrays of the cyclic kernel: a slot for each nodal diameter, in rows of modes.
 
-Arrays that do not depend on speed and friction are cached for each model and step.
+Row f of an array has the f-th mode of each slot. The items of a mode are the
+coefficients of a step of it, see `kernels.passes`. Arrays that do not depend on speed
+and friction are cached for each model and step.
 """
 
 from __future__ import annotations
@@ -36,10 +38,10 @@ MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
-    """Return (slot, sign) of a harmonic of the ring as N blades see it.
+    """Return the nodal diameter (slot) and the sign of a ring's harmonic at N blades.
 
-    The slot is the nodal diameter 0 .. N // 2 to which it aliases; sign is -1 if the
-    amplitude in the slot is the conjugate.
+    The slot, 0 .. N // 2, is the one to which the harmonic aliases; the sign is -1 if
+    the amplitude in the slot is the conjugate, else 1.
     """
     rest = harmonic % blades
     return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
@@ -54,7 +56,7 @@ def blade_waves(blades: int) -> Complexes:
 
 @lru_cache(maxsize=MOST_KEPT)
 def transforms(blades: int) -> tuple[Floats, Floats]:
-    """Return the real transforms between slots and blades, both flattened.
+    """Return the real transforms between nodal diameters (slots) and blades, flat.
 
     `turns` (N, 2 k) has cos and -sin at each blade. `wave` (2 k, wide) has cos and sin
     at blades 0 .. N // 2, for the even and the odd part; padding columns repeat blade
@@ -81,12 +83,12 @@ class _RotorMode:
 
     Attributes
     ----------
-    slot, row : its indices in the arrays
+    slot, row : nodal diameter, and the mode's number among those of it, from 0
     members : columns of its phases in the model, one or two
     omega : rad/s
-    gamma : radial amplitude of the tips with negative sign, real
-    sigma : tangential amplitude of the tips with negative sign
-    centre : (2,), amplitudes of x_o and y_o
+    gamma : radial displacement of blade 0's tip for unit amplitude, negative, real
+    sigma : tangential displacement of this tip for unit amplitude, negative
+    centre : (2,), x_o and y_o for unit amplitude
     turn : q_0 + i q_1 = turn * amplitude, q of the two phases; makes gamma real
     """
 
@@ -122,9 +124,10 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the items (ITEMS,) of one mode in its body's frame, see `kernels.passes`.
+    """Return the coefficients (ITEMS,) of a step of one mode, in its body's frame.
 
-    Items of contact forces, which depend on friction, are 0; see `_pushed`.
+    They are the items of `kernels.passes`. Items of contact forces, which depend on
+    friction, are 0; see `_pushed`.
     """
     out = np.zeros(passes.ITEMS)
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
@@ -142,9 +145,11 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return items (ITEMS, ...) with NORMAL and ALONG, the effect of contact, set.
+    """Return coefficients (ITEMS, ...) of modes, with those of contact forces set.
 
-    They are re and -im of give (gamma + mu conj(sigma)), see `kernels.passes`.
+    These, NORMAL and ALONG, are re and -im of give (gamma + mu conj(sigma)), with gamma
+    and sigma the radial and tangential displacement for unit amplitude, see
+    `kernels.passes`.
 
     mu : friction with the sign of the speed
     """
@@ -170,7 +175,7 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    items : (ITEMS, rows, 2, slots), for re and im of each mode
+    items : (ITEMS, rows, 2, slots), coefficients for re and im of each mode
     hub : (2, rows 2 slots), x_o and y_o for unit amplitudes
     """
     modes, flow_of = _rotor_modes(model), exact_flow if flies else central_differences
@@ -190,14 +195,14 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
 
 
 class _Ring(NamedTuple):
-    """A ring's modes in slots, at speed 0 and without friction.
+    """A ring's modes by slot and row, at speed 0 and without friction.
 
     Attributes
     ----------
-    items : (ITEMS, rows, slots)
+    items : (ITEMS, rows, slots), coefficients of the modes
     row, slot : (modes,), indices of each mode
     column : (modes,), column of the first phase of each mode in the model
-    turns : (modes,), +-h: turns of its amplitude per revolution of the rotor
+    turns : (modes,), h or -h, its harmonic: turns of the amplitude per revolution
     """
 
     items: Floats
@@ -257,7 +262,7 @@ def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return a ring's items, including those that depend on friction.
+    """Return the coefficients of a ring's modes, also those that depend on friction.
 
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
@@ -273,7 +278,10 @@ def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
 
 
 def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (items (ITEMS size,), load (size,)) of a ring; empty if rigid."""
+    """Return coefficients (ITEMS size,) of a ring's modes and their load (size,).
+
+    Both are empty if the casing is rigid.
+    """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0)
     step, given = scene.solver.time_step, _round(model)
@@ -293,10 +301,11 @@ def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
 def turn_ring(
     model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
 ) -> None:
-    """Set a ring's packed items to another speed, rad/s, and adapt its state.
+    """Set the packed coefficients of a ring's modes to another speed, rad/s.
 
-    The kernel completes the pending step with the new items. So the previous increments
-    in the state are turned such that this step still has its old angle.
+    The state is adapted: the kernel completes the pending step with the new items. So
+    the previous increments in the state are turned such that this step still has its
+    old angle.
     """
     if not len(items):
         return
@@ -323,7 +332,7 @@ class RingMode:
 
     Attributes
     ----------
-    slot, row : its indices in the arrays
+    slot, row : nodal diameter at the blades, and its row in the arrays
     sign : -1 if the slot holds its conjugate, else 1
     harmonic : h
     members : columns of its phases in the model, one or two
@@ -356,7 +365,7 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
 
 
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from those in slots, (2 rows slots,)."""
+    """Return the rotor's modal amplitudes (m,) from the kernel's, (2 rows slots,)."""
     slots, _ = widths(model.blades)
     rotor = values.reshape(-1, 2, slots)
     q_b = np.zeros(len(model.rotor.omega))
@@ -367,7 +376,7 @@ def rotor_amplitudes(model: Model, values: Floats) -> Floats:
 
 
 def rotor_slots(model: Model, q_b: Floats) -> Floats:
-    """Return the rotor's amplitudes in slots, (2 rows slots,), from modal ones (m,)."""
+    """Return the kernel's amplitudes of the rotor, (2 rows slots,), from modal ones."""
     modes, (slots, _) = _rotor_modes(model), widths(model.blades)
     out = np.zeros((1 + max(mode.row for mode in modes), 2, slots))
     for mode in modes:
@@ -377,7 +386,7 @@ def rotor_slots(model: Model, q_b: Floats) -> Floats:
 
 
 def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
-    """Return the ring's amplitudes in slots, (2 rows slots,), from modal ones (n,).
+    """Return the kernel's amplitudes of the ring, (2 rows slots,), from modal ones.
 
     They are for the rotor at angle 0, where both frames coincide.
     """
@@ -394,7 +403,7 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
     Parameters
     ----------
     model : a model with a ring of harmonics
-    states : (n, 2 ring_size), re and im of completed states, rotating frame
+    states : (n, 2 ring_size), re and im of states without pending step, rotating frame
     angles : (n,), rad, Omega t
     """
     slots, _ = widths(model.blades)
@@ -438,8 +447,8 @@ def _rubbed(
 
     Returns
     -------
-    (the rotor's items, packed; `hub` of `_rotor`; column 0 of the Delassus matrix W,
-    (N,), m/N)
+    (coefficients of the rotor's modes, packed; `hub` of `_rotor`; column 0 of the
+    Delassus matrix W, (N,), m/N)
     """
     items, hub = _rotor(model, step, flies=flies)
     rotor = _pushed(items, float.fromhex(mu))
@@ -463,7 +472,7 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
 
 
 def ring_column(model: Model, scene: Scene) -> Floats:
-    """Return the ring's part of the column of W for blade 0, (N,), m/N.
+    """Return the ring's part of column 0 of the Delassus matrix W, (N,), m/N.
 
     Its entry (i - j) mod N is the ring's part of W[i, j].
     """

@@ -1,11 +1,12 @@
 """The initial motion of a case with a given energy: a point of an energy shell.
 
-Of the m chosen modes, with amplitudes q_j and frequencies omega_j at rest, the shell of
-the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2 m dimensions; with
-velocities alone it is sum q'_j^2 = 2 E, in m. A vector of normal numbers, divided by
-its norm, is uniform on the sphere (Muller 1959, doi:10.1145/377939.377946). Each number
-follows from a hash of `start_draw` and the mode's name: the direction does not depend
-on speed, gap or energy, and choosing further modes changes no number.
+Of the m chosen modes, with amplitudes q_j, velocities q'_j and frequencies omega_j at
+rest, the shell of the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2
+m dimensions; with velocities alone it is sum q'_j^2 = 2 E, in m. A vector of normal
+numbers, divided by its norm, is uniform on the sphere (Muller 1959,
+doi:10.1145/377939.377946). Each number follows from a hash of `start_draw` and the
+mode's name: the direction does not depend on speed, gap or energy, and choosing further
+modes changes no number.
 
 With the terms of rotation the strain energy of the rotor is that of its stiffness at
 speed, as in the ledger: the direction is scaled to E by that energy.
@@ -165,8 +166,9 @@ def _check(modes: str, names: list[Name]) -> None:
 def energy_of(model: Model, speed: float, state: Amplitudes) -> float:
     """Return the energy of a motion about its steady one, J, as the ledger has it.
 
-    1/2 q'^2 + 1/2 omega^2 q^2 of both bodies and, of a rotor with terms of rotation,
-    1/2 x^T (K(Omega) - K) x and that of its supports.
+    It is the sum of 1/2 (dq/dt)^2 + 1/2 omega^2 q^2 over the modes of both bodies and,
+    of a rotor with terms of rotation, 1/2 x^T (K(Omega) - K) x with its displacement x,
+    and the energy of its supports.
     """
     total = 0.0
     pairs = (model.rotor, state[:2]), (model.casing, state[2:])

@@ -39,7 +39,10 @@ def recursion(
 
 @dataclass(frozen=True)
 class Recursion:
-    """One mode's step d' = keep d - pull q + give f, q' = q + d', d = q_n - q_{n-1}.
+    """One mode's step d' = keep d - pull q + give f, q' = q + d'.
+
+    q and q' are the amplitude before and after the step, d' its increment in this step,
+    d = q_n - q_{n-1} that in the step before.
 
     Attributes
     ----------
@@ -64,7 +67,10 @@ class Recursion:
 
 
 def central_differences(omega: float, damping: float, step: float) -> Recursion:
-    """Return the recursion of Algorithm 1; omega, rad/s, damping xi, step dt, s."""
+    """Return the recursion of central differences, which the paper's Algorithm 1 uses.
+
+    omega, damping, step : rad/s; damping ratio xi; dt, s
+    """
     keep, pull, give = (
         float(v[0]) for v in recursion(np.array([omega]), damping, step)
     )
@@ -78,9 +84,10 @@ def central_differences(omega: float, damping: float, step: float) -> Recursion:
 def exact_flow(omega: float, damping: float, step: float) -> Recursion:
     """Return the recursion whose free motion is that of the damped mode itself.
 
-    With a = xi omega dt, b = omega_d dt and S = sin(b) / omega_d, a step from (q, v)
-    gives q' = e^-a ((cos b + xi omega S) q + S v). Written in (q, d) nothing cancels:
-    pull = (1 - e^-a)^2 + 4 e^-a sin^2(b / 2).
+    With a = xi omega dt, b = omega_d dt and S = sin(b) / omega_d, a step from amplitude
+    q and velocity v gives q' = e^-a ((cos b + xi omega S) q + S v). Written in q and
+    the increment d = q_n - q_{n-1} nothing cancels: pull = (1 - e^-a)^2 + 4 e^-a
+    sin^2(b / 2).
 
     Parameters
     ----------
@@ -111,8 +118,9 @@ def _loss(
 ) -> tuple[float, float, float]:
     """Return the damping loss of a step: coefficients of d'^2, d' q', q'^2.
 
-    It is the integral of 2 xi omega v^2, v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+
-    + omega^2 q) s(t)), by Gauss's rule: steps are short against the period.
+    q' is the amplitude at the end of the step, d' its increment in the step. The loss
+    is the integral of 2 xi omega v^2, v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+ +
+    omega^2 q) s(t)), by Gauss's rule: steps are short against the period.
     """
     t = 0.5 * step * (POINTS + 1.0)
     omega_d = omega * math.sqrt(1.0 - damping**2)

@@ -1,4 +1,4 @@
-"""Arrays of the kernel `general`: tips from modes, ring in slots, W of both bodies."""
+"""Arrays of the kernel `general`: tips, ring by nodal diameter, Delassus matrix."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from hpcwhirl.scene.rules import NO_BLADE
 
 
 def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
-    """Return the items of a body's modes, (ITEMS, size), see `kernels.passes`.
+    """Return the coefficients of a body's modes, (ITEMS, size), see `kernels.passes`.
 
-    Where the cyclic kernel multiplies the spectrum of the multipliers by tip amplitudes
-    of a mode, the general one has the modal forces themselves: those of normal forces,
-    then those of friction over mu. So the items of tip amplitudes are 1.
+    Where the cyclic kernel multiplies the spectrum of the multipliers by displacements
+    of a tip in a mode, the general one has the modal forces themselves: those of normal
+    forces, then those of friction over mu. So the coefficients RADIAL and SI are 1.
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)

@@ -3,9 +3,9 @@
 (M/dt^2 + (D + 2 Omega C)/2dt) x_{n+1} = f_n + (2M/dt^2 - K(Omega)) x_n
     - (M/dt^2 - (D + 2 Omega C)/2dt) x_{n-1}
 
-Coriolis forces, treated implicitly, do no work: (d' + d) C (d' + d) = 0. D includes the
-supports' damping c_s, and K(Omega) their skew part S, which does the work
-(d' + d) S x_n / 2 in a step, entered as damping. Together they are the loss of a damper
+Coriolis forces, treated implicitly, do no work: b^T C b = 0, b = x_{n+1} - x_{n-1}. D
+includes the supports' damping c_s, and K(Omega) their skew part S, which does the work
+b^T S x_n / 2 in a step, entered as damping. Together they are the loss of a damper
 that does not rotate, less the work that its torque takes from the rotation.
 """
 
@@ -32,7 +32,11 @@ ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional
 
 
 class Terms(NamedTuple):
-    """M, 2 Omega C, D, K(Omega) and S of a rotor, (n, n), (skew-)symmetric."""
+    """M, 2 Omega C, D, K(Omega) and S of a rotor, (n, n), (skew-)symmetric.
+
+    They are the matrices of inertia, Coriolis forces, damping, stiffness at speed, and
+    circulatory forces of the supports.
+    """
 
     mass: Floats
     gyro: Floats
@@ -43,6 +47,9 @@ class Terms(NamedTuple):
 
 class Turning(NamedTuple):
     """Matrices of a step d' = keep d - pull x + inverse f, and of its ledger, (n, n).
+
+    x are the coordinates, d = x_n - x_{n-1} and d' their last and next increment, f the
+    forces.
 
     Attributes
     ----------
@@ -85,7 +92,7 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
 
 
 def step_of(terms: Terms, step: float) -> Turning:
-    """Return the matrices of a step dt, s, of a rotor."""
+    """Return the matrices of a rotor's step; step : dt, s."""
     mass, gyro, damping, stiffness, push = terms
     before = (damping + gyro) / (2 * step)
     inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
@@ -105,8 +112,9 @@ def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
 
     Parameters
     ----------
-    inverse : (n, n), d' due to unit forces on a body's coordinates
-    hub : (2, n), x_o, y_o from its coordinates
+    inverse : (n, n), increments of a body's coordinates in a step by unit forces on
+        them
+    hub : (2, n), x_o, y_o for unit coordinates
     """
     spin = model.rotor.spin
     if spin is None or spin.support.is_plain:
@@ -138,8 +146,8 @@ def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
 def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
-    With an unbalance they include modes that represent x_s, see `dynamics.unbalance`;
-    at a changing speed, `dynamics.varying` adds further modes.
+    With an unbalance they include modes that represent its circle x_s, see
+    `dynamics.unbalance`; at a changing speed, `dynamics.varying` adds further modes.
     """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])

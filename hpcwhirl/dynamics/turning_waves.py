@@ -6,8 +6,8 @@ and K = K(Omega) + S,
 x'' + G x' + K x = f
 
 moves freely as the sum of Y e^{st} a over waves, with s the 2 m roots of
-[s^2 + s G + K] Y = 0. A wave's amplitude a is complex: a' = z a + beta Lambda, z =
-e^{s dt}, Lambda the spectrum of the multipliers, which act at the step's start.
+[s^2 + s G + K] Y = 0. A wave's amplitude a is complex; a step makes it z a + beta
+Lambda, z = e^{s dt}, Lambda the spectrum of the multipliers, which act at its start.
 
 Central differences move as the sum of Y z^n a with z = (1 + s dt/2) / (1 - s dt/2) and
 [s^2 (1 - dt^2 K/4) + s G + K] Y = 0; d_n = x_n - x_{n-1} = sum of Y (1 - 1/z) a.
@@ -49,18 +49,22 @@ WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 class _Diameter:
     """Waves of one nodal diameter; m modes at rest, w = 2 m waves.
 
+    x are the complex amplitudes of the modes at rest, d = x_n - x_{n-1} their
+    increments, x' their velocities; a are the amplitudes of the waves. D is the matrix
+    of damping, S that of circulatory forces of the supports.
+
     Attributes
     ----------
     k, step : nodal diameter; dt, s
-    ahead : (w,), z - 1
+    ahead : (w,), z - 1, z the factor of a wave in a step without forces
     shapes, rises : (m, w), x for unit amplitudes, and d or, for the exact flow, x'
     radial, along : (m,), change of the gap, and tangential displacement of the tip with
         negative sign, for unit x
     hub : (m,), x_o + i y_o for unit x; zero if the centre does not move
     energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
-    rates : (m, w), velocities for unit amplitudes; for differences (d + d') / 2 dt, d'
-        that of the next step
+    rates : (m, w), velocities for unit amplitudes; of central differences (x_{n+1} -
+        x_{n-1}) / 2 dt
     """
 
     k: int
@@ -78,49 +82,64 @@ class _Diameter:
 
     @property
     def scale(self) -> float:
-        """Number by which `condition` divides d or x': the largest entry of `rises`."""
+        """Number by which `condition` divides `rises`: its largest entry."""
         return float(np.abs(self.rises).max())
 
     @property
     def condition(self) -> float:
-        """Condition number of the waves as a basis of x and of (d or x') / `scale`."""
+        """Condition number of the waves: of `shapes` over `rises` / `scale`."""
         basis = np.vstack([self.shapes, self.rises / self.scale])
         return float(np.linalg.cond(basis))
 
     @cached_property
     def inverse(self) -> Complexes:
-        """Matrix (w, 2 m) from x and d or x' to amplitudes."""
+        """Matrix (w, 2 m) to amplitudes of waves from x and d or, for the flow, x'.
+
+        x are amplitudes of the modes at rest, d their increments, x' their velocities.
+        """
         basis = np.vstack([self.shapes, self.rises / self.scale])
         scale = np.repeat([1.0, 1.0 / self.scale], len(self.shapes))
         return np.asarray(np.linalg.solve(basis, np.diag(scale)))
 
     @property
     def before(self) -> Complexes:
-        """Return the factors (w,) that undo a step without forces."""
+        """Return the factors (w,), 1 / z, that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
-        """Return the amplitudes a (w,) of a motion x, x', (m,) each."""
+        """Return the amplitudes (w,) of the waves in a motion of the modes at rest.
+
+        x, rate : (m,) each, amplitudes and velocities of these modes
+        """
         scale = float(np.abs(self.rates).max())
         basis = np.vstack([self.shapes, self.rates / scale])
         found = np.linalg.solve(basis, np.concatenate([x, rate / scale]))
         return np.asarray(found)
 
     def force(self, mu: float) -> Complexes:
-        """Return the modal forces (m,) of a unit Lambda; mu with the sign of Omega."""
+        """Return the modal forces (m,) of a unit spectrum Lambda of the multipliers.
+
+        mu : friction coefficient with the sign of Omega
+        """
         return np.asarray((self.radial + mu * self.along).conj())
 
 
 @dataclass(frozen=True)
 class Differences(_Diameter):
-    """Waves of central differences; give : (m, m), (1/dt^2 + G/2dt)^-1."""
+    """Waves of central differences.
+
+    Lambda is the spectrum of the multipliers at this nodal diameter.
+
+    give : (m, m), (1/dt^2 + G/2dt)^-1, increments of the modes by unit modal forces; G
+        = D + 2 Omega C
+    """
 
     give: Complexes
 
     def pushed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to the amplitudes after a step, (w,).
+        """Return beta (w,), what a unit Lambda adds to the amplitudes after a step.
 
-        By this beta x and d change equally.
+        It changes the amplitudes of the modes and their increments equally.
         """
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
@@ -129,19 +148,20 @@ class Differences(_Diameter):
         """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
 
         v- and v+ are the velocities before and after the impulse at the step's start;
-        of central differences dt (v- + v+) is d' + d.
+        of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
         """
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to d', and so to dt (v- + v+), (m,)."""
+        """Return what a unit Lambda adds to x_{n+1}, and so to dt (v- + v+), (m,)."""
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return (row (w,), number) for the energy and loss that Lambda adds, J.
 
-        In a step they are Re(conj(Lambda) row a) + number |Lambda|^2, with a after the
-        step without Lambda: to the energy, and to the loss by d'.
+        In a step Lambda adds Re(conj(Lambda) row a) + number |Lambda|^2 to the energy
+        of the waves and to their damping loss together, with the amplitudes a after the
+        step without Lambda.
         """
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
@@ -154,19 +174,22 @@ class Differences(_Diameter):
 
 @dataclass(frozen=True)
 class Flow(_Diameter):
-    """Waves of the exact flow."""
+    """Waves of the exact flow; Lambda, v- and v+ as in `Differences`."""
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the change of a, (w,), by the impulse of a unit Lambda."""
+        """Return the change of amplitudes, (w,), by the impulse of a unit Lambda."""
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta of the exact flow: amplitudes, a step after the impulse."""
+        """Return beta (w,), what a unit Lambda adds to amplitudes after the step."""
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return 2 dt v-, from amplitudes after the step; v+ is v- without impulse."""
+        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
+
+        Without an impulse v+ = v-, so that this is 2 dt v-.
+        """
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
@@ -174,7 +197,10 @@ class Flow(_Diameter):
         return np.asarray(self.step**2 * self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return `Differences.work`: the change of the energy at the step's start."""
+        """Return the result of `Differences.work` for the exact flow.
+
+        It is the change of the energy at the step's start, by the impulse of Lambda.
+        """
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
         return np.asarray(row), float((struck.conj() @ self.energy @ struck).real)
@@ -232,7 +258,9 @@ def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> D
 
 
 def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Complexes]:
-    """Return (s (2 m,), Y (m, 2 m)) of [s^2 M + s G + K] Y = 0, (m, m) each.
+    """Return roots s (2 m,), shapes Y (m, 2 m) of [s^2 M + s G + K] Y = 0.
+
+    M, G, K are the arguments, (m, m) each.
 
     Of real matrices, roots that are not real come in exact pairs.
     """
@@ -246,12 +274,13 @@ def roots_of(mass: Any, damping: Any, stiffness: Any) -> tuple[Complexes, Comple
 
 @dataclass(frozen=True)
 class Circle:
-    """The circle x_s of an unbalanced rotor as a wave at rest: z = 1.
+    """The circle of an unbalanced rotor as a wave at rest: a step multiplies it by 1.
 
     Attributes
     ----------
-    amplitude : a, of magnitude 1
-    shape : (m,), x_s / a in modes at rest of k = 1, whose gap is real
+    amplitude : of magnitude 1
+    shape : (m,), the circle's displacement x_s / amplitude in the modes at rest of
+        nodal diameter 1, whose gap is real
     """
 
     amplitude: complex
@@ -296,7 +325,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; the wave of a circle is the last row."""
+    """Return the kernel's arrays of a rotor; `steady`, its circle, is the last row."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -341,7 +370,10 @@ def _rotor(
 
 
 def _read_hub(centre: Any) -> Floats:
-    """Return the weights of re and im of amplitudes in x_o and y_o, (2, ..., 2)."""
+    """Return the factors of re and im of amplitudes in x_o and y_o, (2, ..., 2).
+
+    centre : complex displacement for unit amplitudes, (...)
+    """
     x = np.stack([centre.real, -centre.imag], axis=-1)
     return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
 
@@ -351,13 +383,13 @@ def _parts(values: Any) -> tuple[Any, Any]:
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, rows, slots) in the order that the kernel reads, flat."""
+    """Return coefficients (ITEMS, rows, slots) in the order of the kernel, flat."""
     apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
 
 def unpacked(items: Floats, count: int) -> Floats:
-    """Return `packed` items as (count, rows slots), a copy."""
+    """Return `packed` coefficients as (count, rows slots), a copy."""
     return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
 
 
@@ -370,7 +402,10 @@ def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
 def modal_places(
     model: Model, diameters: list[Diameter], places: list[Complexes]
 ) -> Floats:
-    """Return amplitudes (m,) of the modes at rest; places : x of each diameter."""
+    """Return amplitudes (m,) of the modes at rest from complex ones by diameter.
+
+    places : complex amplitudes of each diameter's modes, as `modes_of` returns them
+    """
     q = np.zeros(len(model.rotor.omega))
     for own, x in zip(diameters, places, strict=True):
         for phase, part in enumerate(_parts(x)):
@@ -381,7 +416,11 @@ def modal_places(
 
 
 def modes_of(model: Model, k: int, q: Floats) -> Complexes:
-    """Return x of a nodal diameter from the amplitudes q (m,) of the modes at rest."""
+    """Return complex amplitudes of a nodal diameter's modes from those of all modes.
+
+    q : (m,), amplitudes of the modes at rest; the result is q_0 + i q_1 of the two
+        phases
+    """
     real, imag = (q[_members(model, k, phase)] for phase in (0, 1))
     return np.asarray(real + 1j * imag if len(imag) else real + 0j)
 

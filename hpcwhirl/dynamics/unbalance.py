@@ -27,7 +27,10 @@ from hpcwhirl.scene import Scene
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
-    """Return an unbalanced rotor's modes, with the modes added that represent x_s."""
+    """Return an unbalanced rotor's modes, and further ones that represent its circle.
+
+    The circle is x_s, see `case.unbalance`.
+    """
     rows, count = read_by(model, scene), 2 * model.blades
     radial, tangential = (rows[:, places] for places in model.places)
     hub = rows[:, count : count + 2]
@@ -61,13 +64,16 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a), a = 2 Omega dt, turn of the ellipse in a step."""
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt.
+
+    By the angle a the ellipse of an unbalanced rotor turns in a step, rotating frame.
+    """
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (amplitudes, increments) at step 0 of the `count` modes that give x_s."""
+    """Return (amplitudes, increments) at step 0 of the modes of `circling_modes`."""
     pull, sine = swings(scene)
     q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
     return q[:count], d[:count]
@@ -76,7 +82,7 @@ def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
 def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
     """Return an unbalanced rotor's matrices with the added coordinate s, which is 1.
 
-    places : (n,), x_s, m, in the rotor's coordinates
+    places : (n,), displacement of the circle, x_s, m, in the rotor's coordinates
     """
     size = len(places)
     relative = np.column_stack([np.eye(size), -places])

@@ -43,7 +43,7 @@ class _Group(NamedTuple):
     Attributes
     ----------
     modes : (b, s), indices of the modes, sorted by nodal diameter
-    moved : (b,), whether f_0 moves a block
+    moved : (b,), whether f_0, the force without contact, moves a block
     flat, again : (b, s, s), (c, s, s), indices in the kernel's arrays of the entries of
         all blocks, and of the second copies of the c blocks that f_0 moves
     mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
@@ -70,7 +70,8 @@ class DrivenRotor:
     ----------
     order, starts : results of `by_diameter`
     shapes : (n, m), shapes of the modes in this order
-    alike : (r,), indices of the modes that f_0 moves, block by block
+    alike : (r,), indices of the modes that f_0 moves, block by block; f_0 are the
+        forces of the unbalance and Euler's forces
     begun : (a + 1,), index in `alike` of the first mode of each block, and r
     force : (m,), f_0 in the present interval
     """
@@ -125,7 +126,10 @@ class DrivenRotor:
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return (2 Omega C, D, K, S) of a group's blocks at a speed, (b, s, s)."""
+        """Return (2 Omega C, D, K, S) of a group's blocks at a speed, (b, s, s).
+
+        They are the matrices of `turning.Terms`, without that of inertia.
+        """
         own = self.support.at(speed)
         held, back = own.turning(speed), group.hub.swapaxes(1, 2)
         stiffness = group.rest + speed**2 * group.first + speed**4 * group.quartic
@@ -160,7 +164,7 @@ class DrivenRotor:
         body.work[:] = 0.0
 
     def whole(self, values: Floats) -> Floats:
-        """Return y + r, (m,): the motion by contact plus that without contact.
+        """Return the motion by contact plus that without contact, y + r, (m,).
 
         values : amplitudes or increments of a state, those of y (m,), then those of r,
             of the modes `alike` only
@@ -170,7 +174,10 @@ class DrivenRotor:
         return out
 
     def compliance(self, body: CoupledBody, mu: float) -> Floats:
-        """Return the rotor's W (N, N), m/N; mu with the sign of the speed."""
+        """Return the rotor's part of the Delassus matrix, (N, N), m/N.
+
+        mu : friction coefficient with the sign of the speed
+        """
         out = np.zeros((len(self.radial), len(self.radial)))
         push = self.radial + mu * self.tangential
         for group in self.groups:
@@ -181,9 +188,10 @@ class DrivenRotor:
         return out
 
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
-        """Return matrices keep and pull, (m, m), and the increment by `force`, (m,).
+        """Return the matrices of a step, and its increment by `force`.
 
-        The matrix pull includes the forces of `swerve`.
+        They are keep and pull, (m, m), as in `turning.Turning`, with the force
+        -(dOmega/dt) C x in pull; the increment is (m,).
         """
         out = np.zeros((2, len(self.order), len(self.order)))
         moved = np.zeros(len(self.order))
@@ -228,7 +236,7 @@ def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
 class DrivenSteps:
     """Conversion between velocities and increments of a rotor, see `motion.Steps`.
 
-    It is that of the present interval, with the forces f_0.
+    It is that of the present interval, with the forces f_0 of unbalance and Euler.
     """
 
     rotor: DrivenRotor
@@ -236,25 +244,28 @@ class DrivenSteps:
     step: float
 
     def unforced(self) -> FreeSteps:
-        """Return the conversion for y, on which f_0 does not act."""
+        """Return the conversion for the motion by contact, without the forces f_0."""
         keep, pull, _ = self.rotor.dense(self.body)
         return FreeSteps(keep, pull, self.step)
 
     def set_out(self, state: BodiesState, v: Floats) -> None:
-        """Set a state's increments for velocities v (m,) of y; r is at rest."""
+        """Set a state's increments for velocities v (m,) of the motion by contact.
+
+        The motion without contact begins with velocity 0.
+        """
         own, modes = self.rotor, len(v)
         rise = self.increments(own.whole(state.q_b), v)
         state.d_b[:modes] = self.unforced().increments(state.q_b[:modes], v)
         state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return x' from x and d = x_n - x_{n-1}."""
+        """Return velocities from displacements x and increments d = x_n - x_{n-1}."""
         keep, pull, moved = self.rotor.dense(self.body)
         free = FreeSteps(keep, pull, self.step).velocities(x, d)
         return np.asarray(free + moved / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return d from x and x'."""
+        """Return increments d = x_n - x_{n-1} from displacements x and velocities v."""
         keep, pull, moved = self.rotor.dense(self.body)
         less = v - moved / (2 * self.step)
         return FreeSteps(keep, pull, self.step).increments(x, less)

@@ -17,9 +17,11 @@ from hpcwhirl.scene import Scene
 def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
     """Return the gap, and the harmonics of a casing's departure from the circle.
 
-    The lobes of a rigid casing, -A0 e^{sigma t} cos k theta, come first.
+    The k lobes of a rigid casing, -A0 e^{sigma t} cos k theta with amplitude A0, come
+    first.
 
-    model, scene : of all sectors, or of one of g sectors, for which h is divided by g
+    model, scene : of all sectors, or of one of g sectors, for which harmonics are
+        divided by g
     released : whether the casing has been let go, so that its profile is a displacement
     """
     casing = scene.engine.casing

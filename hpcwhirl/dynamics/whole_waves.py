@@ -8,12 +8,14 @@ Of the 2 m roots of
 each conjugate pair gives a wave x = Re(Y a) with a complex amplitude a, each real root
 a wave with a real amplitude. The parts q of the amplitudes, (2 m,), are all real parts,
 followed by the imaginary parts of the complex ones; in x they are multiplied by Re Y
-and -Im Y, respectively. With d = x_n - x_{n-1}, a step is
+and -Im Y, respectively. With increments d = x_n - x_{n-1} and d' = x_{n+1} - x_n, a
+step is
 
 q' = q* + beta lambda,  d' + d = passing q* + give F lambda,
 
-with q* the amplitudes after a step without forces, and F the modal forces of the
-multipliers, which act at the step's start.
+with q' the amplitudes after the step, lambda the multipliers, q* the amplitudes after a
+step without forces, and F the modal forces of the multipliers, which act at the step's
+start.
 """
 
 from __future__ import annotations
@@ -52,14 +54,17 @@ CLOSED = 1e-9  # largest relative error of the work of contact
 class WholeWaves:
     """The w waves of a whole rotor with m modes at rest, with 2 m real amplitudes q.
 
+    x are the amplitudes of the modes at rest, d = x_n - x_{n-1} their increments.
+
     Attributes
     ----------
     step : dt, s
-    ahead : (w,), z - 1
+    ahead : (w,), z - 1, z the factor of a wave in a step without forces
     shapes, rises : (m, w), x and d for unit amplitudes
     paired : (w,), whether a wave has a conjugate: amplitudes of others are real
     condition : condition number of `basis`
-    give, rate, stiffness, push : (m, m), (1/dt^2 + G/2dt)^-1, D, K(Omega), S
+    give, rate, stiffness, push : (m, m), (1/dt^2 + G/2dt)^-1, D, K(Omega), S, see
+        `turning.Terms`
     """
 
     step: float
@@ -74,7 +79,10 @@ class WholeWaves:
     push: Floats
 
     def parts(self, rows: Complexes) -> Floats:
-        """Return the real rows R (r, 2 m) with R q = Re(rows a); rows : (r, w)."""
+        """Return real rows (r, 2 m), whose product with q is Re(rows a).
+
+        rows : (r, w), factors of the complex amplitudes a
+        """
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
 
     @property
@@ -97,12 +105,12 @@ class WholeWaves:
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (d + d') / 2 dt, (m, w), for unit amplitudes; d' : next step."""
+        """Velocities (x_{n+1} - x_{n-1}) / 2 dt, (m, w), for unit amplitudes."""
         return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
 
     @cached_property
     def basis(self) -> Floats:
-        """Matrix, (2 m, 2 m), that gives a state (x, d / scale) from its parts q.
+        """Matrix, (2 m, 2 m), from q to a state (x, d / scale).
 
         q are the real and imaginary parts of the waves' amplitudes, x the amplitudes of
         the modes at rest, and d their increments since the step before.
@@ -121,22 +129,22 @@ class WholeWaves:
         return bool(size and self.condition < WORST)
 
     def amplitudes(self, x: Floats, d: Floats) -> Floats:
-        """Return q, (2 m, ...), for given x and d, (m, ...)."""
+        """Return q, (2 m, ...), for modal amplitudes x and increments d, (m, ...)."""
         return np.linalg.solve(self.basis, np.concatenate([x, d / self.scale]))
 
     @property
     def before(self) -> Floats:
-        """Matrix, (m, 2 m), from q after a step without forces to x before it."""
+        """Matrix, (m, 2 m), from q after a free step to modal amplitudes before it."""
         return self.parts(self.shapes / (1 + self.ahead))
 
     @property
     def passing(self) -> Floats:
-        """Matrix, (m, 2 m), that gives d' + d from q' after a step without forces."""
+        """Matrix, (m, 2 m), from q after a free step to x_{n+1} - x_{n-1} of modes."""
         return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
 
     @cached_property
     def form(self) -> Floats:
-        """Symmetric matrix, (2 m, 2 m), J: Jacobi's energy is q^T form q."""
+        """Symmetric matrix F, (2 m, 2 m), J: q^T F q is Jacobi's energy."""
         moved, place = self.parts(self.rises), self.parts(self.shapes)
         twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
         return np.asarray((twice + twice.T) / 4)
@@ -154,8 +162,8 @@ class WholeWaves:
     def adds(self, forces: Floats) -> tuple[Floats, Floats]:
         """Return rows (N, 2 m) and numbers (N, N), J, of energy and loss by contact.
 
-        Contact adds lambda . (rows q + numbers lambda) to energy and loss in a step,
-        with q after the step without contact.
+        In a step contact adds lambda . (rows q + numbers lambda) to the energy and the
+        damping loss together, lambda the multipliers, q after the step without contact.
 
         forces : (m, N), modal forces of unit multipliers
         """
@@ -225,9 +233,10 @@ def _condition(parts: list[_Part], scale: float) -> float:
     """Return the condition number of `WholeWaves.basis`.
 
     In orthonormal coordinates the basis has a part for each block of modes. A complex
-    block B with its conjugates gives x = Re(B Y a), |x|^2 = |Y a|^2 / 2.
+    block B with its conjugates gives the modes x = Re(B Y a), |x|^2 = |Y a|^2 / 2, from
+    the shapes Y and amplitudes a of its waves.
 
-    scale : by which the basis divides d
+    scale : by which the basis divides the increments
     """
     sizes = []
     for block, ahead, shapes, paired in parts:
@@ -247,7 +256,8 @@ def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
 
     It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
 
-    reads, ahead : (N, w), displacements of the tips for unit amplitudes; (w,), z - 1
+    reads, ahead : (N, w), displacements of the tips for unit amplitudes; (w,), z - 1, z
+        the factor of a wave in a step
     """
     growth = np.maximum(np.abs(1 + ahead), 1.0) ** LOOK_EVERY
     moved = np.abs(reads).max(axis=0) * np.abs(ahead)
@@ -255,7 +265,7 @@ def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return radial and tangential displacement of tips, negative, by modes, (N, m)."""
+    """Return negative radial and tangential displacements of tips in modes, (N, m)."""
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 
@@ -325,7 +335,7 @@ def opened_by_ring(model: Model, scene: Scene) -> Floats:
 
 
 def _upper(waves: WholeWaves) -> Floats:
-    """Return U, flat, with q^T U q the energy and U upper, see `WholeRotor.form`."""
+    """Return the triangle U of the energy q^T U q, flat, see `WholeRotor.form`."""
     size = 2 * waves.half
     form = np.zeros((size, size))
     form[np.ix_(waves.places, waves.places)] = waves.form
@@ -334,7 +344,7 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return U (size, size) with q^T U q the energy, from the result of `_upper`."""
+    """Return the triangle U (size, size) of the energy q^T U q, from `_upper`."""
     form, at = np.zeros((size, size)), 0
     for i in range(size):
         first = i - i % FOUR

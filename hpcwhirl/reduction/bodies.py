@@ -59,10 +59,11 @@ SUPPORT_SHARE = 0.5  # least share of a support mode's strain energy in the foun
 
 @lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
-    """Return the reduced bladed disk (Eq. 1), reduced as a whole if it is mistuned.
+    """Return the bladed disk, reduced by Eq. (1) of the paper; if mistuned, as a whole.
 
-    With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
-    and the excess of `suspension_damping` over `damping` acts in the static frame.
+    eta is the number of fixed-interface modes. With `rotation` "full" it includes the
+    terms of rotation, in a basis for all speeds, and the excess of `suspension_damping`
+    over `damping` acts in the static frame.
     """
     usual = {**dict.fromkeys(OF_SUPPORTS, 0.0), "bearing": ""}
     bare = rotor.model_copy(update=usual)

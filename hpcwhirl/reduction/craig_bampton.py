@@ -1,4 +1,4 @@
-"""Craig-Bampton component mode synthesis (Eq. 1)."""
+"""Craig-Bampton component mode synthesis (Eq. 1 of the paper)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ def craig_bampton(
     eta: int,
     near: Matrix | None = None,
 ) -> tuple[Matrix, Matrix]:
-    """Return (Phi_CB, omega) of Eq. (1), x = Phi_CB (x_b, q_CB).
+    """Return (Phi_CB, omega) of Eq. (1) of the paper, x = Phi_CB (x_b, q_CB).
+
+    x are all displacements, x_b those of the boundary, q_CB the amplitudes of the
+    fixed-interface modes.
 
     Parameters
     ----------
@@ -39,7 +42,7 @@ def craig_bampton(
 
     Returns
     -------
-    Phi_CB : (n, b + eta): static modes Psi_s, then Psi_c with Psi_c^H M_ii Psi_c = I
+    Phi_CB : (n, b + eta): static modes, then mass-orthonormal fixed-interface modes
     omega : (eta,), rad/s, of the fixed-interface modes
 
     Raises

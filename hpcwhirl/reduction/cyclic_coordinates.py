@@ -1,4 +1,4 @@
-"""Cyclic coordinates of a structure of N identical sectors (Eqs. 5 and 10).
+"""Cyclic coordinates of N identical sectors (Eqs. 5 and 10 of the paper).
 
 In complex form, Eq. (10) reads x_j = sqrt(2) Re(z e^{i k theta_j} / sqrt(N)), with
 z = u^{k,c} - i u^{k,s}; for the simple harmonics (Eq. 5) there is no sqrt(2) Re. A
@@ -66,10 +66,10 @@ def block(
 
 
 def centre_width(structure: CyclicStructure, k: int) -> int:
-    """Return the number of centre coordinates in nodal diameter k (Eq. 11).
+    """Return the number of centre coordinates in nodal diameter k (Eq. 11, paper).
 
-    One complex z_o for k = 1; the real x_o and y_o where one or two sectors make
-    k = 1 a simple harmonic; none for any other k.
+    One complex displacement z_o for k = 1; the real x_o and y_o where one or two
+    sectors make k = 1 a simple harmonic; none for any other k.
     """
     if not structure.centre or k != 1 % structure.sectors:
         return 0

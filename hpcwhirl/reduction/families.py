@@ -170,7 +170,8 @@ def as_records(table: list[Line]) -> list[dict[str, object]]:
 def rotor_by_diameter(model: Model) -> ModalModel:
     """Return the rotor for frequencies, with modes by nodal diameter where possible.
 
-    Natural frequencies, Eq. 13 and the growth of free motions do not depend on contact:
+    Natural frequencies, critical speeds (Eq. 13 of the paper) and the growth of free
+    motions do not depend on contact:
     only the reference points count as tips here, so that equal sectors are recognised
     as with one point per tip. The time integration has waves of its own, see
     `dynamics.point_sectors`.

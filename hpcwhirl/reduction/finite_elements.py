@@ -1,11 +1,11 @@
 """Reduction of finite-element matrices to a rotor: sparse Craig-Bampton (Eq. 1).
 
-A whole wheel is reduced at once. A sector is reduced per nodal diameter k with
-u_right = e^{i k 2 pi / N} u_left in axes that turn with the sectors, so that each k has
-Hermitian matrices of one sector (Eqs. 5 and 10), and a shared centre belongs to k = 1
-only, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). The reduced matrices are expanded to all
-sectors as in `modes`: tips stay physical, complex amplitudes become their real and
-imaginary parts. So the wheel is cyclic to round-off.
+Equations are those of the paper. A whole wheel is reduced at once. A sector is reduced
+per nodal diameter k with u_right = e^{i k 2 pi / N} u_left in axes that turn with the
+sectors, so that each k has Hermitian matrices of one sector (Eqs. 5 and 10), and a
+shared centre belongs to k = 1 only, (x, y) = sqrt(N / 2) (1, i) z_o (Eq. 11). The
+reduced matrices are expanded to all sectors as in `modes`: tips stay physical, complex
+amplitudes become their real and imaginary parts. So the wheel is cyclic to round-off.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def _check_definite(wheel: FiniteElements) -> None:
 
 
 def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
-    """Return T^H A T for A = M, K and, with terms of rotation, C, K_1, K_2 (if any).
+    """Return T^H A T for each matrix A: M, K and, with terms of rotation, C, K_1, K_2.
 
     lift : T, see `_Map`
     """

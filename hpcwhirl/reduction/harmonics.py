@@ -34,9 +34,11 @@ STILL = 1e-12  # motion over the largest, at a station or of a mode, that counts
 def _places(
     operator: FourierOperator, h: int, p: int
 ) -> Iterator[tuple[list[int], Floats]]:
-    """Yield ([indices of w, u (and v)], their signs) of each phase of (h, p).
+    """Yield ([indices of coordinates], their signs) of each phase of a motion (h, p).
 
-    p : axial function, from 0
+    The coordinates are radial w, tangential u and, of a shell, axial v.
+
+    h, p : harmonic; axial function, from 0
     """
     layer, count = len(operator.radial), operator.directions
     cosine, sine = (operator.width * p + i for i in (max(2 * h - 1, 0), 2 * h))
@@ -97,7 +99,7 @@ def _model(
 
     Parameters
     ----------
-    matrices_of : (h, p) -> (m, K) of a harmonic and an axial function, both from 0
+    matrices_of : (h, p) -> (mass, stiffness matrix) of harmonic h, axial function p
     kept_of : (h, modes by columns) -> those that are kept with `families` = bending
     """
     mass, stiffness = (np.zeros((operator.size, operator.size)) for _ in range(2))
@@ -144,7 +146,9 @@ def harmonic_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOp
 
 
 def shell_model(casing: Casing, radius: float) -> tuple[ModalModel, FourierOperator]:
-    """Return the modes of a shell, three of each (h, p) and phase, and its operator.
+    """Return the modes of a shell and its contact operator.
+
+    There are three modes for each harmonic h, axial function p, and phase.
 
     Parameters
     ----------

@@ -204,7 +204,7 @@ def _has_all_modes(given: Given) -> bool:
 def _basis(
     given: Given, whole: list[Floats], spin: Spin | None, places: int, eta: int
 ) -> Floats:
-    """Return the Craig-Bampton basis (n, b + m), Eq. (1), of m fixed-interface modes.
+    """Return the Craig-Bampton basis (n, b + m) of m fixed-interface modes.
 
     m is eta, or less if that would split modes of close frequencies, and more with
     terms of rotation, so that the basis serves all speeds.

@@ -163,7 +163,7 @@ def whole_model(
     rotation: Rotation | None = None,
     near: Floats | None = None,
 ) -> ModalModel:
-    """Return the Craig-Bampton reduction (Eq. 1) of all sectors at once.
+    """Return the Craig-Bampton reduction (Eq. 1 of the paper) of all sectors at once.
 
     The modes have no names yet (diameter, rank and phase are 0), see `named_after`.
 

@@ -61,8 +61,8 @@ class SpinBlock:
     k, simple : nodal diameter; whether it is a simple harmonic
     omega : (m,), rad/s, at rest
     tips : (2, m), 1/sqrt(kg), radial and tangential motion of a tip in each mode
-    hub : (m,), z_o of each mode, x_o + i y_o = conj(z_o); zero if the centre does not
-        move
+    hub : (m,), z_o of each mode, the complex displacement of the centre, x_o + i y_o =
+        conj(z_o); zero if the centre does not move
     coriolis, stiffening, quartic : (m, m), see `Spin`; the first is skew-Hermitian
     """
 
@@ -141,7 +141,8 @@ class ModalModel:
         shapes of a rotor from file do not determine the springs, see `shaft`
     damping : modal damping ratio xi, one for all modes or (m,)
     kept : number of fixed-interface modes actually kept (pairs are never split)
-    cyclic : whether all sectors are the same, so that k, rank and phase are exact
+    cyclic : whether all sectors are the same, so that diameter, rank and phase are
+        exact
     symmetry : deviation of the sectors, for a rotor from file with three or more blades
     spin : terms of rotation, if included; omega and shapes are those at rest
     reach : rad/s, highest omega of the basis at rest; modes above it occur only because
@@ -319,7 +320,9 @@ def reduction_basis(
     taut: Any = None,
     near: Any = None,
 ) -> Any:
-    """Return the basis of Eq. (1), (n, b + eta), or an extended one for all speeds.
+    """Return the Craig-Bampton basis, (n, b + eta), or an extended one for all speeds.
+
+    b boundary coordinates and eta fixed-interface modes span it, see `craig_bampton`.
 
     Parameters
     ----------
@@ -385,7 +388,9 @@ def _blocks(
 def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
     """Return (C, K_g, F_c + i F_e) of nodal diameter k; loads are 0 unless k = 0.
 
-    Both loads are real; one complex array holds them, so that both are reduced at once.
+    C is the matrix of Coriolis forces, K_g the stress stiffness, F_c the centrifugal
+    load and F_e the load of a changing speed, see `Spin`. Both loads are real; one
+    complex array holds them, so that both are reduced at once.
     """
     coriolis = block(rotation.coriolis, structure, k, skew=True)
     load = np.zeros(len(coriolis), dtype=np.complex128)
@@ -398,7 +403,10 @@ def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
 
 
 def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
-    """Return C, K_g - M and the loads, reduced by a basis; added : see `_added`."""
+    """Return C, K_1 = K_g - M and the loads, reduced by a basis.
+
+    added : (C, K_g, loads), result of `_added`
+    """
     back, (coriolis, stiffening, load) = basis.conj().T, added
     return back @ coriolis @ basis, back @ (stiffening - mass) @ basis, back @ load
 
@@ -409,7 +417,8 @@ def physical_columns(
     """Return the map from a block's real DoF to physical coordinates, (size, DoF).
 
     The first `kept` coordinates of a block are DoF of a sector, followed by those of
-    the centre, if any, and by q_CB, which are copied to the rows from `start` on.
+    the centre, if any, and by the amplitudes q_CB of fixed-interface modes, which are
+    copied to the rows from `start` on.
     """
     width, inner = piece.multiplicity, len(piece.mass)
     out = np.zeros((size, inner * width))
@@ -432,7 +441,10 @@ def physical_columns(
 
 
 def _real_modes(piece: Block) -> list[Floats]:
-    """Return the block's modes in its real coordinates (a, b), one array per phase."""
+    """Return the block's modes in its real coordinates, one array per phase.
+
+    These are the real and imaginary parts of the block's complex coordinates.
+    """
     re, im = piece.modes.real, piece.modes.imag
     if piece.simple:
         return [re]
@@ -506,7 +518,7 @@ def modal_model(
     damping
         modal damping ratio xi, of every mode
     eta
-        fixed-interface modes of the Craig-Bampton reduction (Eq. 1); None keeps
+        fixed-interface modes of the Craig-Bampton reduction; None keeps
         every DoF of the structure
     rotation
         matrices of the rotor's rotation, if included; needs `eta`. The basis gets

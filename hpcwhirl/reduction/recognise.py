@@ -43,7 +43,7 @@ class _Wave:
     ----------
     k : nodal diameter
     omega, rate : rad/s; 2 xi omega, 1/s
-    zeta : (3,), the transform F_k of the wave: radial, tangential, centre
+    zeta : (3,), the wave's `transform` at k: radial, tangential, centre
     turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
         of the file's modes
     """
@@ -61,7 +61,9 @@ class _Wave:
 
 
 def transform(shapes: Floats, hub: Floats, blades: int) -> Complexes:
-    """Return F_k of tips and centre, (N, 3, m), k = 0 .. N - 1.
+    """Return the transform of tips and centre to nodal diameters k, (N, 3, m).
+
+    It is F_k of this module, k = 0 .. N - 1: radial, tangential, centre, in m modes.
 
     Parameters
     ----------
@@ -110,7 +112,10 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return the rotor with k, rank, phase of its waves; None if modes are no waves."""
+    """Return the rotor with the labels of its modes' waves; None if they are no waves.
+
+    The labels are nodal diameter, rank and phase.
+    """
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
     rank, phase, worst = np.zeros_like(diameter), np.zeros_like(diameter), (0.0, 0)
@@ -289,14 +294,14 @@ def _rates(model: ModalModel) -> Floats:
 def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_Wave]:
     """Return the p travelling waves that 2 p modes of nodal diameter k form.
 
-    `seen` maps the conjugates of the waves u to 0, so that the u are its first p right
-    singular vectors.
+    `seen` maps the conjugates of the waves to 0, so that the waves, as combinations of
+    the modes, are its first p right singular vectors.
 
     Parameters
     ----------
     model : the rotor, with m modes
     turn : (m, 2 p), the 2 p modes as orthonormal combinations of the rotor's
-    seen : (3, 2 p), F_k of the 2 p modes, see `transform`
+    seen : (3, 2 p), `transform` of the 2 p modes at k
     k : nodal diameter
     """
     count = turn.shape[1] // 2
@@ -330,7 +335,7 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor made of waves, in the order of the built-in rotor, and (m, c).
+    """Return the rotor made of waves, in the order of the built-in rotor, and a matrix.
 
     The matrix (m, c) gives its c modes as combinations of the file's m modes.
     """

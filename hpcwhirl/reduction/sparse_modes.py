@@ -1,4 +1,4 @@
-"""Craig-Bampton reduction (Eq. 1) of large sparse matrices."""
+"""Craig-Bampton reduction (Eq. 1 of the paper) of large sparse matrices."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SEED = 17  # seed of starting vectors, so that the same file gives the same roto
 
 @dataclass(frozen=True)
 class Condensed:
-    """Reduced matrices in coordinates (boundary DoF, fixed-interface amplitudes).
+    """Reduced matrices in b boundary DoF, then m amplitudes of fixed-interface modes.
 
     Attributes
     ----------
@@ -48,7 +48,8 @@ class Condensed:
     reach : omega^2 below which no mode is missing; infinite if all are kept
     condition : condition number of the scaled interior stiffness (1-norm, estimated)
     lift : (n, b + m + c), the basis; (0, b + m) if it was not kept, see `condensed`
-    turning : reduced C, K_1 and, if any, K_2 of a basis that serves all speeds
+    turning : reduced terms of rotation C, K_1 and, if any, K_2, see `modes.Spin`, of a
+        basis that serves all speeds
     """
 
     mass: Matrix
@@ -211,7 +212,7 @@ def _reference(piece: Condensed) -> float:
 def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
     """Return K(Omega) + Omega^2 M, positive definite, with the modes of K(Omega).
 
-    turning : [C, K_1] or [C, K_1, K_2]
+    turning : [C, K_1] or [C, K_1, K_2], terms of rotation, see `modes.Spin`
     """
     _, first, *second = turning
     taut = stiffness + speed**2 * (first + mass)

@@ -86,7 +86,7 @@ def _modal(model: ModalModel, spin: Spin) -> Spin:
 
 
 def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices]]]:
-    """Yield (k, indices of the modes of each phase, by rank) of each diameter."""
+    """Yield (nodal diameter k, indices of its modes of each phase, by rank)."""
     for k in diameters(blades):
         own = [(model.diameter == k) & (model.phase == p) for p in (0, 1)]
         parts = [np.flatnonzero(part) for part in own]
@@ -98,7 +98,10 @@ def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices
 
 
 def _block(matrix: Floats, members: list[Indices], *, skew: bool = False) -> Complexes:
-    """Return the block H (m, m) of a matrix in real modes."""
+    """Return the complex block (m, m) of a matrix in real modes, H of this module.
+
+    members : indices of the modes of the first phase, and of the second if there is one
+    """
     parts = [[matrix[np.ix_(a, b)] for b in members] for a in members]
     real, imag = parts[0][0], np.zeros_like(parts[0][0])
     if len(members) == 2:
@@ -206,13 +209,14 @@ def _spread_block(out: Floats, block: Complexes, members: list[Indices]) -> None
 def standing_damping(
     model: ModalModel, blades: int, ratio: float, suspension: float
 ) -> float:
-    """Return c_s, N s/m, of the static damper that gives the suspension its ratio.
+    """Return the damping, N s/m, of the static damper that gives the suspension its xi.
 
     Parameters
     ----------
     model : rotor at rest
     blades : N
-    ratio, suspension : xi of all modes, and total xi of the suspension, damper included
+    ratio, suspension : damping ratio xi of all modes, and total xi of the suspension,
+        damper included
     """
     top = int(np.argmax(model.centre_share))
     if suspension <= ratio or not model.centre_share[top] > SUSPENSION_SHARE:
@@ -251,7 +255,11 @@ def spin_of(given: Given) -> Spin:
 
 
 def check_terms(given: Given) -> None:
-    """Refuse a file without all terms of rotation, or with K(Omega) in both forms."""
+    """Refuse a file without all terms of rotation, or with stiffness in both forms.
+
+    The forms are the matrices of stress stiffness and softening, or the stiffness at
+    two speeds.
+    """
     if are_two_ways(given.arrays):
         raise given.refusal(
             f"has rotor/{AT_SPEEDS[0]} or {AT_SPEEDS[1]} and rotor/{BY_PARTS[0]} or "
@@ -271,10 +279,11 @@ def check_terms(given: Given) -> None:
 
 
 def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Return (K_1, K_2) of K(Omega), dense or sparse; K_2 None: 0.
+    """Return (K_1, K_2) of K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2, dense or sparse.
 
-    K_1 is `stress_stiffness` less `softening`; or K_1 and K_2 follow from the stiffness
-    at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2, b = Omega_b^2:
+    K_2 is None if it is 0. K_1 is `stress_stiffness` less `softening`; or K_1 and K_2
+    follow from the stiffness at two speeds (Sternchuss and Balmes 2006), a = Omega_a^2,
+    b = Omega_b^2:
 
     K_1 = [b^2 (K_a - K_0) - a^2 (K_b - K_0)] / (a b (b - a))
     K_2 = [a (K_b - K_0) - b (K_a - K_0)] / (a b (b - a))

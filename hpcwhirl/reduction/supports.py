@@ -51,7 +51,7 @@ OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approxim
 
 @dataclass(frozen=True)
 class Support:
-    """Supports of the centre in the static frame, F = -k Z - c Z' - ..., N/m and N s/m.
+    """Supports of the centre in the static frame, with the force F of this module.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Support:
         return self
 
     def turning(self, speed: float) -> complex:
-        """Return k + i Omega c, N/m, which acts on z in the rotating frame."""
+        """Return k + i Omega c, N/m, which acts on the centre in the rotating frame."""
         return self.stiffness + 1j * speed * self.damping
 
 
@@ -152,19 +152,30 @@ def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
 def small_damping(
     viscosity: float, length: float, radius: float, clearance: float
 ) -> float:
-    """Return c_0, N s/m, from mu, Pa s, and L, R, c, m."""
+    """Return the damping c_0, N s/m, of small motions in a squeeze film.
+
+    viscosity, length, radius, clearance : mu, Pa s; L, R and c, m
+    """
     return math.pi * viscosity * radius * (length / clearance) ** 3
 
 
 def film_shares(eccentricity: float) -> tuple[float, float]:
-    """Return damping / c_0 along e and across it; eps is at most `CLOSED` in it."""
+    """Return the damping of a squeeze film over c_0, along and across the eccentricity.
+
+    c_0 is the damping of small motions; the eccentricity, relative to the clearance, is
+    taken as at most `CLOSED`.
+    """
     square = min(eccentricity, CLOSED) ** 2
     left = 1.0 - square
     return (1.0 + 2.0 * square) / left**2.5, left**-1.5
 
 
 def valid_up_to() -> tuple[float, float]:
-    """Return the two eps at which the damping along or across e is (1 + `OFF`) c_0."""
+    """Return the eccentricities beyond which a squeeze film's c_0 is too low by `OFF`.
+
+    The first holds for damping along the eccentricity, the second across it; both are
+    relative to the clearance.
+    """
     along = zero_between(lambda eps: film_shares(eps)[0] - 1.0 - OFF, 0.0, 0.5)
     return along, math.sqrt(1.0 - (1.0 + OFF) ** (-2.0 / 3.0))
 

@@ -17,7 +17,7 @@ from hpcwhirl.structure import Tilt
 def with_tilt(
     tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return M and K with the tilt, (n + w, n + w), from matrices (n, n).
+    """Return M and K with the w coordinates of the tilt, (n + w, n + w), from (n, n).
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def with_tilt(
 def turning_tilt(
     tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
 ) -> tuple[Any, Any, Any]:
-    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt."""
+    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt, see `modes.Spin`."""
     n = len(load)
     turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)
     turns[n:, n:] = (tilt.about_diameter - tilt.polar / 2) * turn
@@ -50,7 +50,7 @@ def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -
 
     Parameters
     ----------
-    spring : k_11 or k_o, N/m
+    spring : stiffness of the shaft against a displacement, N/m, k_o without a tilt
     centre, slope : (w, m), centre and slope of each mode; slope is not used without a
         tilt
     """

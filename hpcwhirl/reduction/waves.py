@@ -155,8 +155,8 @@ def _apart(
 
     Parameters
     ----------
-    matrices : G, K on the mean supports, (m, m), rotating frame
-    hub : (m,), z_o of the modes
+    matrices : G = D + 2 Omega C and K on the mean supports, (m, m), rotating frame
+    hub : (m,), displacement z_o of the centre in the modes, see `SpinBlock`
     own : the supports
     speed : Omega, rad/s
     roots : (2 m,), roots on the mean supports, sorted
@@ -178,7 +178,10 @@ def _apart(
 
 
 def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
-    """Return [[A, conj(B)], [B, conj(A)]] for (Y, conj(Y)), B from `apart`."""
+    """Return [[A, conj(B)], [B, conj(A)]], which acts on (Y, conj(Y)), see `_apart`.
+
+    matrix : A; apart, hub : factor at the centre, and z_o of the modes, which give B
+    """
     across = apart * np.outer(hub, hub)
     return np.block([[matrix, across.conj()], [across, matrix.conj()]])
 
@@ -188,7 +191,9 @@ def diameter_matrices(
 ) -> tuple[Complexes, Complexes, Complexes, Complexes]:
     """Return (2 Omega C, D + D_s, K(Omega), S) of a nodal diameter, (m, m) each.
 
-    They are in coordinates of its modes at rest, in which M = 1.
+    They are the matrices of Coriolis forces, damping, stiffness and circulatory forces
+    of the supports, see `modes.Spin`, in coordinates of its modes at rest, in which M =
+    1.
     """
     spin = model.spin
     if spin is None:
@@ -220,6 +225,9 @@ def turning_matrices(
     model: ModalModel, speed: float, blades: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return (2 Omega C, D + D_s, K(Omega), S) of a rotor, (n, n) each.
+
+    They are the matrices of Coriolis forces, damping, stiffness and circulatory forces
+    of the supports, see `modes.Spin`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Time loop for two bodies of any kind: Algorithm 1, by the operations in `verbs`."""
+"""Time loop for two bodies of any kind: Algorithm 1 of the paper, by `verbs`."""
 
 from __future__ import annotations
 
@@ -66,7 +66,10 @@ NOWHERE = 1.0  # m, gap of a lost blade
 
 @njit(cache=True)
 def flush(motion):
-    """Zero amplitudes below 1e-150 before their products become denormal."""
+    """Set amplitudes and their increments to 0 where both are below 1e-150.
+
+    Their products would be denormal numbers, which are slow.
+    """
     q, d = motion.q, motion.d
     for m in range(len(q)):
         if abs(q[m]) < TINY and abs(d[m]) < TINY:
@@ -76,7 +79,7 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set index, shape (N, w): the ring's coordinates that move a point, their weights.
+    """Set index (N, w): ring coordinates that move each point; shape (N, w): weights.
 
     turned : rad, angle of blade 0
     """
@@ -89,9 +92,10 @@ def place_blades(ring, turned, points, index, shape):
 
 @njit(cache=True)
 def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
-    """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest.
+    """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest gap.
 
     u, radial : (N,) or more, m, radial displacements of tips; the ring's coordinates
+    turned : rad, angle of blade 0
     lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)
@@ -122,7 +126,7 @@ def pulse_work(push, modal, ahead, increments):
     """Return the work of the pulse in a step, J.
 
     push, modal : force, N; modal forces (n,) of a unit force
-    ahead, increments : d_{n+1}, d_n
+    ahead, increments : (n,), increments of the amplitudes in this and in the last step
     """
     total = 0.0
     for m in range(len(ahead)):
@@ -141,7 +145,7 @@ def motion_of(q, d, loss):
 
 @njit(cache=True)
 def layer_space(blades):
-    """Return the work space of `layer`."""
+    """Return the work space of the functions in `layer`."""
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
         np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),

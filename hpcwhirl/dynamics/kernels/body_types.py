@@ -55,9 +55,9 @@ class LayerSpace(NamedTuple):
     ----------
     rod, left : (N,), first rod under each tip at the end and at the start of a step
     sunk : (N,), m, depth s of tips below the unworn surface
-    give, shifted : (N,), m/N and m: 1 / P'(s), P(s) being the force on a tip; gaps of
+    give, shifted : (N,), m/N and m: 1 / (dP/ds), P(s) being the force on a tip; gaps of
         the linearised problem
-    w : (N, N), m/N, W of the rotor plus diag(give)
+    w : (N, N), m/N, the rotor's part of the Delassus matrix, plus diag(give)
     """
 
     rod: Integers
@@ -71,8 +71,8 @@ class LayerSpace(NamedTuple):
 class Contact(NamedTuple):
     """Contact of two bodies.
 
-    w_rotor, compliance : (N, N), the rotor's part of W; (R, R), compliance of the
-        ring's radial coordinates, m/N
+    w_rotor, compliance : m/N: (N, N), the rotor's part of the Delassus matrix; (R, R),
+        compliance of the ring's R radial coordinates
     ring, lost : kind of the ring; index of the lost blade, -1 for none
     points : positions of the contact points
     layer : rods on the casing; unused if the state has no rods
@@ -92,7 +92,7 @@ class ContactSpace(NamedTuple):
     Attributes
     ----------
     response : (R,), m/N, radial displacements of the ring due to a unit multiplier
-    w : (N, N), W transposed, m/N
+    w : (N, N), m/N, the Delassus matrix W, transposed
     have : (N,), 1 if a row of `w` has been computed, else 0
     small, right : (N, N + 1), (N,), matrix and right side of the equations of the
         active blades; the latter becomes their multipliers
@@ -113,7 +113,7 @@ class ContactSpace(NamedTuple):
 
 
 class ConstantSpace(NamedTuple):
-    """Work space of `circulant`, padded to vectors.
+    """Work space of `circulant`: `padded` is N, rounded up to a multiple of four.
 
     Attributes
     ----------
@@ -121,16 +121,17 @@ class ConstantSpace(NamedTuple):
     known : (N + 3 + CHANGES,), array of the state: the active blades of the last
         solution; their number, whether their inverse is sound, the number of changes
         since it was computed anew, and these changes, see `keep_inverse`
-    inverse : (padded, padded) flat, N/m, inverse of the part of W of these blades,
-        transposed
+    inverse : (padded, padded) flat, N/m, inverse of these blades' part of the Delassus
+        matrix W, transposed
     rows : (N, 2 wide) flat, m/N; row j: change of all gaps, folded, due to a unit
         multiplier on blade j
     where : (N + 1,), the active blades
     fallback, near, lam, opened : work space and arguments of `circulant.pivot`
     work : (4 padded,), work space of `keep_inverse`
     again : (2 wide,), folded gaps with the multipliers acting, m
-    symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (simple slots:
-        1 / N); argument of `passes.to_gaps`. Empty for other W or an unsplit transform
+    symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (slots 0 and
+        N / 2: 1 / N); argument of `passes.to_gaps`. Empty for other W or a transform
+        that is not split
     spectrum, spread : (4 k,), spectrum of the multipliers, then that of the change of
         gaps that they cause; work space of `transform.to_slots`. Empty like `symbol`
     """
@@ -153,12 +154,12 @@ class ConstantSpace(NamedTuple):
 
 
 class ModalBody(NamedTuple):
-    """A body as modes.
+    """A body as modes, of amplitude q and increment d = q_n - q_{n-1}.
 
     Attributes
     ----------
     keep, pull, give : (m,), coefficients of a step, see `timestep.recursion`
-    rate : (m,), damping loss of a step over (d' + d)^2, J
+    rate : (m,), damping loss of a step over (q_{n+1} - q_{n-1})^2
     omega : (m,), rad/s
     read : (m, r), radial coordinates for unit amplitudes; of the rotor: tips, x_o, y_o
     radial, tangential : (r, m), coordinates on which multipliers act, for unit
@@ -182,12 +183,12 @@ class Stand(NamedTuple):
     ----------
     hub : (2, n), x_o, y_o for unit coordinates of the body; (0, 0) if there are no
         such forces
-    moved : (2, n), change of d' by a unit force at x_o, y_o
+    moved : (2, n), increment of the coordinates in a step by a unit force at x_o, y_o
     give : (2, 2), change of the velocity of x_o, y_o by a unit force, m/(N s)
     stiffness, damping : k_d, N/m; c_d, N s/m, see `reduction.supports`
     speed, step : Omega, rad/s; dt, s
     film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none
-    circle : z_s, m, of an unbalanced rotor, about which the film force is taken
+    circle : z_s, m, displacement of an unbalanced rotor's centre without contact
     """
 
     hub: Floats
@@ -219,11 +220,13 @@ class CoupledBody(NamedTuple):
     read : (m, N + 2), radial displacements of tips, x_o, y_o, for unit amplitudes
     radial, tangential : (N, m), displacements of the tips for unit amplitudes
     stand : forces of supports that no constant matrix represents
-    swerve : blocks of (dOmega/dt) C, stored like `keep`; (0,) at constant speed
+    swerve : blocks of (dOmega/dt) C, C as in `driven`, stored like `keep`; (0,) at
+        constant speed
     force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
         (0,) at constant speed
     work : (m,), N/sqrt(kg), work space for the forces of the present step
-    alike : (m - own,), for each further mode, the index of the same one among the first
+    alike : (m - own,), for each further mode, the index of the same mode among the
+        first `own`
     blocks : b, number of blocks of the first modes
     """
 

@@ -1,4 +1,4 @@
-"""The contact problem of blades in a round casing, with constant W.
+"""The contact problem of blades in a round casing, with constant Delassus matrix W.
 
 In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
 
@@ -48,7 +48,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 
 MOST_KEPT = 8  # numbers of blades N whose index tables are cached
-MANY = 48  # active blades beyond which a circulant W is applied slot by slot
+MANY = 48  # active blades beyond which a circulant W is applied by spectra
 SMALL = 24  # N up to which the inverse is always computed anew, not updated
 TRIES = 8  # corrected sets of active blades that are tried before pivoting starts
 CLOSED = 1e-13  # penetration allowed in a solution, relative to the lowest gap
@@ -68,7 +68,7 @@ def folded(blades: int, wide: int) -> Integers:
 
 
 def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
-    """Return the work space of `guess` and `solve_any`; `recall` completes it.
+    """Return the work space of `guess` and `solve_any`; `recall` sets its inverse.
 
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
@@ -89,9 +89,9 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers, wave: Floats
 ) -> ConstantSpace:
-    """Return the work space, as `constant_space` does, of a circulant W.
+    """Return the work space, as `constant_space` does, for a circulant W.
 
-    column : (N,), m/N, column 0 of W; wave : see `passes.to_gaps`
+    column : (N,), m/N, column 0 of the Delassus matrix W; wave : see `passes.to_gaps`
     """
     space = constant_space(blades, wide, column[_apart(blades)], known)
     span = wave[-BEHIND + SPAN]
@@ -111,14 +111,17 @@ def circulant_space(
 
 @lru_cache(maxsize=MOST_KEPT)
 def _apart(blades: int) -> Indices:
-    """Return (i - j) mod N, (N, N)."""
+    """Return the table of (i - j) mod N, (N, N): N blades, row i, column j."""
     j = np.arange(blades)
     return np.asarray(np.subtract.outer(j, j) % blades)
 
 
 @inlined
 def penetrating(gaps, row, blades, wide, where):
-    """Set `where` to the penetrating blades of a folded row; return their number."""
+    """Set `where` to the blades with negative gaps; return their number.
+
+    gaps, row : array, and index in it where the gaps begin, in the order of `folded`
+    """
     size = blades - blades  # 0, but no literal, which numba would specialise on
     for j in range(blades // 2 + 1):
         where[size] = j
@@ -132,6 +135,8 @@ def penetrating(gaps, row, blades, wide, where):
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
     """Set space.push to multipliers, N, that close the gaps of blades known[:size].
+
+    gaps, row : as in `penetrating`
 
     Return the lowest multiplier, N; 0 if none is negative.
     """
@@ -163,13 +168,16 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether W is applied to `size` multipliers by spectra, slot by slot."""
+    """Return whether openings by `size` multipliers are computed by their spectrum.
+
+    A circulant Delassus matrix multiplies each entry of the spectrum by a number.
+    """
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do what `openings` does, by spectra; its result is the least of four returned."""
+    """Do what `openings` does, by spectra; return four numbers, the least its value."""
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -215,9 +223,9 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Copy space.again to the row, space.known to space.where; return `size`.
+    """Copy space.again to a folded row of gaps, space.known to space.where.
 
-    The gaps of these `size` active blades are set to exactly 0.
+    The gaps of these `size` active blades are set to exactly 0; return `size`.
     """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
@@ -324,7 +332,7 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve like `contact.complementarity`, with all rows of W already in `space`."""
+    """Solve like `contact.complementarity`, with the whole W in space.w."""
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)

@@ -214,7 +214,10 @@ def inlined(function: Any) -> Any:
 
 
 def verb(function: Any) -> Any:
-    """Declare a verb: a name for parts or kernels, one per type of first argument."""
+    """Declare a name for several parts or kernels, one per type of first argument.
+
+    The decorated function gives name and docstring; `does` adds an implementation.
+    """
     made = numba_njit(function)
     made.__class__, made.kinds = Verb, {}
     return made

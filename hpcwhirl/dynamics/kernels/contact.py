@@ -22,7 +22,7 @@ from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.lemke import solve_singular
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
 
-# ledger slots
+# indices of the ledger, whose entries are in J, IMPULSE in N s, others as said here
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
 CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `opening`
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
@@ -31,8 +31,8 @@ ENTRIES = 9
 # number of terms of `Tracks.closed`, J: energy, damping, pulse, impact, friction,
 # rotation, wear
 CLOSED = 7
-# counter slots: steps taken, touchdowns, last step with contact, samples written,
-# reason to stop, steps with contact
+# indices of the counters: steps taken, touchdowns, last step with contact, samples
+# written, reason to stop, steps with contact
 STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 # counters of the exact scheme: last completed step (not pending), step at which a jump
 # is tried next, steps between tries, step of the certificate, steps skipped, jumps
@@ -45,7 +45,7 @@ AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
 COLUMNS = 7
 BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
-SLIP_EVERY = 8  # of so many steps with contact one is checked for slip
+SLIP_EVERY = 8  # one of so many steps with contact is checked for slip
 NEAR = 0.5  # share of the amplitude limit beyond which every step is checked
 # reasons to stop
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
@@ -82,7 +82,8 @@ def place_on_elements(turned, size, length, turns, index, shape):
 def place_on_waves(turned, size, angles, weight, index, shape):
     """Set the weights that give a ring of harmonics' displacement at contact points.
 
-    They are 1, cos h theta, sin h theta, times the value of each axial function.
+    They are 1, cos h theta, sin h theta for harmonics h at the point's static angle
+    theta, times the value of each axial function.
 
     Parameters
     ----------
@@ -158,13 +159,14 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
 
 @kernel
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
-    """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
+    """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0 for the multipliers lam.
 
-    Return the number of active blades, which are the first ones in space.where, or -1
-    if no solution was found. The method is block principal pivoting from the
-    penetrating set; after 3 N exchanges only the last violating blade is exchanged
-    (Murty), which ends for any P-matrix. If a part of W is singular, since more blades
-    touch than the bodies have modes for, the method is that of `lemke`.
+    g are the predicted gaps, W is the Delassus matrix. Return the number of active
+    blades, which are the first ones in space.where, or -1 if no solution was found. The
+    method is block principal pivoting from the penetrating set; after 3 N exchanges
+    only the last violating blade is exchanged (Murty), which ends for any P-matrix. If
+    a part of W is singular, since more blades touch than the bodies have modes for, the
+    method is that of `lemke`.
 
     Parameters
     ----------
@@ -215,7 +217,8 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
     """Enter impact loss and impulse of blades where[:active]; count their contacts.
 
     push : multipliers, N, of these blades
-    before : (N,), m, gaps of step n - 1; those of n + 1 are closed
+    before : (N,), m, gaps of step n - 1, if the multipliers act at step n; the blades'
+        gaps of step n + 1 are 0
     last, impulse : (N,), set here: step of the last contact; N s, impulse so far
 
     The normal work on both bodies is in ledger[ROTATION]; its part lambda (g_{n+1} -
@@ -267,7 +270,7 @@ def note_slip(both, step, ledger):
     as it is below |Omega| R.
 
     both : dt (v- + v+) of the casing at a blade less that of its tip, along the
-        rotation, m
+        rotation, m, v- and v+ the velocities before and after the step's impulse
     """
     speed = abs(both) / (2.0 * step)
     ledger[SLIP] = max(ledger[SLIP], speed)

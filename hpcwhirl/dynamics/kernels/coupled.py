@@ -18,7 +18,11 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_blocks(matrix, starts, vector, sign, out):
-    """Add sign * matrix @ vector to out; matrix : its blocks, flat, each by columns."""
+    """Add sign * matrix @ vector to out.
+
+    matrix, starts : its diagonal blocks, flat, each by columns; first row of each
+        block, and the number of rows
+    """
     at = 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
@@ -33,7 +37,7 @@ def apply_blocks(matrix, starts, vector, sign, out):
 
 @njit(cache=True)
 def form(matrix, starts, left, right):
-    """Return left @ matrix @ right; matrix : blocks, flat, as in `apply_blocks`."""
+    """Return left @ matrix @ right; matrix, starts : as in `apply_blocks`."""
     total, at = 0.0, 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
@@ -48,7 +52,7 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Set `ahead` and `following` for a step without forces, by blocks of modes."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)
@@ -77,10 +81,11 @@ does(verbs.slide, CoupledBody)(_of_modes.slide.py_func)
 
 @does(verbs.meet, CoupledBody)
 def meet(body, motion, mu, ledger):
-    """Correct the first `own` modes by the contact forces, by blocks; enter their work.
+    """Correct motion.ahead of the first body.own modes by contact forces, by blocks.
 
-    Contact forces act neither on modes that represent a circle or an ellipse nor on
-    those of the motion without contact. `following` is used as work space.
+    Enter the work of these forces in the ledger. They act neither on modes that
+    represent a circle or an ellipse nor on those of the motion without contact.
+    motion.following is used as work space.
     """
     _, d, _, ahead, push, normal, drag = motion
     push[:] = 0.0
@@ -95,9 +100,10 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, CoupledBody)
 def accept(body, motion, step):
-    """Complete the step; add its loss to `loss`, J.
+    """Set amplitudes q and increments to those after the step; add the loss, J.
 
-    The loss is (d' + d) D (d' + d) / (4 dt) + (d' + d) S q / 2.
+    The loss is b D b / (4 dt) + b S q / 2, b = q_{n+1} - q_{n-1}, by the matrix D of
+    damping and S of circulatory forces.
     """
     q, d, lost, ahead, _, _, _ = motion
     for m in range(len(q)):
@@ -111,7 +117,10 @@ def accept(body, motion, step):
 
 @does(verbs.energy, CoupledBody)
 def energy(body, values, increments, step):
-    """Return Jacobi's energy at n + 1/2, 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, J."""
+    """Return Jacobi's energy at n + 1/2, 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, J.
+
+    values, increments : q_{n+1} and q_{n+1} - q_n = v dt of the amplitudes q
+    """
     before = values - increments
     total = 0.5 * form(body.stiffness, body.starts, values, before)
     for m in range(body.own):

@@ -1,17 +1,17 @@
 """The cyclic modal kernel: nodal diameter by nodal diameter, in the rotating frame.
 
-Harmonic h of the ring looks at the N blades like nodal diameter kappa = h mod N, or N
-- (h mod N) if that is less (then conjugated), kappa = 0 .. N // 2. It is computed in
-the slot kappa with the rotor's modes of that nodal diameter. In the rotating frame no
-coefficient depends on the position of the blades: with gamma the
-radial amplitude of each mode (of tips with negative sign), the sum over rows of gamma y
-is a spectrum G of the gaps,
+At the N blades, harmonic h of the ring has the values of nodal diameter kappa = h mod
+N, or N - (h mod N) if that is less (then conjugated), kappa = 0 .. N // 2. It is
+computed with the rotor's modes of that nodal diameter, in the slot kappa. In the
+rotating frame no coefficient depends on the position of the blades: with gamma the
+radial displacement (of tips with negative sign) for unit amplitude y of each mode, the
+sum of gamma y over the modes of each slot is a spectrum G of the gaps,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N},
 
 one real transform of N points for both bodies; the spectrum of the multipliers,
 Lambda_kappa = sum_j lambda_j e^{-2 pi i kappa j / N}, gives every modal force as
-(gamma + mu conj(sigma)) Lambda, sigma the tangential amplitude; and the Delassus
+(gamma + mu conj(sigma)) Lambda, sigma the tangential displacement; and the Delassus
 matrix is constant and circulant.
 
 Sizes follow from the arrays: one kernel of each scheme serves all sizes.
@@ -104,7 +104,7 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def turn_quarter(lam, k):
-    """Set the second half of lam (4 k,) to (im, -re); the first half is (re, im)."""
+    """Set the second half of lam (4 k,) to (im, -re); the first is its spectrum."""
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
         store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
@@ -130,14 +130,17 @@ def to_spectrum(push, where, size, turns, width, lam):
 
 @part
 def flush(s):
-    """Zero amplitudes below 1e-150 before their products become denormal."""
+    """Set entries of a state s below 1e-150 to 0, since denormals are slow."""
     for m in range(len(s)):
         if abs(s[m]) < TINY:
             s[m] = 0.0
 
 
 def widths(blades: int) -> tuple[int, int]:
-    """Return (k, wide), N // 2 + 1 padded: number of slots, columns of `to_gaps`."""
+    """Return (k, wide), the numbers of slots and of columns of `to_gaps`.
+
+    Both are N // 2 + 1, rounded up to a multiple of four.
+    """
     slots = -(-(blades // 2 + 1) // FOUR) * FOUR
     return slots, slots
 
@@ -220,13 +223,16 @@ def sizes_of(rotor, state):
 
 @inlined
 def angle_of(wall, speed, time):
-    """Return k theta, the lobes' angle in the rotating frame, rad."""
+    """Return the rotor's angle at a time, times the number of lobes, rad."""
     return wall.lobes * (angle_at(wall, speed, time) % (2.0 * math.pi))
 
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set the gaps' spectrum (2 k,), m, without clearance: sum of bodies and shape."""
+    """Set spectrum (2 k,), m, of the gaps less clearance: rotor, ring, casing's shape.
+
+    out_b, out_c : (2 k,), m, spectra of rotor and ring
+    """
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
     if is_shaped(wall):
@@ -239,8 +245,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
     If a bound for all tips is below `NEAR` times the limit, the bound is returned.
 
-    q, out_b : predicted amplitudes, and their radial spectrum; work : (2 k,) and two of
-        (2 wide,)
+    q, out_b : predicted amplitudes; spectrum of the tips' radial displacements, m
+    work : work space: (2 k,) and two of (2 wide,)
     """
     _, rows, _, k, wide = sizes
     spectrum, outward, along = work
@@ -260,8 +266,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
-    slips : slip_b, slip_c of `passes.slip_of`; known : see `ConstantSpace`; work : (2
-        k,), work space
+    slips : (slip_b, slip_c), arguments of `passes.slip_of`
+    known, work : see `ConstantSpace`; (2 k,), work space
     """
     slip_of(slips[0], slips[1], k, work)
     for s in range(known[len(last)]):
@@ -275,7 +281,10 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Copy the active blades' gaps, m, from a folded row to `before` (N,)."""
+    """Copy the gaps, m, of the active blades from a folded row to `before` (N,).
+
+    where, active : the active blades are where[:active]
+    """
     for s in range(active):
         before[where[s]] = gaps[row + place_of(where[s], blades, wide)]
 

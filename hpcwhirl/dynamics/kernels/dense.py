@@ -1,4 +1,4 @@
-"""The bodies of scheme `paper`: Algorithm 1 with dense reduced matrices."""
+"""The bodies of scheme `paper`: its Algorithm 1, with dense reduced matrices."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Set `ahead` and `following` for a step without forces, by the full matrices."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -34,7 +34,7 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """Add to `ahead`, `following` the increments by push * modal (n,), with A^-1."""
+    """Add to motion.ahead and motion.following the increments by push * modal (n,)."""
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
     for i in range(len(q)):
@@ -43,7 +43,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,), m, to the radial ones of the body's coordinates `values` (n,)."""
+    """Set out (r,), m, to those of the coordinates `values` (n,) that are radial."""
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -61,7 +61,10 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, DenseBody)
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` (n,), N, to the forces of multipliers on coordinates."""
+    """Set motion.normal and motion.drag (n,), N, to the multipliers' forces.
+
+    `normal` are the normal forces on all coordinates, `drag` is friction over mu.
+    """
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
     normal[:] = 0.0
@@ -75,7 +78,10 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d of each tip in contact along the rotation, m, to out (N,)."""
+    """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
+
+    It is the displacement along the rotation at step n + 1 less that at n - 1.
+    """
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -86,7 +92,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """Correct `ahead` by the contact forces and the inverse of A; enter their work."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):
@@ -102,7 +108,10 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """Complete the step; add the loss by matrices D and S, J; overwrite `following`."""
+    """Complete the step; add to motion.loss that of damping and circulatory forces, J.
+
+    motion.following is used as work space.
+    """
     q, d, lost, ahead, work, _, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]
@@ -124,7 +133,7 @@ def accept(body, motion, step):
 
 @does(verbs.energy, DenseBody)
 def energy(body, values, increments, step):
-    """Return the energy, J, from the matrices M and K."""
+    """Return 1/2 v M v + 1/2 q_n K q_{n+1}, J; values, increments : q_{n+1}, v dt."""
     work = np.zeros_like(values)
     apply_dense(body.mass, increments, 0.5 / step**2, work)
     total = 0.0

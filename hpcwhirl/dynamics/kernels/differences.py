@@ -1,7 +1,8 @@
 """The passes of central differences: works, losses and energy of their steps.
 
-The velocity at step n is (d + d') / 2 dt; the damping loss of the step is (d + d')^2
-times the coefficient `RATE` of the mode, see `passes`.
+The velocity at step n is (d + d') / 2 dt, with the increments d = q_n - q_{n-1} and d'
+= q_{n+1} - q_n; the damping loss of the step is (d + d')^2 times the coefficient `RATE`
+of the mode, see `passes`.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
     """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
 
-    old : d of the step before
+    q, d, old : amplitudes; their increments in this step, and in the step before
+    c, at : packed items of all modes, and where those of these four begin
     """
     if touched:
         change = push_rotor(c, at, push)
@@ -70,7 +72,10 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
 @inlined
 def end_ring(c, at, y, d, old, push, touched, loss, works):
-    """Complete a step of four modes of the ring as `end_rotor`; y, d, old : re, im."""
+    """Complete a step of four modes of the ring, like `end_rotor`.
+
+    y, d, old : (re, im) of the amplitudes, and of their increments as in `end_rotor`
+    """
     if touched:
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
@@ -87,7 +92,7 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
                   slip):  # fmt: skip
-    """Implement `pass_modes`, for a pending step with or without contact."""
+    """Implement `pass_modes`, for a pending step with contact if `touched`."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -115,7 +120,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
                  slip):  # fmt: skip
-    """Implement `pass_ring`, for a pending step with or without contact."""
+    """Implement `pass_ring`, for a pending step with contact if `touched`."""
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -149,18 +154,19 @@ def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
-    """Complete the pending step of modes and predict the next.
+    """Complete the pending step of modes by its contact forces; predict the next.
 
     Parameters
     ----------
-    s : (3 size,), state: q, and d of an even and of an odd step
+    s : (3 size,), state: amplitudes q, their increments in the last even step, and
+        those in the last odd step
     c : packed coefficients of the modes, see `passes`
     lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
     counter : counters of the pending step
-    out : (width,), out: spectrum of the gaps, the sum of gamma q over the modes of each
-        slot
-    sums : (3 width,), in and out, by column, J: twice the work of normal forces, twice
-        that of drag over mu, damping loss
+    out : (width,), out: spectrum of the gaps, the sum over the modes of each slot of q
+        times the gap for unit q
+    sums : (3 width,), in and out, J, for re and im of each slot: twice the work of
+        normal forces, twice that of drag over mu, damping loss
     slip : (2 width,), out after a step with contact: factors of the drag, see `slip_of`
     """
     now, then = places(counter, rows * width)
@@ -173,7 +179,7 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the pending step of cyclic modes and predict the next."""
+    """Implement `pass_rotor` for cyclic modes."""
     pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
 
@@ -181,9 +187,11 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
     """Complete the pending step of the ring and predict the next, as `pass_modes` does.
 
-    s : (6 size,): re and im of y, and of d in two places; lam : re, im in its first
-    2 k; filled : see `passes.filled_rows`; out : (2 k,), re and im of sum psi y; sums :
-    (4 k,); slip : (2 k,)
+    s : (6 size,): re and im of the amplitudes, then of their increments in the last
+        even step, and in the last odd step
+    lam, filled : re, im of the multipliers in its first 2 k; see `passes.filled_rows`
+    out : (2 k,), re and im of the spectrum of the ring's part of the gaps, m
+    sums, slip : (4 k,), (2 k,), as in `pass_modes`
     """
     now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[LAST] == counter[STEP]:
@@ -194,7 +202,10 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
 
 @inlined
 def settle_rotor(s, t, c, lam, width, counter, sums):
-    """Copy the rotor to t with its pending step completed; add its works to sums."""
+    """Copy the rotor's state s to t with the pending step completed.
+
+    The works and the loss of this step are added to sums, J.
+    """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // ROTOR_STATE
     now, then = places(counter, size)
@@ -215,7 +226,7 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, k, counter, sums):
-    """Copy the ring to t with its pending step completed, like `settle_rotor`.
+    """Copy the ring's state s to t with the pending step completed, as `settle_rotor`.
 
     t : must be 0 at slots without modes, which are not copied
     """
@@ -240,7 +251,7 @@ def settle_ring(s, t, c, lam, k, counter, sums):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy s_b, s_c to t_b, t_c with the pending step completed.
+    """Copy states s_b of the rotor, s_c of the ring to t_b, t_c; complete their step.
 
     Its works and losses are added to sums_b and sums_c, J.
     """
@@ -259,7 +270,8 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 def energy_of(s, c, place, increment, size, step):
     """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
 
-    place, increment : first index in s of the amplitudes q, and of their increments d
+    place, increment : first index in s of the amplitudes q_{n+1}, and of their
+        increments q_{n+1} - q_n = v dt
     """
     total = 0.0
     for m in range(size):
@@ -279,7 +291,9 @@ def energies_of_four(q, d, stiff, step):
 
 @rare
 def energy_of_ring(t, c, now, step):
-    """Return the energy of the ring from its completed state, J.
+    """Return the energy of the ring, J, from a state t whose step is completed.
+
+    now : step number mod 2
 
     The sums over re and im are those of `energy_of`, computed side by side for speed.
     """
@@ -302,9 +316,9 @@ def energy_of_ring(t, c, now, step):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return (energy of the rotor, of the ring), J, from completed states.
+    """Return (energy of the rotor, of the ring), J, from states without pending step.
 
-    now : 0 or 1, which of the two increments in the state is d of the present step
+    now : step number mod 2, by which the state has the increments of this step
     """
 
 

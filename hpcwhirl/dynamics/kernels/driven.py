@@ -10,8 +10,9 @@ force that the change of speed adds at step n is explicit:
 
 f = f_0 - (dOmega/dt) C q_n,
 
-where f_0, the force of the unbalance and Euler's force on the blades, acts on r alone.
-The work (d' + d) f / 2 on y is entered as work of the loading.
+where 2 Omega C is the matrix of Coriolis forces (`dynamics.varying`), and f_0, the
+force of the unbalance and Euler's force on the blades, acts on r alone. The work on y,
+(y_{n+1} - y_{n-1}) f / 2, is entered as work of the loading.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @does(verbs.stand, CoupledBody)
 def stand(body, motion, time, force):
-    """Add to `ahead` and `following` the increments by forces of the changing speed.
+    """Add to motion.ahead and .following the increments by forces of changing speed.
 
     At constant speed the forces are those of the supports.
 
@@ -51,7 +52,7 @@ def stand(body, motion, time, force):
 
 @does(verbs.yielded, CoupledBody)
 def yielded(body, motion, force, ledger):
-    """Enter the work in a step, J, of the forces of `stand` on y."""
+    """Enter the work, J, of the forces of `stand` on the motion that contact causes."""
     if len(body.force) == 0:
         standing.yielded(body, motion, force, ledger)
         return
@@ -63,6 +64,8 @@ def yielded(body, motion, force, ledger):
 @does(verbs.note_beside, CoupledBody)
 def note_beside(body, motion, step, row):
     """Write x_o, y_o of r, m, and the energy of y + r, J, to a row of evidence.
+
+    r is the motion without contact, y that which contact causes.
 
     At constant speed, motion without contact is known in closed form.
     """

@@ -1,10 +1,11 @@
 """Flights: jumps of the exact flow over steps in which no blade can touch.
 
-Let v be a decreasing envelope of a free mode's velocity, |q'| <= v; then |q''| <= omega
-v. A harmonic of the ring moves past the blades at h Omega, y = C e^{i h Omega t}, so
-that |y''| <= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. The sum of these bounds over
-all modes, each times its displacement at a tip, is a bound A of the second derivative
-of every gap, and
+Here a prime is the derivative by time. Let v be a decreasing envelope of a free mode's
+velocity, |q'| <= v; then |q''| <= omega v. A harmonic of the ring, of amplitude C in
+the static frame, moves past the blades at h Omega, y = C e^{i h Omega t}, so that |y''|
+<= (omega + 2 |h Omega|) v + (h Omega)^2 |C|. The sum of these bounds over all modes,
+each times its displacement at a tip, is a bound A of the second derivative of every
+gap, and
 
 g_j(t) >= g_j + g_j' t - A t^2 / 2
 
@@ -55,12 +56,12 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
-# coefficients of a jump: of q and d in q' and d'; of q^2, q d and d^2 in the damping
-# loss; e^{i h Omega t} over the jump
+# coefficients of a jump: of q and its increment d before the jump in q and d after it;
+# of q^2, q d and d^2 in the damping loss; e^{i h Omega t} over the jump
 QQ, QD, DQ, DD, LQQ, LQD, LDD, TURNED_RE, TURNED_IM = range(9)
 JUMP_ITEMS = 9
-# coefficients of the bounds: v^2 = stiff q^2 + mixed q q' + one q'^2; of v and of |C|
-# in A; of v in the bound of the displacement
+# coefficients of the bounds: v^2 = stiff q^2 + mixed q dq/dt + one (dq/dt)^2; of v and
+# of |C| in A; of v in the bound of the displacement
 STIFF, MIXED, ONE, RISE, RISE_HELD, REACH = range(6)
 BOUND_ITEMS = 6
 SHORTEST = 4  # least number of steps for which a jump is made
@@ -71,7 +72,9 @@ LESS = 1.0 - 1e-9  # factor on the clearance that covers round-off of the bounds
 
 @verb
 def bound_rotor(rotor, s, bound, rows, k, counter, rate):
-    """Return the rotor's part of A, m/s^2, and a bound of its tips' displacements, m.
+    """Return the rotor's parts of two bounds: acceleration, m/s^2, and displacement, m.
+
+    They bound the second derivative of every gap, and the displacement of every tip.
 
     rate : (2 k,), out: spectrum of the rotor's part of the gaps' rates, m/s
     """
@@ -112,7 +115,9 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 
 @kernel
 def bound_ring(s, c, bound, rows, k, counter, rate):
-    """Return the ring's part of A, m/s^2, and a bound of its displacement, m.
+    """Return the ring's parts of two bounds: acceleration, m/s^2, and displacement, m.
+
+    They bound the second derivative of every gap, and the ring's displacement.
 
     rate : (2 k,), in and out: the ring's part of the gaps' rates, m/s, is added
     """
@@ -161,7 +166,7 @@ def open_until(gap, rate, bend):
 def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the number of steps, at most `longest`, in which no blade can touch.
 
-    gaps, rates, bend : m and m/s of `count` blades; A, m/s^2
+    gaps, rates, bend : m and m/s of `count` blades; m/s^2, bound of second derivatives
     """
     time = longest * step
     for i in range(count):
@@ -174,7 +179,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
-    """Jump over the steps of `table`; add the damping loss to sums.
+    """Set the rotor's state s to that after the jump of `table`; add its loss to sums.
 
     out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
     table : coefficients of the jump, (JUMP_ITEMS size,)
@@ -209,7 +214,7 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Jump as `jump_rotor`; turn the ring to the rotating frame at the jump's end."""
+    """Jump like `jump_rotor`; turn the ring to the rotating frame at the jump's end."""
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):

@@ -1,8 +1,9 @@
 """The passes of the exact flow: works, losses and energy of their steps.
 
-Works and losses of a step are quadratic in d', q' and d, see `timestep.exact_flow`.
-After a jump no step is pending. The sums of the ring have a fourth part: the normal
-forces times `passing`, the rate at which the ring's deformed shape passes the blades.
+Works and losses of a step are quadratic in the increments d = q_n - q_{n-1} and d' =
+q_{n+1} - q_n and in q' = q_{n+1}, see `timestep.exact_flow`. After a jump no step is
+pending. The sums of the ring have a fourth part: the normal forces times `passing`, the
+rate at which the ring's deformed shape passes the blades.
 """
 
 from __future__ import annotations
@@ -56,7 +57,10 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 
 @inlined
 def lose_rotor(c, at, q, d, loss):
-    """Return `loss` plus the damping loss, J, of a step of four modes."""
+    """Return `loss` plus the damping loss, J, of a step of four modes.
+
+    q, d : amplitudes at the end of the step, and their increments in it
+    """
     part = load(c, at + LOSS_DQ * FOUR) * q
     part = fma(load(c, at + LOSS_DD * FOUR), d, part)
     loss = fma(part, d, loss)
@@ -65,7 +69,10 @@ def lose_rotor(c, at, q, d, loss):
 
 @inlined
 def lose_ring(c, at, y, d, loss):
-    """Add losses as `lose_rotor`, for four modes of the ring; y, d : re and im."""
+    """Return `loss` plus that of four modes of the ring, J, as `lose_rotor` does.
+
+    y, d : (re, im) of the amplitudes at the end of the step, and of their increments
+    """
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
     part = fma(d[0], y[0], d[1] * y[1])
@@ -78,7 +85,8 @@ def lose_ring(c, at, y, d, loss):
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
     """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
 
-    s, old : state, and index in it at which d of the step before begins
+    q, d : amplitudes, and their increments in this step
+    s, old : state, and index in it of their increments in the step before
     """
     if touched:
         change = push_rotor(c, at, push)
@@ -94,7 +102,13 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
 
 @inlined
 def mean_ring(c, at, y, d, old):
-    """Return (re, im) of dt (v- + v+) of four modes of the ring, see `work_rotor`."""
+    """Return (re, im) of dt (v- + v+) of four modes of the ring, see `work_rotor`.
+
+    v- and v+ are the velocities before and after the step's impulse.
+
+    y, d, old : (re, im) of the amplitudes; of their increments in this step, and in the
+        step before
+    """
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     br, bi = turn(er, ei, old[0], old[1])
     was, new = load(c, at + MEAN_OLD * FOUR), load(c, at + MEAN_NEW * FOUR)
@@ -107,7 +121,8 @@ def mean_ring(c, at, y, d, old):
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     """Complete a step like `end_rotor` for the ring; return y, d, loss, works, passing.
 
-    y, d : re, im; passing : re, im, rate at which the deformed ring passes the blades
+    y, d : (re, im) of the amplitudes, and of their increments in this step
+    passing : (re, im), rate at which the deformed ring passes the blades
     """
     if touched:
         cr, ci = push_ring(c, at, push)
@@ -123,7 +138,10 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Add a column's normal forces times `passing`, W, to the ring's fourth sum."""
+    """Add normal forces times `passing` at four slots, W, to the fourth part of sums.
+
+    push, passing : (re, im) of the multipliers' spectrum; see `end_ring`
+    """
     carried = fma(push[1], passing[1], load(sums, 3 * k + col))
     store(sums, 3 * k + col, fma(push[0], passing[0], carried))
 
@@ -131,7 +149,7 @@ def book_passing(sums, k, col, push, passing):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
                   slip):  # fmt: skip
-    """Implement `pass_rotor`, with or without a pending step and contact."""
+    """Implement `pass_rotor`: with a pending step if `ended`, contact if `touched`."""
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -160,7 +178,7 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
-    """Implement `pass_ring`, with or without a pending step and contact."""
+    """Implement `pass_ring`: with a pending step if `ended`, contact if `touched`."""
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -191,7 +209,10 @@ def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the rotor's pending step, if any, and predict; see `differences`."""
+    """Complete the rotor's pending step, if any; predict the next.
+
+    See `differences.pass_modes`.
+    """
 
 
 @does(pass_rotor, CyclicRotor)
@@ -210,7 +231,11 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
-    """Complete the ring's pending step, if any, and predict; see `differences`."""
+    """Complete the ring's pending step, if any; predict the next.
+
+    See `differences.pass_ring`; the fourth part of sums (4 k,) is that of
+    `book_passing`.
+    """
     now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[ENDED] == counter[STEP]:
         ring_columns(s, c, lam, filled, k, now, then, False, False, out, sums, slip)
@@ -222,9 +247,9 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy s_b, s_c to t_b, t_c with the pending step, if any, completed.
+    """Copy states s_b of the rotor, s_c of the ring to t_b, t_c; complete their step.
 
-    Its works and losses are added to sums_b and sums_c, J.
+    Works and losses of a step that is pending are added to sums_b and sums_c, J.
     """
 
 
@@ -245,7 +270,7 @@ def waiting(counter):
 
 @inlined
 def settle_rotor(s, t, c, lam, counter, sums):
-    """Copy the rotor to t with a pending step completed; add its works to sums."""
+    """Copy the rotor's state s to t, complete a pending step, add its works to sums."""
     ended, touched = waiting(counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
     now, then = places(counter, size)
@@ -267,7 +292,7 @@ def settle_rotor(s, t, c, lam, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, counter, sums):
-    """Copy the ring to t with a pending step completed; add its works to sums."""
+    """Copy the ring's state s to t, complete a pending step, add its works to sums."""
     ended, touched = waiting(counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
     now, then = places(counter, 2 * size)
@@ -293,7 +318,8 @@ def settle_ring(s, t, c, lam, counter, sums):
 def energy_of(s, c, place, increment, size):
     """Return the energy of `size` modes, J.
 
-    place, increment : first index in s of the amplitudes q, and of their increments d
+    place, increment : first index in s of the amplitudes, and of their increments in
+        the step that has ended
     """
     total = 0.0
     for m in range(size):
@@ -306,7 +332,10 @@ def energy_of(s, c, place, increment, size):
 
 @rare
 def energy_of_ring(t, c, now):
-    """Return the energy of the ring from its completed state, J."""
+    """Return the energy of the ring, J, from a state without pending step.
+
+    now : step number mod 2
+    """
     n = len(t) // RING_STATE
     at = 2 * n * (1 + now)
     return energy_of(t, c, n - n, at, n) + energy_of(t, c, n, at + n, n)
@@ -314,9 +343,9 @@ def energy_of_ring(t, c, now):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return (energy of the rotor, of the ring), J, at step n, from completed states.
+    """Return (energy of the rotor, of the ring), J, from states without pending step.
 
-    now : 0 or 1, which of the two increments in the state is d of step n
+    now : step number mod 2, by which the state has the increments of this step
     """
 
 

@@ -1,16 +1,17 @@
 """Kernel of any rotor in a round casing: real rotor modes, the ring in slots.
 
 In the frame of the blades the ring is the same at every angle, for any rotor: its
-harmonics are in slots as in `cyclic`, and W = W_rotor + W_ring is constant. The m modes
-of the rotor are real and not in slots; with gamma and sigma (N, m) the radial and
-tangential displacements of the tips with negative sign,
+harmonics are in slots (nodal diameters of the blades) as in `cyclic`, and the Delassus
+matrix W = W_rotor + W_ring is constant. The m modes of the rotor are real and not in
+slots; with gamma and sigma (N, m) the radial and tangential displacements of the tips
+with negative sign,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
 and the multipliers give the modal forces lambda gamma, and mu lambda sigma by friction.
 Modal forces are summed only over the blades in contact and, like those on the ring, act
-in the next pass. For `differences.pass_modes` each mode of the rotor is a column with
-one row, and its modal forces take the place of the spectrum of the multipliers.
+in the next pass. `differences.pass_modes` has one mode of the rotor where the cyclic
+kernel has those of a slot, and modal forces for the spectrum of the multipliers.
 """
 
 from __future__ import annotations
@@ -115,10 +116,11 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,), folded, m, to the tips' negative displacement, sum of gamma q.
+    """Set out (2 wide,), folded, m, to the tips' negative radial displacements.
 
-    q : (m,) or more, m % 8 == 0
-    gamma : (2 wide / 8, m, 8) flat, in groups of eight blades, read in this order
+    q : (m,) or more, amplitudes of the modes, m % 8 == 0
+    gamma : negative displacements of the tips for unit amplitudes, (2 wide / 8, m, 8)
+        flat, in groups of eight blades, read in this order
     """
     modes = len(gamma) // len(out)
     for v in range(0, len(out), EIGHT):
@@ -138,7 +140,10 @@ def read_tips(q, gamma, out):
 
 @inlined
 def close_gaps(tips, gaps, row):
-    """Add tips (2 wide,) to a row of gaps; return (least gap, largest |tip|), m."""
+    """Add tips (2 wide,) to a folded row of gaps; return (least gap, largest |tip|), m.
+
+    tips : the rotor's part of the gaps
+    """
     least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
     for v in range(0, len(tips), FOUR):
         tip = load(tips, v)
@@ -154,7 +159,10 @@ def close_gaps(tips, gaps, row):
 
 @inlined
 def to_modes(push, where, active, radial, tangential, lam):
-    """Set lam (2 m,) to modal forces: sums of push times radial, then tangential."""
+    """Set lam (2 m,) to the multipliers' modal forces: normal, then friction over mu.
+
+    push, where : multipliers of the blades where[:active]
+    """
     modes = len(lam) // 2
     for v in range(0, modes, EIGHT):
         a, b, c, d = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
@@ -186,7 +194,10 @@ def settle_general(c_b, c_c, state, copies):
 
 @inlined
 def tip_of(rows, blade, q, modes):
-    """Return the product of row `blade` of rows (N, modes), flat, and q[:modes]."""
+    """Return a blade's displacement, m: its row of `rows` times amplitudes q[:modes].
+
+    rows : (N, modes) flat, displacements for unit amplitudes
+    """
     at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
     for m in range(0, modes, EIGHT):
         even = fma(load(rows, at + m), load(q, m), even)
@@ -220,8 +231,9 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
 
-    slip_b : (2 m,), its second half has d' + d of the modes, on which friction does
-    work; slip_c : (2 k,), see `passes.slip_of`
+    slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on
+        which friction does work
+    slip_c : (2 k,), see `passes.slip_of`
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]

@@ -1,10 +1,10 @@
-"""The inverse of the active blades' part of W, updated as blades come and go.
+"""The inverse of the active blades' part of W, the Delassus matrix, and its updates.
 
 For a few blades the inverse is computed anew. For more, a blade that leaves or enters
 changes it by a product of a column and a row (bordering, Frobenius and Schur), which
 takes n^2 operations where an inversion takes n^3. Every bit of the inverse follows from
 `known` in the state: the present blades in order, and all changes since the inverse was
-last computed anew. A slice of a run begins by undoing and repeating these changes.
+last computed anew. Each call of a time loop first undoes and repeats these changes.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def place_of(j, blades, wide):
 
 @inlined
 def blade_at(i, blades, wide):
-    """Return the blade at place i of a folded row."""
+    """Return the blade at place i of a folded row, see `circulant.folded`."""
     half = i if i < wide else i - wide
     if 2 * half > blades or half == 0:
         return 0
@@ -74,13 +74,14 @@ def blade_at(i, blades, wide):
 
 @rare
 def remember(where, size, blades, wide, known, inverse, rows, stride):
-    """Invert the part of W of the blades where[:size], and start a new `known`.
+    """Invert the Delassus matrix of the blades where[:size]; start a new `known`.
 
     Parameters
     ----------
     known : out: these blades, their number, whether the inverse is accurate, no changes
     inverse : out: transpose of the inverse, flat, in rows of length `stride`
-    rows : (N, 2 wide) flat, m/N; row j is column j of W, folded, see `place_of`
+    rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W, folded,
+        see `place_of`
     """
     for r in range(size):
         known[r] = where[r]
@@ -129,7 +130,8 @@ def leave(p, blades, known, inverse, stride):
 def border(j, size, blades, wide, known, inverse, rows, stride, work):
     """Compute M b and c M; return c M b.
 
-    M is the kept inverse, b and c are column and row j of W at its blades.
+    M is the kept inverse, b and c are the entries of the Delassus matrix W that couple
+    its blades to blade j, in column j and in row j.
 
     work : (4 stride,), out: b, c, M b, c M, each followed by zeros
     """

@@ -2,7 +2,8 @@
 
 Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginning.
 The suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades, k
-slots, and `wide` columns of the transform to gaps, see `cyclic.widths`.
+slots (nodal diameters), and `wide` columns of the transform to gaps, see
+`cyclic.widths`.
 """
 
 from __future__ import annotations
@@ -148,7 +149,7 @@ class CyclicState(NamedTuple):
         `held` alone
     gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; in
         `whole` without the rotor's displacement, in `points` the clearances alone
-    sums_b : (6 k,), sums of the ledger by column, see `differences.pass_modes`; in
+    sums_b : (6 k,), works and losses by slot, see `differences.pass_modes`; in
         `general` (3 m,), in `whole` and `points` (3,), see `whole.push_waves`
     sums_c : (4 k,), the same for the ring; the fourth part is used by `flow`
     known : (N + 3 + CHANGES,), active blades of the last solution, see `ConstantSpace`

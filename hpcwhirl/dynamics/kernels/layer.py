@@ -1,11 +1,11 @@
 """Layer on the casing that wears: rods side by side, each over an equal angle.
 
-A tip presses all rods under its edge down to the same depth s below the unworn
-surface. A rod is pushed in by e = flex N, elastic, and wears by w. A step with force N
-beyond the limit L = limit + growth w wears it by soft (N - L). An abradable, plastic
-rod has soft = 1 / growth; by Archard's law L = 0 and soft is proportional to the
-sliding distance of a step. In both laws the force on a tip, the sum over its rods, is
-an increasing, piecewise linear function P(s): a compliance on the diagonal of the
+A tip presses all rods under its edge down to the same depth s below the unworn surface.
+A rod is pushed in elastically by e = flex N under the force N, and wears by w. A step
+with N beyond the limit L = limit + growth w wears it by soft (N - L). An abradable,
+plastic rod has soft = 1 / growth; by Archard's law L = 0 and soft is proportional to
+the sliding distance of a step. In both laws the force on a tip, the sum over its rods,
+is an increasing, piecewise linear function P(s): a compliance on the diagonal of the
 contact problem, solved implicitly with all tips at once by Newton's method.
 
 A tip that slides onto a higher rod pushes it down to where the tip is. The rotation
@@ -24,7 +24,7 @@ from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complement
 
 DEPTH, WORK, CUT = 0, 1, 2  # rows of the state, see `kernel_types.BodiesState`
 EQUAL = 1e-11  # tolerance of P(s) = multiplier, relative to the largest force
-ROUND = 1e-15  # relative round-off of s
+ROUND = 1e-15  # relative round-off of the depth s of a tip
 ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; steps after which they are halved
 
 
@@ -80,13 +80,17 @@ def highest(worn, first, under):
 
 @inlined
 def limit_of(layer, depth):
-    """Return the force beyond which a rod of this worn depth wears, N."""
+    """Return the force beyond which a rod with worn depth `depth`, m, wears, N."""
     return layer.limit + layer.growth * depth
 
 
 @inlined
 def rod_force(layer, softness, depth, sunk):
-    """Return the force of a rod, N, and its slope, N/m, under a tip `sunk` by s, m."""
+    """Return the force of a rod, N, and its derivative by `sunk`, N/m.
+
+    softness : m/N, wear of a step by force beyond a limit
+    depth, sunk : m, worn depth of the rod; depth of the tip below the unworn surface
+    """
     way = sunk - depth
     if way <= 0.0:
         return 0.0, 0.0
@@ -112,9 +116,11 @@ def tip_force(layer, softness, worn, first, sunk):
 @rare
 def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
           space, own):  # fmt: skip
-    """Solve lam = P(-g - W lam) for all tips at once.
+    """Solve lam = P(-g - W lam) for the multipliers lam of all tips at once.
 
-    Arguments not listed, and the result, are those of `contact.complementarity`.
+    P(s) is the force of the rods on a tip at the depth s, g are the gaps, W is the
+    Delassus matrix of both bodies. Arguments not listed, and the result, are those of
+    `contact.complementarity`.
 
     Parameters
     ----------
@@ -144,9 +150,10 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
 @rare
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
-    """Set row j of the problem linearised about s_j: s = lam / P' + `shifted` - g.
+    """Set row j of the problem linearised about the depth own.sunk[j] of tip j.
 
-    For a tip that touches none of its rods, P' is that of the highest rod alone.
+    Its depth is s = lam / (dP/ds) + own.shifted - g, P(s) the force of its rods. If it
+    touches none of them, dP/ds is that of the highest rod alone.
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
@@ -163,8 +170,9 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
     """Return whether the solution of the linearised problem satisfies lam = P(s).
 
-    If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else change
-    own.sunk towards that s, by `share` of the difference.
+    P(s) is the force of the rods on a tip at the depth s. If so, set own.sunk to the
+    solution's s and `opened` (N,) to -s, m; else change own.sunk towards that s, by
+    `share` of the difference.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):

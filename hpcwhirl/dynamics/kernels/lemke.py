@@ -1,13 +1,13 @@
 """Solution of the contact problem if more blades penetrate than the rank of W.
 
-Principal pivoting requires every principal part of W to be regular. A rigid disk has
-two modes for all its blades: in a casing of harmonics 0 and 1 the rank of W is 3, and
-the gaps of all penetrating blades cannot be closed exactly; few blades carry the load,
-the others are clear of the casing. Lemke's method finds which: starting from a variable
-that opens all gaps at once, it passes from one regular part of W to the next. It ends
-with a solution if there is one and x . W x >= 0 (Cottle, Pang and Stone, The Linear
-Complementarity Problem, 4.4), as for equal blades with friction. Multipliers may not be
-unique; then those found act on few blades. The gaps are unique.
+W is the Delassus matrix. Principal pivoting requires every principal part of W to be
+regular. A rigid disk has two modes for all its blades: in a casing of harmonics 0 and 1
+the rank of W is 3, and the gaps of all penetrating blades cannot be closed exactly; few
+blades carry the load, the others are clear of the casing. Lemke's method finds which:
+starting from a variable that opens all gaps at once, it passes from one regular part of
+W to the next. It ends with a solution if there is one and x . W x >= 0 (Cottle, Pang
+and Stone, The Linear Complementarity Problem, 4.4), as for equal blades with friction.
+Multipliers may not be unique; then those found act on few blades. The gaps are unique.
 
 Ties occur if several gaps close at once. So the gaps that govern the exchanges are
 perturbed by up to `APART` times the largest one; the solution is that of the true gaps.
@@ -53,7 +53,7 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange the variables of a row and a column of the table."""
+    """Exchange the variables of a row and a column of the table, see `set_out`."""
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
     for s in range(size + 1):
@@ -72,7 +72,10 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row whose variable reaches 0 first as a column's grows; -1: none."""
+    """Return the row of the table whose variable reaches 0 first; -1: none.
+
+    The variable of the given column grows, see `set_out`.
+    """
     found, least = -1, 0.0
     for r in range(size):
         slope = -space.small[r, column]
@@ -85,7 +88,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Pivot until z_0 belongs to a column, so that z_0 = 0; return success."""
+    """Pivot until z_0 of `set_out` heads a column, hence is 0; return success."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -110,7 +113,7 @@ def settle(gaps, lam, opened, space):
     """Close the gaps of the active blades, except those with negative multipliers.
 
     Set `lam`, N, and `opened`, m, (N,) each; return the number of blades that stay
-    active, or -1 if their part of W is singular.
+    active, or -1 if their part of the Delassus matrix is singular.
     """
     active, where, right = space.active, space.where, space.right
     for _ in range(len(gaps) + 1):

@@ -24,7 +24,10 @@ def accumulate(rows, values, out):
 
 @njit(cache=True)
 def modal_energy(values, increments, omega, step):
-    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J."""
+    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
+
+    values, increments : q_{n+1} and q_{n+1} - q_n = v dt of the modes' amplitudes q
+    """
     total = 0.0
     for m in range(len(values)):
         speed = increments[m] / step
@@ -52,7 +55,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Set `ahead` and `following` of each mode for a step without forces."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -63,7 +66,7 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add to `ahead` and `following` of each mode the increments by push * modal."""
+    """Add to motion.ahead and motion.following the increments by push * modal (m,)."""
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]
@@ -92,14 +95,17 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` (m,) to the modal forces of the multipliers."""
+    """Set motion.normal, motion.drag (m,) to modal normal forces, friction over mu."""
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
 
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d of each tip in contact along the rotation, m, to out (N,)."""
+    """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
+
+    It is the displacement along the rotation at step n + 1 less that at n - 1.
+    """
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
         if lam[j] > 0.0:
@@ -112,7 +118,7 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct d_{n+1} of each mode, `ahead`, by contact forces; enter their work."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):
@@ -125,7 +131,10 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, ModalBody)
 def accept(body, motion, _):
-    """Complete the step of each mode; its loss is 2 xi omega (d' + d)^2 / (4 dt)."""
+    """Complete the step of each mode; add its damping loss to motion.loss, J.
+
+    The loss is 2 xi omega (q_{n+1} - q_{n-1})^2 / (4 dt), xi the damping ratio.
+    """
     rate = body.rate
     q, d, loss, ahead, _, _, _ = motion
     for m in range(len(q)):
@@ -137,5 +146,5 @@ def accept(body, motion, _):
 
 @does(verbs.energy, ModalBody)
 def energy(body, values, increments, step):
-    """Return the energy, J, as a sum over the modes."""
+    """Return the energy of all modes, J, see `modal_energy`."""
     return modal_energy(values, increments, body.omega, step)

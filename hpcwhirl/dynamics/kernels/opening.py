@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.kernels.passes import (
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Note the largest |actual - solved| / (gap + |u| + |actual|) in the ledger.
+    """Raise ledger[MISS] to the largest |actual - solved| / (gap + |u| + |actual|).
 
     actual, solved, u : (N,) or more, m: gaps computed from the amplitudes, corrected
         gaps of the contact problem, displacements of the tips
@@ -42,8 +42,9 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Note the miss of folded gaps `again` (2 wide,), m, computed from the amplitudes.
+    """Raise ledger[MISS] to the error of the solved gaps of a step, like `note_miss`.
 
+    Both are folded: `again` (2 wide,), m, computed from the amplitudes, and `gaps`.
     Entries that repeat a blade are not compared, since pivoting does not correct them.
 
     reach : bound of the tips' displacements, m
@@ -60,7 +61,10 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 
 @rare
 def add_ring(t, c, k, spectrum):
-    """Add the ring's displacement in a completed state t to a spectrum (2 k,), m."""
+    """Add the ring's displacement in a state t to a spectrum (2 k,), m.
+
+    t, c : state without pending step; packed items of the modes, see `passes`
+    """
     size = len(t) // RING_STATE
     for m in range(size):
         psi = item(c, RADIAL, m)
@@ -71,8 +75,9 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Note the miss of completed states t_b, t_c of the cyclic kernel's bodies.
+    """Do what `note_miss_folded` does, for gaps computed from states t_b, t_c.
 
+    t_b, t_c : states of the cyclic kernel's bodies, without pending step
     reach : bound of the tips' displacements, m
     gaps, row : as in `note_miss_folded`
     spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps

@@ -5,6 +5,7 @@ row f holds the f-th mode of every slot (nodal diameter). A step of any mode is
 
 d' = keep d - pull q + give f,   q' = q + d',
 
+d = q_n - q_{n-1} and d' the increments in the last and in this step, f the modal force,
 with the coefficients of central differences or of the exact flow (`timestep`). The
 modes of the ring are integrated in the rotating frame, y = C e^{i h Omega t}, in which
 d and q are first multiplied by E = e^{i h Omega dt}.
@@ -49,9 +50,10 @@ from hpcwhirl.dynamics.kernels.vectors import (
 
 ROTOR_STATE, RING_STATE = 3, 6
 # items of a mode: keep, pull; damping loss over (d + d')^2; gamma; re and -im of give
-# (gamma + mu conj(sigma)); sigma; E of the ring, see this module
+# (gamma + mu conj(sigma)); sigma; E of the ring, see this module; gamma and sigma are
+# radial and tangential displacements, of tips with negative sign, see `cyclic`
 KEEP, PULL, RATE, RADIAL, NORMAL, ALONG, SR, SI, TURN_RE, TURN_IM = range(10)
-MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # factors of d, d', q' in dt (v- + v+)
+MEAN_OLD, MEAN_NEW, MEAN_PLACE = 10, 11, 12  # of d, d', q' in `both` of `work_rotor`
 LOSS_DD, LOSS_DQ, LOSS_QQ = 13, 14, 15  # of d'^2, d' q', q'^2 in a step's damping loss
 SPEED_D, SPEED_Q = 16, 17  # factors of d, q in the velocity
 DAMPING, SPIN = 18, 19  # xi; h Omega of the ring's turn, signed
@@ -95,16 +97,21 @@ def item(c, which, m):
 
 @inlined
 def places(counter, size):
-    """Return where d of this step and of the one before begin in a state (3 size,)."""
+    """Return where increments of this step and of the one before begin in a state.
+
+    The state (3 size,) has the amplitudes, then the increments of the last even step
+    and those of the last odd step.
+    """
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
 
 
 @inlined
 def push_rotor(c, at, push):
-    """Return the increment of both q and d of four modes that contact causes.
+    """Return what contact adds to amplitudes of four modes, and to their increments.
 
-    push : two vectors, the column's entries of Lambda as (re, im), and as (im, -re)
+    push : two vectors, entries of the multipliers' spectrum at the slots of these modes
+        as (re, im), and as (im, -re)
     """
     change = load(c, at + ALONG * FOUR) * push[1]
     return fma(load(c, at + NORMAL * FOUR), push[0], change)
@@ -112,9 +119,11 @@ def push_rotor(c, at, push):
 
 @inlined
 def push_ring(c, at, push):
-    """Return re and im of the increment of both y and d that contact causes.
+    """Return (re, im) of what contact adds to amplitudes of four modes of the ring.
 
-    push : two vectors, re and im of the column's entries of Lambda
+    It adds the same to their increments.
+
+    push : two vectors, re and im of the multipliers' spectrum at the slots of the modes
     """
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
     return fma(a, push[0], b * push[1]), fnma(b, push[0], a * push[1])
@@ -128,14 +137,21 @@ def turn(er, ei, re, im):
 
 @inlined
 def ahead_rotor(c, at, q, d):
-    """Return (q', d') of four modes after a step without forces."""
+    """Return amplitudes q' and increments d' = q' - q of four modes after a free step.
+
+    q, d : amplitudes, and their increments in the step before
+    """
     d = fnma(load(c, at + PULL * FOUR), q, load(c, at + KEEP * FOUR) * d)
     return q + d, d
 
 
 @inlined
 def ahead_ring(c, at, y, d):
-    """Return ((re, im) of y', (re, im) of d') of four modes after a free step."""
+    """Return amplitudes and increments of four modes of the ring after a free step.
+
+    y, d : (re, im) of the amplitudes, and of their increments in the step before; the
+        results are pairs like them
+    """
     er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
     keep, pull = load(c, at + KEEP * FOUR), load(c, at + PULL * FOUR)
     pr, pi = turn(er, ei, d[0], d[1])
@@ -149,7 +165,8 @@ def work_rotor(c, at, both, works):
     """Return `works`, three vectors, plus the contribution of four modes.
 
     both : dt (v- + v+), v- and v+ the velocities before and after the step's impulse
-    works : factors of Lambda in twice a step's work: normal; drag over mu, re and im
+    works : factors of the multipliers' spectrum in twice a step's work: normal; drag
+        over mu, re and im
     """
     normal, re, im = works
     normal = fma(load(c, at + RADIAL * FOUR), both, normal)
@@ -159,9 +176,11 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Add contributions like `work_rotor`, for the ring; br, bi : re, im of `both`.
+    """Return `works`, four vectors, plus the contribution of four modes of the ring.
 
-    works : four vectors, re and im for the normal force, re and im for the drag
+    br, bi : re and im of `both` as in `work_rotor`
+    works : as there, four vectors, re and im for the normal force, re and im for the
+        drag
     """
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
@@ -173,7 +192,10 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Add twice a column's works of normal forces and of drag over mu to sums, J."""
+    """Add twice the works of normal forces, of drag over mu, at four slots to sums, J.
+
+    push, works : as in `push_rotor` and `work_rotor`
+    """
     normal, re, im = works
     store(sums, col, fma(push[0], normal, load(sums, col)))
     drag = fma(push[1], im, load(sums, width + col))
@@ -182,7 +204,10 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store a column's two factors of drag, the last of `works`, in slip (2 size,)."""
+    """Store the factors of drag at four slots, the last two of `works`, in slip.
+
+    slip : (2 size,), see `slip_of`
+    """
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
 
@@ -191,9 +216,11 @@ def keep_slip(slip, size, col, works):
 def slip_of(slip_b, slip_c, k, spectrum):
     """Set spectrum (2 k,) to that of the slip, dt (v- + v+) of casing less tips, m.
 
-    slip_b : (4 k,), factors of Lambda, as (re, im) and as (im, -re), in the drag's work
-        on the rotor
-    slip_c : (2 k,), factors of re and im of Lambda in the drag's work on the ring
+    v- and v+ are tangential velocities before and after the step's impulse.
+
+    slip_b : (4 k,), factors of the multipliers' spectrum, as (re, im) and as (im, -re),
+        in the drag's work on the rotor
+    slip_c : (2 k,), factors of its re and im in the drag's work on the ring
     """
     for c in range(0, k, FOUR):
         real = load(slip_b, c) - load(slip_b, 3 * k + c)
@@ -204,7 +231,7 @@ def slip_of(slip_b, slip_c, k, spectrum):
 
 @inlined
 def book_ring(sums, k, col, push, works):
-    """Add works as `book_rotor`, for a column of the ring."""
+    """Add works like `book_rotor`, for the ring; push : as in `push_ring`."""
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
     store(sums, col, fma(push[0], normal_re, work))
@@ -245,7 +272,7 @@ def sum_of(values, first, last):
 def sums_of(sums_b, sums_c):
     """Return the works of normal forces and of drag over mu, and the damping loss, J.
 
-    sums_b, sums_c : sums of rotor and ring by column, see `differences.pass_modes`
+    sums_b, sums_c : sums of rotor and ring by slot, see `differences.pass_modes`
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
@@ -260,7 +287,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 
     push, lobe : N; (size,), modal load due to a unit force, static frame
     sign : -1 if the load's slot has the conjugate, else 1
-    angle : k Omega t, rad, from the static to the rotating frame
+    angle : rad, number of lobes times the rotor's angle
     counter : counters at the step that has been predicted
     """
     then, _ = places(counter, 2 * size)
@@ -302,7 +329,7 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return the sum of |re| + |im| of a spectrum (width,), a bound at every blade."""
+    """Return the sum of |re| + |im| of a spectrum (width,): a bound at every blade."""
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -344,7 +371,7 @@ def at_twelve(spectrum, wave, gap, k, wide, j):
 def unfold_four(parts, gaps, row, wide, j, least):
     """Store gaps of blades j .. j + 3 and N - j .. N - j - 3 in a folded row.
 
-    Return the elementwise minimum of these gaps and `least`; parts : even, odd.
+    Return the elementwise minimum of these gaps and `least`; parts : see `at_four`.
     """
     even, odd = parts
     here, there = even - odd, even + odd

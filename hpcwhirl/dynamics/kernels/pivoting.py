@@ -1,4 +1,7 @@
-"""Principal pivoting of 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0."""
+"""Principal pivoting of 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0.
+
+lam are the multipliers, g the gaps without contact, W the Delassus matrix.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,9 @@ def solve_dense(matrix, right, size):
 
 @part
 def solve_active(gaps, w, where, size, opened, small, right):
-    """Solve g + W lam = 0 on blades where[:size]; return whether their W is regular.
+    """Solve g + W lam = 0 on blades where[:size]; return whether W is regular.
+
+    Only the part of W of these blades counts.
 
     w, small : (N, N), W transposed, m/N; (N, N + 1), work space
     right : (N,), out: multipliers of these blades, N, in the order of `where`
@@ -119,8 +124,9 @@ def gather(active, where):
 def improve(gaps, size, lam, opened, attempt, largest, space):
     """Try the first `size` blades of `where` as the active ones.
 
-    Return 0 if this solves the problem, and set `lam`; -1 if their part of W is
-    singular; else exchange blades, and return how many violate complementarity.
+    Return 0 if this solves the problem, and set `lam`; -1 if their part of the Delassus
+    matrix is singular; else exchange blades, and return how many violate
+    complementarity.
     """
     _, w, _, small, right, active, where, _, _, _ = space
     if not solve_active(gaps, w, where, size, opened, small, right):

@@ -29,7 +29,7 @@ def turn_points(rows, q, ahead, near, spectra):
 
 @verb
 def read_every(rows, q, points, tips, spectra):
-    """Set tips (2 wide,), folded, to the part of all gaps due to waves, m.
+    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
 
     spectra : work space
     """
@@ -65,7 +65,7 @@ def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before
 
 @verb
 def push_points(rows, push, where, active, q, spectra):
-    """Add the change of the amplitudes q by the multipliers.
+    """Add to amplitudes q their change by multipliers push of points where[:active].
 
     spectra : in: as set by `book_points`
     """
@@ -73,14 +73,14 @@ def push_points(rows, push, where, active, q, spectra):
 
 @inlined
 def begin_moves(s, q, modes):
-    """Copy the amplitudes q, before any force acts, to the first entries of s."""
+    """Copy the amplitudes q[:modes], before any force acts, to s[:modes]."""
     for m in range(0, modes, FOUR):
         store(s, m, load(q, m))
 
 
 @inlined
 def clear_forces(s, modes):
-    """Set the forces, the last entries of s (width,), to 0."""
+    """Set the forces in s (width,), its entries from `modes` on, to 0."""
     for m in range(modes, len(s), FOUR):
         store(s, m, broadcast(0.0))
 

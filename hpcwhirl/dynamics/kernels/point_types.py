@@ -11,7 +11,8 @@ from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
 class PointRows(NamedTuple):
     """Coefficients between P contact points and m amplitudes, a row for each point.
 
-    `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse.
+    `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse. The
+    motion of the material from step n - 1 to n + 1 is d' + d, see `points`.
 
     Attributes
     ----------
@@ -30,11 +31,12 @@ class PointRows(NamedTuple):
 
 
 class SectorRows(NamedTuple):
-    """Coefficients as `PointRows`, for equal sectors: by slot, for a tip's n_c points.
+    """Coefficients like `PointRows` for equal sectors: by slot, for a tip's n_c points.
 
-    Each slot (nodal diameter) has `single` waves, and `pairs` pairs of waves. The waves
-    of a pair move the points with equal coefficients, so that only their sum is needed:
-    gaps are sums over `alike` = single + pairs rows, (rows, 2, k) flat, re and im.
+    k is the number of slots (nodal diameters), padded. Each slot has `single` waves,
+    and `pairs` pairs of waves. The waves of a pair move the points with equal
+    coefficients, so that only their sum is needed: gaps are sums over `alike` = single
+    + pairs rows, (rows, 2, k) flat, re and im; d' + d as in `PointRows`.
 
     Attributes
     ----------
@@ -77,11 +79,13 @@ class PointsRotor(NamedTuple):
 
     Attributes
     ----------
-    ahead, drift : (m,), re and im of z - 1; (m / 2,), as in `WholeRotor`
+    ahead, drift : as in `WholeRotor`: (m,), re and im of z - 1, z the factor of an
+        amplitude in a step; (m / 2,)
     rush : (P,), m/N, increase of the bound given by `drift` per unit multiplier
     rows : `PointRows` or `SectorRows`
     kick, kicked : (2, m), (2, width) flat, for unit cos and sin forces of the pulse:
-        change of amplitudes; rows that give d' + d of the displacement they work on
+        change of amplitudes; rows that give the motion over two steps, d' + d, on which
+        these forces do work
     radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
         of the points, and x_o, y_o, for unit amplitudes
     reach : (m / 2,), bound of any point's displacement for unit amplitudes
@@ -111,8 +115,8 @@ class PointsRotor(NamedTuple):
 class PointsContact(NamedTuple):
     """Contact of P points.
 
-    w, clear : (P, P), m/N, as in `GeneralContact`; (2 wide,), m, folded clearances of
-        the points beyond the gap
+    w, clear : (P, P), m/N, Delassus matrix as in `GeneralContact`; (2 wide,), m, folded
+        clearances of the points beyond the gap
     waves : (n, 2, 2 wide) flat, cos and sin of the n harmonics of the casing's shape at
         the points
     """

@@ -7,10 +7,11 @@ the amplitudes. Contact points replace blades in all arrays; W, of both bodies, 
 constant. The pulse on the casing is two further generalized forces, listed after those
 of the points.
 
-The motion of a point in a step, d' + d, is a row times s = (q, lambda, pulse), with the
-amplitudes q before any force acts. As a harmonic of the casing turns relative to the
-blades, the gap two steps before does not follow from d' + d, the displacement of the
-material, on which works depend. It follows from further coefficients, `before`.
+The motion of a point's material from step n - 1 to n + 1, d' + d, d' and d its last two
+increments, is a row times s = (q, lambda, pulse), q the amplitudes before any force. As
+a harmonic of the casing turns relative to the blades, the gap two steps before does not
+follow from d' + d, the displacement of the material, on which works depend. It follows
+from further coefficients, `before`.
 """
 
 from __future__ import annotations

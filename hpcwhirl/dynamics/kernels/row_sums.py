@@ -1,7 +1,8 @@
 """Sums of rows of a table, each row times a factor, for two or six vectors at a time.
 
 A fused multiply-add waits for the preceding one of the same sum: six sums at once keep
-both units of a core busy. The terms of a sum are added in the order of `which`.
+both units of a core busy. The terms of a sum are added in the order of the rows listed
+in the argument `which`.
 """
 
 from __future__ import annotations
@@ -38,7 +39,10 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return `two` vectors plus the sum in `add_six`, of 8 columns from v on."""
+    """Return `two` vectors plus the sum over s of factors[s] times row which[s].
+
+    Arguments are those of `add_six`; 8 columns are read, from v on.
+    """
     a, b = two
     for s in range(size):
         factor, at = broadcast(get(factors, s)), get(which, s) * stride + v

@@ -49,7 +49,10 @@ ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")  # changed by a jump
 
 @part
 def at_blade(spectrum, turns, j, width):
-    """Return a spectrum's value at blade j, Re sum_kappa G e^{2 pi i kappa j / N}."""
+    """Return the value of a spectrum G at blade j, Re sum_k G_k e^{2 pi i k j / N}.
+
+    spectrum : (width,), re, then im of G; turns : (N, width) flat, cos and -sin
+    """
     total = 0.0
     for i in range(width):
         total += spectrum[i] * turns[j * width + i]
@@ -58,7 +61,10 @@ def at_blade(spectrum, turns, j, width):
 
 @rare
 def read_tips(q, c, hub, turns, width, work, tips):
-    """Set rows 0 .. N - 1 of tips (N + 1, 2), m: radial, tangential displacement."""
+    """Set rows 0 .. N - 1 of tips (N + 1, 2), m: radial, tangential displacement.
+
+    q, c : amplitudes of cyclic modes, and their packed items, see `passes`
+    """
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
     for direction in range(2):
@@ -102,7 +108,7 @@ def along_of_modes(rotor, q, rows, k, out):
 
 @inlined
 def radial_bound(q, c, size, width):
-    """Return a bound of every tip's radial displacement, m."""
+    """Return a bound of every tip's radial displacement, m; q, c as in `read_tips`."""
     total = broadcast(0.0)
     for col in range(0, width, FOUR):
         spectrum = broadcast(0.0)
@@ -163,7 +169,7 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
     """Write a sample with a copy of the ledger, to which `works` are added.
 
-    works, loss : result of `column_sums`; J, energy that damping has taken
+    works, loss : result of `flow.column_sums` or its like; J, energy taken by damping
     """
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
@@ -187,7 +193,7 @@ def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
 
 
 def aside_space(state: CyclicState) -> CyclicState:
-    """Return a state with copies of the arrays `ASIDE`, which a jump changes."""
+    """Return a state with copies of those arrays that a jump changes, `ASIDE`."""
     own = {name: getattr(state, name).copy() for name in ASIDE}
     return state._replace(**own)
 

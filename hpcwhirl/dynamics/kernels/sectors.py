@@ -41,7 +41,7 @@ from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 
 @inlined
 def slots_of(rows):
-    """Return k, the number of slots."""
+    """Return k, the number of slots: nodal diameters 0 .. N // 2, padded."""
     return len(rows.move) // (2 * (rows.single + rows.pairs))
 
 
@@ -83,7 +83,7 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to single waves and sums of pairs."""
+    """Set the first (alike, 2, k) of `spectra` to amplitudes, those of pairs added."""
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -120,9 +120,10 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to d' + d of single waves and pairs.
+    """Set the first (alike, 2, k) of `spectra` to motions of waves over two steps.
 
-    The two waves of a pair have conjugate factors.
+    A motion, from step n - 1 to n + 1, is the amplitude times `SectorRows.move`. The
+    two motions of a pair are added; their factors are conjugates.
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -180,9 +181,10 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set spectra of d' + d of point p of all tips; add the forces' change of waves.
+    """Set spectra of the motion of point p of all tips; add forces' change of waves.
 
-    For pairs, coefficients of forces are the conjugates of those of the motion.
+    The motion is that by the waves, from step n - 1 to n + 1. For pairs, coefficients
+    of forces are the conjugates of those of the motion.
 
     Parameters
     ----------
@@ -221,7 +223,7 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return the values at blades 4 g .. 4 g + 3 of the spectrum in spectra at `at`."""
+    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`."""
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
     for c in range(0, 2 * k, FOUR):
@@ -235,7 +237,7 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at a blade of the spectrum in `spectra` from `at` on."""
+    """Return the value at a blade of the spectrum that begins at `at` in `spectra`."""
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
         even = fma(load(turns, row + c), load(spectra, at + c), even)
@@ -245,9 +247,9 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set folded tips, m, of point p of blades 4 g .. 4 g + 3, by the spectrum at `at`.
+    """Set folded tips, m, of point p of blades 4 g .. 4 g + 3, by a spectrum.
 
-    spectra[-4:] is work space.
+    The spectrum begins at `at` in `spectra`, of which the last four are work space.
     """
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
@@ -271,9 +273,10 @@ def read_every_sector(rows, q, points, tips, spectra):
 
 @inlined
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
-    """Set tips and gaps of point j, and of the like points of its group of blades.
+    """Set tips and gaps of point j, and of the same point of neighbouring blades.
 
-    Return the lowest of these gaps, m; infinity if they were set before.
+    These are the blades of its group of four. Return the lowest of these gaps, m;
+    infinity if they were set before.
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -337,10 +340,9 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return the displacement, m, by all forces: their product with a row of `table`.
+    """Return the motion over two steps, m, by all forces: a row of `table` times these.
 
-    at : index in `table` at which the row begins
-
+    at : index at which the row begins in `table`, `SectorRows.opens` or `slides`
     spare : from entry modes + points on, the cos and sin forces of the pulse
     """
     total = table[at + points] * spare[modes + points]
@@ -352,7 +354,7 @@ def by_forces(table, at, push, where, active, spare, modes, points):
 
 @inlined
 def turn_back(rows, push, where, active, k, spectra):
-    """Set the spectra of the multipliers, and the flags of points with multipliers."""
+    """Set the multipliers' spectra in `spectra`, and the flags of points in contact."""
     first, flags = layout(rows)
     lam = first + 4 * k * rows.each
     for m in range(lam, flags, FOUR):

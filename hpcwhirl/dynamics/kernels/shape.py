@@ -23,8 +23,9 @@ def is_shaped(wall):
 def faded(wall, r, time):
     """Return the amplitudes (a, b), m, of the r-th harmonic of a casing's shape.
 
-    They grow as e^{sigma t} and are faded in over the rise, if there is one. Without a
-    rise, a time below 0 gives the same function, continued backward.
+    They grow as e^{sigma t}, sigma = wall.growth[r], and are faded in over the time
+    wall.rise[r], if that is not 0. Without it, a time below 0 gives the same function,
+    continued backward.
     """
     grown, ramp = 1.0, 1.0
     if wall.growth[r] != 0.0:
@@ -75,7 +76,7 @@ def carried_by_shape(push, where, active, blades, wall, speed, time, step):
 
 @part
 def write_shape(wall, time, speed, spectrum):
-    """Add the shape at `time`, m, to the spectrum (2 k,) of the gaps."""
+    """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps."""
     turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
     for r in range(len(wall.orders)):
         angle = wall.orders[r] * turned
@@ -87,7 +88,7 @@ def write_shape(wall, time, speed, spectrum):
 
 @rare
 def write_rates(wall, time, speed, spectrum):
-    """Add the rate of a shape that has faded in to the spectrum (2 k,), m/s.
+    """Add the rate of a casing's shape, fully faded in, to the spectrum (2 k,), m/s.
 
     Return a bound of the second derivative at every blade, m/s^2.
     """

@@ -1,6 +1,7 @@
 """Central differences without transforming gaps in steps in which none can close.
 
-A gap is the clearance plus Re sum_kappa G_kappa e^{2 pi i kappa j / N}. So it changes
+A gap is the clearance plus Re sum_kappa G_kappa e^{2 pi i kappa j / N}, G the spectrum
+of the gaps, kappa the nodal diameter (slot), j the blade, see `cyclic`. So it changes
 by at most the change of the clearance plus the sum of |change| over the real and
 imaginary parts of all slots. While that is below the lowest gap of the last step that
 was transformed, no blade touches. Gaps of a skipped step that are needed later (two
@@ -48,7 +49,7 @@ def moved(spectrum, seen, width, row):
 
 @inlined
 def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
-    """Transform a spectrum as `to_gaps` if a gap might close; return the lowest gap, m.
+    """Transform a spectrum like `to_gaps` if a gap might close; return the lowest, m.
 
     If the spectrum has changed too little for a gap to close, the step is skipped: its
     gaps are not computed, and 1 is returned.
@@ -77,7 +78,10 @@ def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
 
 @rare
 def catch_up(wave, k, wide, gaps, row, seen, skipped):
-    """Transform the gaps of a row, if its step was skipped."""
+    """Compute the gaps of a step, if that was skipped.
+
+    row : step number mod 3, by which the state has its gaps
+    """
     if skipped[row] == 1:
         skipped[row] = 0
         spectrum = seen[row * 2 * k : (row + 1) * 2 * k]

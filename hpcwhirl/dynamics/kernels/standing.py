@@ -11,9 +11,9 @@ k_d and c_d as in `reduction.supports`, v = (z_{n+1} - z_{n-1}) / 2 dt of the st
 without contact. The contribution of f to v is included, by solving two equations; that
 of contact in the same step is not.
 
-The matrices of y include the damping c_0 of a squeeze film (`reduction.supports`),
-and the circle z_s of an unbalanced rotor is in equilibrium with the film. The rest of
-its force, at z = z_s + y, is
+The matrices of y, the motion that contact causes, include the damping c_0 of a squeeze
+film (`reduction.supports`), and the circle z_s of an unbalanced rotor is in equilibrium
+with the film. The rest of its force, at z = z_s + y, is
 
 f = -(c_m - c_0) v - c_d (z/c)^2 conj(v) - i Omega [(c_t - c_0) z - (c_t - c_0)_s z_s],
 
@@ -45,7 +45,7 @@ def at_centre(hub, values):
 
 @njit(cache=True)
 def film_at(place, clearance):
-    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film.
+    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film's damping, see this module.
 
     place, clearance : z and c, m, complex displacement of the centre and clearance
     """
@@ -59,7 +59,7 @@ def film_at(place, clearance):
 def answer(give, held, moving, even, drift):
     """Return the complex force f, N, that solves f = -held - even u - drift conj(u).
 
-    held, even, drift : force at u = 0, N; damping, N s/m, real and complex
+    held, even, drift : -f at u = 0, N, complex; damping, N s/m, real and complex
     moving : m/s, velocity of the centre without f; with f it is u = moving + W f
     give : (2, 2), W, change of the centre's velocity by a unit force, m/(N s)
     """
@@ -76,7 +76,10 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports at the centre; add its effect to d' and q'."""
+    """Set force (2,), N, of supports at the centre; add the increments due to it.
+
+    They are added to motion.ahead and motion.following.
+    """
     own = body.stand
     if len(own.hub) == 0:
         return

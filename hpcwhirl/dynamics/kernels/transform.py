@@ -49,7 +49,7 @@ def products(blades: int, span: int) -> float:
 
 
 def span_of(blades: int) -> int:
-    """Return b, blades of the first stage; 0 if two stages would save too little."""
+    """Return b of a split N = a b, or 0 if two stages would save too little."""
     best, least = 0, WORTH * products(blades, 0)
     for b in range(2, blades // 2):
         half = blades // b // 2 + 1
@@ -63,7 +63,10 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add re cos, im sin, re sin, im cos of slot c at blades v .. v + 3 to `sums`."""
+    """Add re cos, im sin, re sin, im cos at blades v .. v + 3 to `sums`.
+
+    re, im are those of slot c, cos and sin those of 2 pi c v / N.
+    """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
     re_cos, im_sin, re_sin, im_cos = sums
@@ -73,10 +76,10 @@ def add_term(spectrum, wave, k, wide, c, v, sums):
 
 @inlined
 def both_terms(spectrum, wave, k, wide, r, a, v):
-    """Return term r of the first stage, even and odd part, at blades v .. v + 3.
+    """Return term r of the first stage, its parts even and odd in s, at v .. v + 3.
 
-    It is the sum over slots r, r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they
-    are 0.
+    See this module for r, s and v of blades b s + v. The term is the sum over slots r,
+    r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they are 0.
     """
     zero, back = broadcast(0.0), a - r
     here = there = zero, zero, zero, zero
@@ -95,9 +98,14 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Return (even, odd) of the gaps for s, s + 1 and s + 2, in the second stage.
+    """Return three pairs (even, odd): sums over r for s, s + 1 and s + 2.
 
-    work : (even, odd) of each term r, results of the first stage
+    This is the second stage, see this module: `even`, to which `gap` is added, sums
+    cos(2 pi r s / a) times the even part of term r, `odd` sums the sine times the odd
+    part. Then even - odd are the gaps of blades b s + v, even + odd those of b (a - s)
+    + v. In `to_slots` r and s change places, and even - i odd is term r.
+
+    work : even and odd part of each of the `half` terms, four numbers each
     """
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
@@ -139,9 +147,11 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store gaps of blades b s + v .. and b (a - s) + v .. in a folded row.
+    """Store gaps of blades b s + v .. and b (a - s) + v .. in a folded row, N = a b.
 
-    Return the elementwise minimum of these gaps and `least`; parts : even, odd.
+    Return the elementwise minimum of these gaps and `least`.
+
+    parts : (even, odd) for s, see `three_blades`
     """
     even, odd = parts
     a, here, there = blades // b, even - odd, even + odd
@@ -155,7 +165,10 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform as `passes.to_gaps`, in two stages; return four numbers, the lowest."""
+    """Transform like `passes.to_gaps`, in two stages; return four numbers.
+
+    The least of them is the lowest gap, or the clearance if that is lower.
+    """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
     a = blades // b
@@ -186,7 +199,7 @@ def lay_out(factors, which, size, blades, spread):
 
 @inlined
 def fold_blades(spread, a, b, v, half, work):
-    """Set work to parts of `spread`, even and odd in s, at b s + v .. b s + v + 3."""
+    """Set work to parts even and odd in s of `spread` at b s + v to b s + v + 3."""
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
         if 0 < s < a - s:
@@ -198,7 +211,10 @@ def fold_blades(spread, a, b, v, half, work):
 
 @inlined
 def slot_of(stages, wave, k, wide, b, c, r, sign):
-    """Return (re, im) of slot c from term r of `stages`, conjugated if sign is -1."""
+    """Return (re, im) of slot c from term r in `stages`, conjugated if sign is -1.
+
+    stages : re and im of each term r, at the b blades v, see `to_slots`
+    """
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):
         cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)

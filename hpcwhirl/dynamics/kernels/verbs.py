@@ -23,8 +23,8 @@ class Motion(NamedTuple):
 
     Attributes
     ----------
-    q, d, loss : arrays of the state: q_n, q_n - q_{n-1}, damping losses so far, J
-    ahead, following : d_{n+1} and q_{n+1}
+    q, d, loss : arrays of the state: q_n, d_n = q_n - q_{n-1}, damping losses so far, J
+    ahead, following : increments d_{n+1} = q_{n+1} - q_n, and q_{n+1}
     normal, drag : forces of the multipliers: normal; of friction, over mu
     """
 
@@ -51,17 +51,17 @@ def does(verb: Function, kind: type) -> Callable[[Function], Function]:
 
 
 def predict(body, motion):
-    """Set `ahead` and `following`, d' and q', for a step without forces."""
+    """Set increments motion.ahead, amplitudes motion.following of a free step."""
     raise NotImplementedError
 
 
 def load(body, motion, push, modal):
-    """Add to `ahead` and `following` the increments by the load push * modal (n,)."""
+    """Add to motion.ahead and .following the increments by a load push * modal (n,)."""
     raise NotImplementedError
 
 
 def stand(body, motion, time, force):
-    """Add to `ahead` and `following` increments by forces beyond constant matrices.
+    """Add to motion.ahead and .following increments by forces beyond constant matrices.
 
     force : (2,), out: N, that of the supports at the centre, if they have one
     """
@@ -79,12 +79,12 @@ def yielded(body, motion, force, ledger):
 
 
 def read(body, values, out):
-    """Set out (r,) to the radial coordinates for amplitudes (n,)."""
+    """Set out (r,), m, to the radial displacements for amplitudes `values` (n,)."""
     raise NotImplementedError
 
 
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial and tangential displacements; last x_o, y_o.
+    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row x_o, y_o.
 
     radial : result of `read`
     """
@@ -92,7 +92,7 @@ def read_tips(body, values, radial, tips):
 
 
 def collect(body, motion, lam, index, shape):
-    """Set `normal` and `drag` from the multipliers lam (N,), N, of all tips.
+    """Set motion.normal and motion.drag from the multipliers lam (N,), N, of all tips.
 
     index, shape : (N, w), coordinates on which each tip acts, and their weights
     """
@@ -100,7 +100,9 @@ def collect(body, motion, lam, index, shape):
 
 
 def slide(body, motion, lam, index, shape, out):
-    """Add d' + d along the rotation, m, at each tip with lam > 0, to out (N,).
+    """Add to out (N,) the tangential motion, m, of tips with lam > 0 over two steps.
+
+    It is the displacement along the rotation at step n + 1 less that at n - 1.
 
     index, shape : as in `collect`
     """
@@ -108,14 +110,14 @@ def slide(body, motion, lam, index, shape, out):
 
 
 def meet(body, motion, mu, ledger):
-    """Correct `ahead` by the forces of contact; enter their work in the ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
     raise NotImplementedError
 
 
 def accept(body, motion, step):
-    """Set q and d to those after the step; add the damping loss to `loss`.
+    """Set motion.q and motion.d to those after the step; add the damping loss.
 
-    The loss is (d' + d)^T D (d' + d) / (4 dt), J.
+    motion.loss grows by b^T D b / (4 dt), J, b = q_{n+1} - q_{n-1}, D of damping.
     """
     raise NotImplementedError
 
@@ -132,5 +134,8 @@ def note_beside(body, motion, step, row):
 
 
 def energy(body, values, increments, step):
-    """Return 1/2 v^T M v + 1/2 q_n^T K q_{n+1} at n + 1/2, J."""
+    """Return 1/2 v^T M v + 1/2 q_n^T K q_{n+1} at n + 1/2, J.
+
+    values, increments : (n,), q_{n+1} and q_{n+1} - q_n = v dt
+    """
     raise NotImplementedError

@@ -10,7 +10,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 
 
 class CyclicRotor(NamedTuple):
-    """A rotor's modes, `rows` for each of k slots; size = 2 k rows.
+    """A rotor's modes, `rows` for each of k slots (nodal diameters); size = 2 k rows.
 
     items : (ITEMS size,), coefficients of the modes, packed, see `passes`
     hub : (2, size), x_o and y_o for unit amplitudes
@@ -21,7 +21,7 @@ class CyclicRotor(NamedTuple):
 
 
 class WaveRotor(NamedTuple):
-    """A rotor as waves, `rows` for each of k slots, see `waves`.
+    """A rotor as waves, `rows` for each of k slots (nodal diameters), see `waves`.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class WaveRotor(NamedTuple):
 
 
 class CyclicCasing(NamedTuple):
-    """A casing's modes in slots.
+    """A casing's modes in slots, one for each nodal diameter.
 
     items : (ITEMS ring_size,), coefficients of the modes, packed, see `passes`
     sign : -1 if the slot of the load's harmonic has its conjugate, else 1, see
@@ -55,7 +55,8 @@ class CyclicCasing(NamedTuple):
 class CyclicContact(NamedTuple):
     """Contact of equal sectors.
 
-    column : (N,), m/N, column 0 of W: opening of gaps by a unit multiplier on blade 0
+    column : (N,), m/N, column 0 of the Delassus matrix W: opening of gaps by a unit
+        multiplier on blade 0
     turns : (N, 2 k) flat, transform from multipliers to their spectrum
     wave : transform from a spectrum to gaps, see `passes.to_gaps`
     flight : `Flight` of the exact scheme, else empty
@@ -74,7 +75,7 @@ class GeneralRotor(NamedTuple):
 
     Attributes
     ----------
-    items : (ITEMS m,), coefficients of the modes, each a column of `passes`
+    items : (ITEMS m,), coefficients of the modes, packed, see `passes`
     read : (2 wide / 8, m, 8) flat, radial, of tips in folded order, in groups of eight
     radial, tangential : (N, m) flat, displacements of the tips
     hub : (2, m) flat, x_o, y_o
@@ -103,12 +104,13 @@ class WholeRotor(NamedTuple):
     radial, tangential, hub : as in `GeneralRotor`
     reach : (m,), displacement of the tip that each amplitude moves most
     push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
-    opens, slides : (N, m + padded) flat, d' + d of a tip's radial and of its tangential
-        displacement: factors of amplitudes after a step without contact, of multipliers
+    opens, slides : (N, m + padded) flat, change of a tip's radial and of its tangential
+        displacement from step n - 1 to n + 1: factors of amplitudes after a step
+        without contact, and of multipliers
     ring : (N, 2 wide) flat, m/N: part of the ring in the change of gaps, folded, due to
         a unit multiplier on each blade
-    form : energy q^T form q, J: upper triangle by rows, each beginning at a multiple of
-        4
+    form : energy q^T form q, J, of the amplitudes q: upper triangle by rows, each
+        beginning at a multiple of 4
     """
 
     ahead: Floats
@@ -133,14 +135,16 @@ class UncoupledRotor(NamedTuple):
 
     Attributes
     ----------
-    ahead : (2 m,), re and im of z - 1
+    ahead : (2 m,), re and im of z - 1, z the factor of an amplitude in a step
     drift, reach : (m,), as in `WholeRotor`
     read, radial, tangential, hub : (N, m) flat, (2, m) flat, for unit real parts
     push : (N, m) flat, modal forces of a unit multiplier and its friction
     gives : (2 m,), increments of re and im by a unit modal force
-    moves : (2 m,), d' + d for unit re and im after a step without contact
-    opens, slides : (N, m + padded) flat, d' + d of a tip, radial and tangential:
-        factors of d' + d of the modes without contact, and of multipliers
+    moves : (2 m,), change of a mode from step n - 1 to n + 1 without contact, for unit
+        re and im at step n + 1
+    opens, slides : (N, m + padded) flat, change of a tip from step n - 1 to n + 1,
+        radial and tangential: factors of that of the modes without contact, and of
+        multipliers
     form : (3 m,), J, coefficients of re^2, 2 re im and im^2 in the energy
     """
 
@@ -163,7 +167,8 @@ class UncoupledRotor(NamedTuple):
 class GeneralContact(NamedTuple):
     """Contact of a rotor of unequal sectors.
 
-    w : (N, N), m/N, column j: opening of all gaps by a unit multiplier on blade j
+    w : (N, N), m/N, Delassus matrix; column j: opening of all gaps by a unit multiplier
+        on blade j
     turns, wave : as in `CyclicContact`
     """
 
@@ -178,7 +183,7 @@ class GeneralSpace(NamedTuple):
     Attributes
     ----------
     spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
-        d' + d, later the modal forces
+        their change from step n - 1 to n + 1, later the modal forces
     spectrum : (2 k,), spectrum of the gaps, without the rotor's part
     slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
     before : (N,), m, gaps of the active blades at step n - 1
@@ -189,7 +194,7 @@ class GeneralSpace(NamedTuple):
     tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     opened : (2 wide,), for waves: gaps, or lower bounds of those not computed, m
-    filled : (k / 4,), rows of the ring, see `passes.filled_rows`
+    filled : (k / 4,), numbers of the ring's rows, see `passes.filled_rows`
     """
 
     spare: Floats
@@ -236,7 +241,11 @@ class SampleSpace(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Numbers of blades N, rows of rotor and of ring, slots k and columns `wide`."""
+    """Numbers of blades N, rows of modes of rotor and of ring, slots k, columns `wide`.
+
+    A slot is a nodal diameter, for which row f has the f-th mode; `wide` as in
+    `cyclic.widths`.
+    """
 
     blades: int
     rows: int
@@ -285,7 +294,8 @@ class Flight(NamedTuple):
     certifiable : whether a certificate is possible
     counts : (P,), number of steps of each tabulated jump; the last one is the number
         between rows of evidence
-    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients
+    jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients of
+        these jumps, for rotor and ring
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
         the bounds; those of a rotor's waves are defined in `waves`
     """

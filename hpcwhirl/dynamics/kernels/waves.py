@@ -1,10 +1,10 @@
 """The cyclic kernel for a rotor as waves, forward and backward ones separate.
 
 Rotation couples the modes of a nodal diameter but not its waves (see
-`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces gives
-a' = z a, and contact forces add beta Lambda, with Lambda the spectrum of the
-multipliers. A step is pending until the next pass applies its contact forces, as in
-`passes`; ring, transform and contact are those of `cyclic`.
+`dynamics.turning_waves`). A wave has a complex amplitude a: a step without forces makes
+it z a, and contact forces add beta Lambda, with Lambda the spectrum of the multipliers.
+A step is pending until the next pass applies its contact forces, as in `passes`; ring,
+transform and contact are those of `cyclic`.
 
 Amplitudes are sorted in rows: row f holds one wave of every slot, re then im. For
 central differences they are followed by the spectra of the gaps of the last three
@@ -59,17 +59,18 @@ from hpcwhirl.dynamics.kernels.vectors import (
 )
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 
-# items of a wave: z - 1; gap per unit amplitude; beta; d' + d of the tip along the
-# casing after a step without forces, with negative sign; factors of Lambda in what it
-# adds to energy and loss
+# items of a wave: z - 1; gap per unit amplitude; beta; motion of the tip along the
+# casing over two steps, d' + d, after a step without forces, with negative sign;
+# factors of Lambda in what it adds to energy and loss
 AHEAD_RE, AHEAD_IM, RADIAL, PUSH_RE, PUSH_IM = range(5)
 RATE_RE, RATE_IM, WORK_RE, WORK_IM = range(5, 9)
 ITEMS = 9
-# items of a slot, for a unit Lambda: change of the gap; of d' + d along the casing;
-# energy and loss added
+# items of a slot, for a unit Lambda: change of the gap; of that motion along the
+# casing; energy and loss added
 OPENS_RE, OPENS_IM, SLIDES_RE, SLIDES_IM, ADDS = range(5)
 FIXED = 5
-# further items of the exact flow: dt (v- + v+) of the gap, by waves, by a unit Lambda
+# further items of the exact flow: dt (v- + v+) of the gap, v- and v+ its rates before
+# and after an impulse, by waves, by a unit Lambda
 NEARS_RE, NEARS_IM = ITEMS, ITEMS + 1
 FLOW_ITEMS, FLOW_FIXED = ITEMS + 2, FIXED + 2
 SEEN = 3  # steps whose spectra of gaps the state has, for central differences
@@ -82,7 +83,10 @@ BOUND_ITEMS = 4
 
 @inlined
 def times(c, at, which, re, im, total):
-    """Return total + c (re + i im); re and im of c are items `which`, `which` + 1."""
+    """Return total + c (re + i im); re and im of c are items `which` and `which` + 1.
+
+    c, at : packed items of all waves, and where those of the four waves begin
+    """
     a, b = load(c, at + which * FOUR), load(c, at + (which + 1) * FOUR)
     real = fnma(b, im, fma(a, re, total[0]))
     return real, fma(b, re, fma(a, im, total[1]))
@@ -90,7 +94,7 @@ def times(c, at, which, re, im, total):
 
 @inlined
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
-    """Implement `pass_waves`, with or without contact.
+    """Implement `pass_waves`, for a pending step with contact if `touched`.
 
     seen : first indices in s of the gaps' spectra of the pending step, of the step two
         before, and of the predicted step; the last two coincide
@@ -128,7 +132,7 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add a column's works to sums; return (re, im) of the drag, see `passes.slip_of`.
+    """Add works at four slots to sums; return factors of drag, see `passes.slip_of`.
 
     For central differences, also complete the spectrum of the pending step.
     """
@@ -158,7 +162,7 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return where spectra of gaps begin in the state, see `seen` in `columns`."""
+    """Return where three spectra of gaps begin in the state: `seen` in `columns`."""
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -175,7 +179,7 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
         flow (2 k rows,)
     lam : re and im of the multipliers' spectrum in its first 2 k
     counter : counters of the pending step
-    exact : whether by the exact flow
+    exact : whether the step is that of the exact flow
     out : (2 k,), out: spectrum of the gaps
     sums : (3 k,), J: twice the work of normal forces, twice that of drag over mu, and
         the energy and loss that contact forces have added
@@ -198,13 +202,13 @@ def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
 @does(flow.pass_rotor, WaveRotor)
 @inlined
 def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the pending step of the exact flow, if it has contact, and predict."""
+    """Complete a pending step of the exact flow that has contact; predict the next."""
     pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
 
 @rare
 def settle_waves(rotor, s, t, lam, counter, exact, sums):
-    """Copy the rotor to t with its pending step completed; add its works to sums."""
+    """Copy the rotor's state s to t, complete a pending step, add its works to sums."""
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
         return
@@ -246,7 +250,7 @@ def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @rare
 def energy_of_waves(rotor, t):
-    """Return Jacobi's energy of a rotor's completed state t, J."""
+    """Return Jacobi's energy, J, of a rotor's state t without pending step."""
     hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
@@ -283,7 +287,7 @@ def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
 @does(bound_rotor, WaveRotor)
 @kernel
 def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
-    """Implement `flight.bound_rotor` for waves a e^{s t}, see `flights`."""
+    """Implement `flight.bound_rotor` for waves, whose bounds `flights` explains."""
     bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
     for col in range(0, k, FOUR):
         rate_re, rate_im = broadcast(0.0), broadcast(0.0)
@@ -302,7 +306,10 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 @does(jump_rotor, WaveRotor)
 @part
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
-    """Implement `flight.jump_rotor` for waves: a' = z^n a, without a loss to enter."""
+    """Implement `flight.jump_rotor` for waves, of which no loss is entered.
+
+    A jump over n steps multiplies an amplitude by z^n, z its factor in a step.
+    """
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -346,7 +353,10 @@ def along_of_waves(rotor, q, rows, k, out):
 
 @part
 def read_tips(spectrum, turns, direction, tips):
-    """Set column `direction` of tips (N + 1, 2) from the spectrum of its negatives."""
+    """Set column `direction` of tips (N + 1, 2), m, from a spectrum.
+
+    spectrum : (2 k,), that of the negative displacements
+    """
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
 

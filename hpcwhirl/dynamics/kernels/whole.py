@@ -1,10 +1,10 @@
 """A rotor of unequal sectors as waves, in `general`'s loop.
 
-Each wave of the whole rotor has a complex amplitude that a step turns, a' = z a. Their
+Each wave of the whole rotor has a complex amplitude a that a step turns into z a. Their
 real and imaginary parts are real amplitudes q (m,), re then im, from which tips follow
 as from modes. The multipliers lambda act at once: q += beta lambda. They follow q in
-the state, s = (q, lambda), so that d' + d of a tip in a step with contact is a row of
-coefficients times s, see `dynamics.whole_waves`.
+the state, s = (q, lambda), so that the change of a tip's displacement from step n - 1
+to n + 1, d' + d, is a row of coefficients times s, see `dynamics.whole_waves`.
 
 Without rotation a wave is a mode, whose displacement is its real part: rows for tips
 and forces have half the length (`dynamics.mode_waves`). Only `push_waves` and
@@ -76,7 +76,10 @@ HELD = 4  # rows of the state's array `held`, see `push_waves`
 
 @inlined
 def turn_four(q, ahead, half, m):
-    """Multiply four amplitudes by z, as a step does; return their new re and im."""
+    """Multiply four amplitudes by z, as a free step does; return their new re and im.
+
+    ahead : (2 half,), z - 1, re, then im, like q; m : the first of the four
+    """
     (re, im), (a, b) = load_both(q, half, m), load_both(ahead, half, m)
     re, im = fnma(b, im, fma(a, re, re)), fma(b, re, fma(a, im, im))
     store_both(q, half, m, (re, im))
@@ -85,7 +88,10 @@ def turn_four(q, ahead, half, m):
 
 @inlined
 def turn_waves(q, ahead):
-    """Take a step without forces, a' = z a; q : (m,) or more, ahead : (m,), z - 1."""
+    """Take a step without forces, which multiplies amplitudes by z.
+
+    q, ahead : (m,) or more, amplitudes; (m,), z - 1; re, then im
+    """
     half = len(ahead) // 2
     for m in range(0, half, FOUR):
         turn_four(q, ahead, half, m)
@@ -93,7 +99,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds in tips (2 wide,) by `drift`, m; then do as `open_whole`."""
+    """Lower the bounds in tips (2 wide,) by `drift`, m; then call `open_whole`."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -101,7 +107,10 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to a row of gaps plus tips; return the lowest sum, m."""
+    """Set whole (2 wide,) to gaps plus tips, folded; return the lowest sum, m.
+
+    gaps, row, tips : gaps without the rotor's part, from index `row` on; that part
+    """
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
         gap = load(gaps, row + v) + load(tips, v)
@@ -115,7 +124,7 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def four_sums(rows, at, q, modes):
-    """Return four partial sums of a row, begun at `at`, times q[:modes]."""
+    """Return four partial sums of the row from index `at` on, times q[:modes]."""
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -128,7 +137,10 @@ def four_sums(rows, at, q, modes):
 
 @inlined
 def eight_sums(rows, at, on, q, modes):
-    """Return `four_sums` of two rows; eight sums at a time hide their latency."""
+    """Return `four_sums` of the rows from `at` and from `on` on.
+
+    Eight sums at a time hide their latency.
+    """
     zero = broadcast(0.0)
     a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -171,7 +183,7 @@ def put(values, blade, blades, wide, value):
 
 @part
 def read_all(rows, q, blades, tips):
-    """Set tips to the rotor's part of all gaps, m.
+    """Set tips to the rotor's part of the gaps of all blades, m.
 
     Parameters
     ----------
@@ -196,7 +208,10 @@ def put_tip(tip, j, blades, gaps, row, tips, whole):
 
 @inlined
 def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
-    """Compute the tips of blades where[:size], two at once; return their lowest gap."""
+    """Compute tips and gaps of blades where[:size], two at once; return the lowest gap.
+
+    Arguments are those of `read_near`.
+    """
     modes, least = len(rows) // blades, math.inf
     for i in range(0, size, 2):
         one, other = where[i], where[min(i + 1, size - 1)]
@@ -291,7 +306,10 @@ def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
 
 @inlined
 def size_of(q, half, m):
-    """Return upper bounds of four |a|: max(|re|, |im|) + min(|re|, |im|) / 2."""
+    """Return upper bounds of four magnitudes: max(|re|, |im|) + min(|re|, |im|) / 2.
+
+    re, im are those of the amplitudes m .. m + 3 in q, re from m, im from half + m on.
+    """
     re, im = load_both(q, half, m)
     re, im = magnitude(re), magnitude(im)
     return broadcast(0.5) * (higher_of(re, im) + (re + im))
@@ -299,7 +317,10 @@ def size_of(q, half, m):
 
 @inlined
 def drift_of(q, drift):
-    """Return a bound of any tip's motion, m: the sum of `drift` times |a| of waves."""
+    """Return a bound of any tip's motion in a step, m, by amplitudes q.
+
+    It is the sum over the waves of `drift` times the amplitude's magnitude.
+    """
     half = len(drift)
     first = second = broadcast(0.0)
     for m in range(0, half, EIGHT):
@@ -310,7 +331,7 @@ def drift_of(q, drift):
 
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
-    """Add the multipliers' change of gaps: of the ring to a row of gaps, else to tips.
+    """Add the change of gaps by multipliers: the ring's to gaps, the rotor's to tips.
 
     opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
     """
@@ -327,7 +348,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the sum of `four_sums` plus the rest of the row times s[modes:]."""
+    """Return the sum of `four_sums` of a row, plus its further part times s[modes:]."""
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -337,13 +358,20 @@ def with_rest(rows, at, s, modes, sums):
 
 @inlined
 def moved_by(rows, at, s, modes):
-    """Return the row of `opens` or `slides` from `at` on, times s (modes + padded,)."""
+    """Return a tip's motion from step n - 1 to n + 1, m: a row times s.
+
+    rows, at : `WholeRotor.opens` or `slides`, and where the row begins
+    s : (modes + padded,), amplitudes before contact acts, then multipliers, N
+    """
     return with_rest(rows, at, s, modes, four_sums(rows, at, s, modes))
 
 
 @inlined
 def slide(rows, where, active, s, modes, held):
-    """Set `held` of the active blades to their rows times s, see `moved_by`."""
+    """Set `held` of the active blades to their motion along the casing over two steps.
+
+    rows, s : factors, and what they multiply, as in `moved_by`
+    """
     for i in range(0, active, 2):
         one, other = where[i], where[min(i + 1, active - 1)]
         at, on = one * len(s), other * len(s)
@@ -403,7 +431,7 @@ def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row,
     s : (modes + padded,), by which `opens` and `slides` are multiplied: amplitudes, and
         multipliers, which are set here
     step : number of this step
-    tips, gaps, row, before, sums, held : as of `push_waves`
+    tips, gaps, row, before, sums, held : as in `push_waves`
     """
     width, blades = len(s), len(before)
     padded = width - modes
@@ -445,9 +473,9 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
         part, out: with it, since tips are not computed in all steps
     sums : (3,): twice the work of normal forces, twice that of drag over mu, and what
         contact has added to energy and loss, J
-    held : (HELD padded,), state, by blade: slip d' + d along the casing in its last
-        contact, m; then three rows, used by the steps in turn: 2 plus the number of a
-        step in which the blade had contact
+    held : (HELD padded,), state, by blade: motion along the casing over two steps in
+        its last contact, m; then three rows, used by the steps in turn: 2 plus the
+        number of a step in which the blade had contact
     """
 
 
@@ -468,7 +496,10 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Implement `push_waves` for modes as waves; spare : d' + d, later modal forces."""
+    """Implement `push_waves` for modes as waves.
+
+    spare : work space: change of the modes over two steps, later modal forces
+    """
     half = len(rotor.drift)
     for m in range(0, half, FOUR):
         (re, im), (a, b) = load_both(s, half, m), load_both(rotor.moves, half, m)
@@ -504,7 +535,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state as `settle_general`; only the ring has a pending step."""
+    """Copy the state like `settle_general`; here only the ring has a pending step."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)

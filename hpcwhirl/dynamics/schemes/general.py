@@ -60,7 +60,8 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
 def _spinning(model: Model, scene: Scene) -> Integrator:
     """Return the integrator of a rotor whose modes are coupled by rotation.
 
-    With an unbalance, the amplitudes are those of x - x_s, see `case.unbalance`.
+    With an unbalance, the amplitudes are those of the displacement less x_s, that of
+    the circle without contact, see `case.unbalance`.
     """
     body, order = model.rotor, by_diameter(model.rotor)[0]
     step, shapes = scene.solver.time_step, model.rotor.shapes[:, order]
@@ -130,7 +131,10 @@ def _driven(model: Model, scene: Scene) -> Integrator:
 
 
 def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
-    """Return the integrator, in the rotating frame, for a round or rigid casing."""
+    """Return the integrator of real modes in the rotating frame.
+
+    The casing is a ring of harmonics, or rigid.
+    """
     c_b, c_c, own = arrays.rotor.items, arrays.casing.items, len(model.rotor.omega)
     k, modes = widths(model.blades)[0], len(c_b) // passes.ITEMS
     ring = passes.RING_STATE * (len(c_c) // passes.ITEMS)

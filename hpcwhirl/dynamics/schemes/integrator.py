@@ -54,7 +54,7 @@ class Integrator:
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
     balance : state -> `Balance`, the terms that complete the ledger in the state
     motion : (state, steps) -> `motion.Motion` of all sectors, at the angle of the
-        step; with an unbalance that of x, not of y, see `case.unbalance`
+        step; with an unbalance it includes the circle, see `case.unbalance`
     begin : `motion.Motion` at the angle 0 -> True; sets the state to it, at time 0, and
         enters its energy as work of the loading. If a model of one sector cannot
         represent the motion: False, and nothing changes

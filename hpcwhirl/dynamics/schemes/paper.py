@@ -1,4 +1,4 @@
-"""Scheme `paper`: Algorithm 1 on the dense reduced matrices."""
+"""Scheme `paper`: the paper's Algorithm 1 on the dense reduced matrices."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return the integrator of a scene, by full matrices."""
+    """Return the integrator of a scene, with full matrices of both bodies."""
     arrays, step = dense_arrays(model, scene), scene.solver.time_step
     places, ring = circle(model, scene), np.zeros(len(arrays.casing.keep))
     still = np.zeros(len(model.rotor.mass)) if places is None else places

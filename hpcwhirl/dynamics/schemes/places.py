@@ -1,9 +1,9 @@
 """Layouts of the bodies' motions in the states of kernels in the rotating frame.
 
-These classes read a motion from a completed state and write one to a state at time 0. A
-kernel completes the pending step when it begins the next one. At time 0 nothing may be
-pending: the previous increment is set to the opposite of the present one, since
-dissipation and works of a step depend on their sum.
+These classes read a motion from a state without pending step and write one to a state
+at time 0. A kernel completes the pending step when it begins the next one. At time 0
+nothing may be pending: the previous increment is set to the opposite of the present
+one, since dissipation and works of a step depend on their sum.
 """
 
 from __future__ import annotations
@@ -28,23 +28,27 @@ from hpcwhirl.scene.schemes import SCHEMES
 
 
 class RotorPlaces(Protocol):
-    """Layout of the rotor's motion in a kernel's state."""
+    """Layout of the rotor's motion in a kernel's state; modes are those at rest."""
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes at rest from a completed state.
+        """Return modal amplitudes and rates (m,) from a state without pending step.
 
         odd : 1 if the number of steps is odd, else 0
         """
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
+        """Set a state at time 0 to modal amplitudes q and rates, (m,) each.
+
+        Return the amplitudes a step earlier, (m,).
+        """
 
 
 @dataclass(frozen=True)
 class ModePlaces:
     """Layout of modes: amplitudes, then increments of even and of odd steps.
 
-    apart, joined : functions from such a part of the state to the modes (m,), and back
+    apart, joined : functions from one of these three parts of the state to the modes
+        (m,), and back
     """
 
     steps: Steps
@@ -52,12 +56,12 @@ class ModePlaces:
     joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes from a completed state."""
+        """Return modal amplitudes and rates (m,) from a state without pending step."""
         q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q and rate, (m,); return q a step earlier, (m,)."""
+        """Set a state at time 0 to amplitudes q and rates; return q a step earlier."""
         d = self.steps.increments(q, rate)
         new = self.joined(d)
         state[:] = np.concatenate([self.joined(q), new, -new])
@@ -66,9 +70,9 @@ class ModePlaces:
 
 @dataclass(frozen=True)
 class RingPlaces:
-    """Layout of a ring of harmonics in slots, in the rotating frame.
+    """Layout of a ring of harmonics by nodal diameter (slot), in the rotating frame.
 
-    items : coefficients of its modes, packed as in the kernel, see `kernels.passes`
+    items : coefficients of the ring's modes, packed, see `kernels.passes`
     """
 
     model: Model
@@ -83,7 +87,7 @@ class RingPlaces:
         return modal_steps(self.model.casing, step, exact=exact)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (n,), static frame, from a completed state.
+        """Return modal amplitudes and rates (n,), static frame, from a state.
 
         count : number of steps so far
         """
@@ -95,7 +99,10 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q, rate; return q a step earlier, static frame."""
+        """Set a state at time 0 to amplitudes q and rates; return q a step earlier.
+
+        All are (n,), static frame.
+        """
         if self.model.casing is None:
             return q
         d = self.steps.increments(q, rate)
@@ -109,7 +116,7 @@ class RingPlaces:
         return q - d
 
     def add(self, state: Floats, q: Floats, count: int) -> None:
-        """Add amplitudes (n,), static frame, at rest, to a state after `count` steps.
+        """Add modal amplitudes q, static frame, at rest, to a state at step `count`.
 
         The previous increments are changed oppositely, so that the works of the pending
         step, which depend on the sum of both, stay the same.

@@ -1,4 +1,4 @@
-"""Integrators of kernels in the rotating frame, whose casing is a ring in slots."""
+"""Integrators of kernels in the rotating frame, with the ring by nodal diameter."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def in_rotating_frame(
     model, scene : model and scene that are integrated
     arrays, state : constant arrays of the kernel; its state at rest
     rotor : layout of the rotor's motion in the state
-    own : the kernel
+    own : the kernel, and the functions that read its states
     """
     ring = RingPlaces(model, scene, arrays.casing.items)
     balance = _balance(arrays, scene, own)

@@ -45,7 +45,7 @@ class _WavePlaces:
     seen: bool
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes at rest from a completed state."""
+        """Return amplitudes and rates of the modes at rest from a state."""
         waves_of = [amplitudes_of(state, own, self._slots) for own in self.diameters]
         pairs = list(zip(self.diameters, waves_of, strict=True))
         places = [own.shapes @ a for own, a in pairs]
@@ -53,7 +53,7 @@ class _WavePlaces:
         return self._modal(places), self._modal(rates)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q, rate of the modes; return q a step earlier."""
+        """Set a state at time 0 to modal amplitudes, rates; return q a step earlier."""
         before, rows = [], state.reshape(-1, 2, self._slots)
         for own in self.diameters:
             a = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))

@@ -86,9 +86,9 @@ class Coordinates:
     Attributes
     ----------
     steps : conversion between velocities and increments of y
-    lift : (n, m), x = lift y + still
+    lift : (n, m), x = lift y + still, displacements for unit y
     lower : function that returns the matrix (m, n) with y = lower (x - still)
-    still : (n,), m, x_s of an unbalanced rotor, else 0
+    still : (n,), m, circle x_s of an unbalanced rotor, see `case.unbalance`; else 0
     whole : whether the state has x itself instead of y
     """
 
@@ -99,7 +99,10 @@ class Coordinates:
     whole: bool = False
 
     def read(self, q: Floats, d: Floats) -> tuple[Floats, Floats]:
-        """Return x and x' (n,) from amplitudes and increments of a state."""
+        """Return displacements x and velocities (n,) from a state.
+
+        q, d : its amplitudes or coordinates, and their increments q_n - q_{n-1}
+        """
         size = self.lift.shape[1]
         y = q[:size] - self.still if self.whole else q[:size]
         return self.lift @ y + self.still, self.lift @ self.steps.velocities(
@@ -107,7 +110,10 @@ class Coordinates:
         )
 
     def write(self, x: Floats, v: Floats, q: Floats, d: Floats) -> Floats:
-        """Set amplitudes and increments of a state; return x a step earlier, (n,)."""
+        """Set a state to displacements x and velocities v; return x a step earlier.
+
+        q, d : out: its amplitudes or coordinates, and their increments q_n - q_{n-1}
+        """
         lower = self.lower()
         y = lower @ (x - self.still)
         rise, size = self.steps.increments(y, lower @ v), len(y)
@@ -128,7 +134,7 @@ def modal_coordinates(body: ModalModel | None, step: float) -> Coordinates:
 def dense_coordinates(body: DenseBody, still: Floats, step: float) -> Coordinates:
     """Return the coordinates of a body integrated with full matrices.
 
-    still : (n,), m, x_s of an unbalanced rotor, else 0
+    still : (n,), m, circle x_s of an unbalanced rotor, see `case.unbalance`; else 0
     """
     size = len(still)
     keep, pull = (part.T[:size, :size] for part in (body.keep, body.pull))

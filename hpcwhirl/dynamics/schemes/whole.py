@@ -40,12 +40,12 @@ class _WholePlaces:
     waves: WholeWaves
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes at rest from a completed state."""
+        """Return amplitudes and rates of the modes at rest from a state."""
         waves, q = self.waves, state[self.waves.places]
         return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q, rate of the modes; return q a step earlier."""
+        """Set a state at time 0 to modal amplitudes, rates; return q a step earlier."""
         waves = self.waves
         scale = float(np.abs(waves.rates).max())
         basis = np.vstack([waves.parts(waves.shapes), waves.parts(waves.rates) / scale])
@@ -56,19 +56,22 @@ class _WholePlaces:
 
 @dataclass(frozen=True)
 class _ModePlaces:
-    """Layout of a rotor's modes as waves in a state; half : amplitudes, padded."""
+    """Layout of a rotor's modes as waves in a state.
+
+    half : number of complex amplitudes, padded: re, then im
+    """
 
     waves: ModeWaves
     half: int
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) of the modes from a completed state."""
+        """Return amplitudes and rates (m,) of the modes from a state."""
         re, im = self._parts(state)
         rates = self.waves.rates
         return re.copy(), rates.real * re - rates.imag * im
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to q, rate of the modes; return q a step earlier."""
+        """Set a state at time 0 to modal amplitudes, rates; return q a step earlier."""
         waves, (re, im) = self.waves, self._parts(state)
         a = waves.amplitudes(q, rate, waves.rates)
         re[:], im[:] = a.real, a.imag

@@ -228,9 +228,10 @@ class _Index:
         self._take_cases(case[own], rows.take(own))
 
     def _number(self, rows: Rows) -> int:
-        """Return the index of the records' journal in `Contents.files`, adding it.
+        """Return the index of the records' journal in `Contents.files`.
 
-        Successive records of one journal get one index.
+        The journal is appended unless it is the last: successive records of one journal
+        get one index.
         """
         files = self.contents.files
         if not files or files[-1][0] != rows.journal:
