@@ -37,7 +37,7 @@ class Checkpoints:
 
     Parameters
     ----------
-    states : those of the campaign
+    states : saved states of the campaign
     every : computing time of a case between two checkpoints, s
     say : function that prints one line about a state that is unusable or not written
     """
@@ -53,7 +53,7 @@ class Checkpoints:
         """Continue a case from its saved state, if there is one that fits.
 
         An undecided case has marches to several end times, see `simulate.Course`; the
-        state may belong to any of them.
+        saved state may belong to any of these marches.
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}
@@ -66,14 +66,14 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore a march from the saved state of its case, if one fits."""
+        """Restore a march from the saved state of its case, if that state fits."""
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
         try:
             arrays = self._arrays(digest, march)
             if arrays is not None and not restore(march, arrays):
-                msg = f"the state of case {digest[:12]} has other arrays"
+                msg = f"the saved state of case {digest[:12]} has unsuitable arrays"
                 raise StoreError(msg)  # noqa: TRY301 - printed below
         except StoreError as failed:
             self.say(f"{failed}: the case starts anew")
@@ -81,7 +81,7 @@ class Checkpoints:
         self.saved[digest] = march.seconds
 
     def _arrays(self, digest: str, march: March) -> Arrays | None:
-        """Return the arrays of a saved state, None if there is none.
+        """Return the arrays of a case's saved state; None if no state is saved.
 
         The state may be that of one sector or of all; the march is folded or unfolded
         to match it.
@@ -103,7 +103,7 @@ class Checkpoints:
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; a failure is printed once, and is no error."""
+        """Save the state of a case; if that fails, print why, once, and go on."""
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))

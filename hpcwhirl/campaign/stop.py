@@ -67,7 +67,7 @@ class Stopping:
 
         Parameters
         ----------
-        file : `STOP`; None: another rank of this node checks for it
+        file : the file STOP; None: another rank of this node checks for that file
         seconds : time from `began` until the stop, s; None: no limit
         """
         self._looked = time.monotonic()
@@ -203,7 +203,7 @@ def time_left(
 
     Parameters
     ----------
-    walltime : s, or None
+    walltime : s; None: no limit but the end of the Slurm job
     env : the environment, with `SLURM_JOB_END_TIME` where Slurm sets it
     """
     ends = [walltime] if walltime is not None else []
@@ -258,7 +258,8 @@ class Watchdog:
         whom = "ranks" if self.comm.size > 1 else "case"
         say(
             f"not all {whom} have stopped {self.seconds:g} s after the request: ended "
-            "without them; finished cases are kept, the same command continues"
+            "without them; finished cases are kept, the same command continues the "
+            "campaign"
         )
         self.last()
         end_all(self.comm, STOPPED)

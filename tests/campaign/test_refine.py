@@ -724,7 +724,7 @@ BAD = [
     ({"budget": {"cases": 29}}, "cases = 30, got 29"),
     ({"first": "quick"}, "draft, standard, reference, got 'quick'"),
     ({"confirm": "strict"}, "got 'strict'"),
-    ({"first": "draft", "confirm": "draft"}, "is what the first cases have already"),
+    ({"first": "draft", "confirm": "draft"}, "sets nothing that the first"),
     ({"resolutions": 1.0}, "did you mean 'resolution'"),
 ]  # fmt: skip
 
