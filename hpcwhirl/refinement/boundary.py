@@ -27,7 +27,7 @@ class Cells:
     panel, level : (m,), number of the panel, see `rule.Family`; level of bisection
     state : (m,), index in `STATES`: all corners have one word, several words, or the
         cell lies in speckle
-    confirmed : (m,), 1 if all corners have a word by the second fidelity
+    confirmed : (m,), 1 if all corners have a word by the second fidelity, else 0
     """
 
     corner: Ints
