@@ -1,7 +1,7 @@
 """Modal amplitudes q_k by nodal diameter and family (Sec. 4.2), from traces.
 
-Tips and centre give two or three signals per nodal diameter, fewer than it has modes,
-so that shapes do not suffice to separate 1F from 2F, but frequencies do. At each
+Tips and centre give two or three signals per nodal diameter, which has more modes than
+that, so that shapes do not suffice to separate 1F from 2F, but frequencies do. At each
 frequency, of all modal amplitudes that reproduce the traces exactly, those with the
 least modal forces are taken,
 
@@ -78,7 +78,7 @@ def _check(tips: Floats, model: Model) -> None:
 def _least_forces(
     signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return the amplitudes (n, m) that give signals (r, n) by least modal forces."""
+    """Return the amplitudes (n, m) of least modal forces that give signals (r, n)."""
     count = signals.shape[1]
     signals = np.hstack([signals, signals[:, ::-1]])
     at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]

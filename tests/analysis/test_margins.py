@@ -282,4 +282,4 @@ def test_a_point_has_a_margin_in_every_input(tmp_path, facts, capsys):
     assert main(words) == 0
     assert "120 kN" in capsys.readouterr().out
     assert main(["margin", str(place), "--over", "each"]) == 2
-    assert "needs values of swept inputs" in capsys.readouterr().err
+    assert "needs a value of a swept input" in capsys.readouterr().err
