@@ -58,7 +58,8 @@ def digest(scene: Scene, content: str | None = None) -> str:
     Parameters
     ----------
     scene : all inputs of the case
-    content : `content_digest` of the engine file when planned; None: as it is now
+    content : `content_digest` of the engine file when the case was planned; None: of
+        the present file
     """
     if content is None:
         content = content_digest(scene.engine.file)
@@ -78,5 +79,5 @@ def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_as(content: str) -> str:
-    """Return an engine file's part of a digest: `content` and `READING`; "" if none."""
+    """Return the part of a digest for an engine file: `content`, `READING`; else ""."""
     return content and f"{content} {READING}"

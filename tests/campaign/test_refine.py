@@ -717,7 +717,7 @@ BAD = [
     ({"levels": 0}, "refines nothing"),
     ({"levels": 17}, "from 0 to 16, got 17"),
     ({"scale": "cubic"}, "linear, log, got 'cubic'"),
-    ({"scale": {"friction": "log"}}, "not among over"),
+    ({"scale": {"friction": "log"}}, "not an input of over"),
     ({"words": "outcome"}, "regime, whirl, both, attractor, branch, got 'outcome'"),
     ({"speckle": -1}, "0 for never, got -1"),
     ({"budget": 100}, "{cases = N} or {core_hours = H}"),
