@@ -146,7 +146,7 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     if by not in BY:
         raise unknown("motions by", by, BY)
     if box < 2:
-        raise InputError(f"`box` must be >= 2 starts per side, got {box}")
+        raise InputError(f"box must be >= 2 starts per side, got {box}")
     starts = starts_of(data)
     word = words(data["regime"])
     kinds = list(REGIMES)

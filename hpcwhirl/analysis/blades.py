@@ -53,7 +53,7 @@ def _squares(tips: Floats) -> Floats:
 def localisation(size: Floats) -> float:
     """Return the localisation N sum a^4 / (sum a^2)^2 of blade amplitudes a, (N,).
 
-    It is N times the inverse participation ratio of the blades' energies: 1 if all
+    This is N times the inverse participation ratio of the blades' energies: 1 if all
     blades have equal amplitudes, N if only one blade moves, 1.5 for a standing wave of
     a tuned wheel.
     """

@@ -85,7 +85,7 @@ def varied_by(results: Results) -> str:
 def aside_of(results: Results) -> tuple[str, str]:
     """Return the short names of the inputs that differ within a bundle of branches.
 
-    They are `branch` and the input that varies along branches.
+    These inputs are `branch` and the input that varies along branches.
     """
     return "branch", varied_by(results).rsplit(".", 1)[-1]
 

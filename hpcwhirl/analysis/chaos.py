@@ -84,7 +84,7 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 
 
 def exponent(growth: Floats, interval: float) -> Exponent:
-    """Return the Lyapunov exponent of growths; its interval follows from batch means.
+    """Return the Lyapunov exponent of growths; the interval follows from batch means.
 
     The means of the `BLOCKS` blocks count as independent, so a block must be longer
     than the correlation time of the motion. NaN for fewer than `FEWEST` growths.
@@ -176,7 +176,7 @@ def _correlation(values: Floats, c: float) -> float:
 def twins_of(
     ended: March, revolutions: float, between: Callable[[], None] | None = None
 ) -> SideBySide | None:
-    """Return twins that continue from the end of a case, None if it cannot have twins.
+    """Return twins that continue from the end of a case; None: no twins are possible.
 
     The twin is moved back `PARTS` times per revolution, or at each row of evidence.
     A case has no twins at speed 0, or if only one of several equal sectors is

@@ -27,7 +27,7 @@ from hpcwhirl.store.reading.shares import words_of
 if TYPE_CHECKING:
     import xarray
 
-WORD = "word"  # variable with a case's regime or, if it has none, the reason
+WORD = "word"  # variable with a case's regime or, without one, why it has none
 AT_ONCE = 100_000  # number of texts read at a time
 Kind = Literal["number", "text", "truth"]
 ORDERED = {"<", "<=", ">", ">="}
@@ -222,7 +222,7 @@ class _Check:
                 raise unknown(one.variable, other.word, allowed)
 
     def _as_word(self, part: _Part, beside: _Part) -> _Part:
-        """Return a name as a word if the variable it is compared with can have it."""
+        """Return a name as a word if the variable it is compared with has that word."""
         if not part.variable or part.word not in self.source.words.get(
             beside.variable, ()
         ):

@@ -165,7 +165,7 @@ def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
 def _lines(
     data: xarray.Dataset, fixed: list[str], values: NDArray[Any]
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
-    """Return ({fixed input: value}, indices of its cases) of each line.
+    """Return ({fixed input: value}, indices of the line's cases) of each line.
 
     Lines that do not span the whole sweep are left out.
 

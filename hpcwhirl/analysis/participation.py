@@ -95,7 +95,7 @@ def family_amplitudes(
 ) -> dict[str, Floats]:
     """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
 
-    Parameters are those of `contributions`. For a simple harmonic, a standing wave, the
+    For parameters see `contributions`. For a simple harmonic, a standing wave, the
     value is (q^2 + (q'/omega)^2)^(1/2). Columns of nodal diameters at which a family
     has no mode (for the suspension, all but k = 1) are 0; NaN if families are unknown.
     """

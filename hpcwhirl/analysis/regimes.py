@@ -260,7 +260,7 @@ def evidence(
     turned = static_frame(
         centre, angle_at(scene, time) if angles is None else angles[first:]
     )
-    with np.errstate(all="ignore"):  # the outcome of such a run follows from its `stop`
+    with np.errstate(all="ignore"):  # the outcome of a run not finite is its `stop`
         rates, mean = _growing(scene, judged, history.circle, start)
         if len(judged.whole) and history.last_contact > start:
             still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)

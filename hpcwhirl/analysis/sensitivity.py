@@ -61,7 +61,7 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
     """Return bootstrap intervals of the indices, (2 ends, 2, d), see `indices`.
 
-    They are percentiles over draws taken with replacement; NaN if no value varies in
+    Ends are percentiles over draws taken with replacement; NaN if no value varies in
     more than a share `STILL` of the resamples, as for a regime that hardly any case
     has.
     """

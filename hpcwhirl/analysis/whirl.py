@@ -54,7 +54,7 @@ def static_frame(centre: Floats, angle: Floats) -> Floats:
 def whole_revolutions(time: Floats, speed: float) -> slice:
     """Return the slice of the samples' last whole revolutions.
 
-    It has all samples at speed 0, or if they do not cover a revolution.
+    At speed 0, or if samples do not cover a revolution, the slice has all samples.
     """
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))

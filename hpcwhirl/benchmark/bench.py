@@ -58,7 +58,7 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a march after its pulse, set to take no samples.
+    """Return a march of a scene after the pulse, set to take no samples.
 
     contact : whether blades may touch; otherwise the gap is `FAR`
     """
@@ -136,7 +136,7 @@ def _touching(march: March, saved: Any) -> float:
 def tail_ratio(scene: Scene, repeats: int) -> float:
     """Return the time of a step of a decayed motion, divided by that of a large one.
 
-    It shows whether a decayed motion, of which products of amplitudes would be
+    The ratio shows whether a decayed motion, of which products of amplitudes would be
     denormal numbers, is slower.
     """
     faint = apply_settings(scene, {"force": FAINT})
