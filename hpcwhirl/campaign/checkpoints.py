@@ -46,11 +46,11 @@ class Checkpoints:
         self.states, self.every, self.say = states, every, say
         self.kept = self.states.names()  # the directory is listed only once
         self.mute = False
-        # {digest: seconds of the case when it was saved}
+        # {digest: computing time of the case when its state was saved, s}
         self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Continue a case from its saved state, if there is one that fits.
+        """Continue a case from its saved state, if a state is saved and fits.
 
         An undecided case has marches to several end times, see `simulate.Course`; the
         saved state may belong to any of these marches.
@@ -120,11 +120,14 @@ class Checkpoints:
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether the end of a case is stored, its last motion or None)."""
+        """Return (whether the end of a case is stored, the last motion).
+
+        The motion is None if no end is stored, or no case can continue from it.
+        """
         try:  # any rank may have saved it
             arrays = self.states.read(end_name(digest), {FITS: MOTIONS})
         except StoreError as failed:
-            self.say(f"{failed}: the cases before it are integrated again")
+            self.say(f"{failed}: the preceding cases are integrated again")
             return False, None
         if not arrays:
             return arrays is not None, None
@@ -147,9 +150,9 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Let case `after`, if it has no state, continue from the state of `digest`."""
+        """Let case `after`, if it has no saved state, continue that of `digest`."""
         if digest and after not in self.kept:
-            with suppress(MissingFileError):  # it can start anew
+            with suppress(MissingFileError):  # the case can start anew
                 if self.states.hand_over(digest, after):  # any rank may have saved it
                     self.kept |= {digest, after}
 

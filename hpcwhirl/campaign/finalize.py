@@ -116,7 +116,7 @@ def conclude(
 def _gathered(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> bool:
-    """Gather the results again if they are out of date; return whether they were."""
+    """Gather the results again if they are out of date; return whether it did so."""
     fresh = work.jobs > 0
     if comm.rank == 0:
         fresh = fresh or not is_current(directory, threshold_facts())
@@ -127,7 +127,7 @@ def _gathered(
 
 
 def _tell_budget(design: Design, directory: Directory) -> None:
-    """Print how many cases the budget left out, if it has ended the refinement."""
+    """Print how many cases the budget left out, if the budget ended the refinement."""
     dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
         say(f"the budget ended the refinement: it left out {dropped} cases, and others "

@@ -96,7 +96,7 @@ class Measure:
 
 @contextmanager
 def _guarded() -> Iterator[None]:
-    """Protect the process and its working directory while a user's function runs.
+    """Protect this process and its working directory while a user's function runs.
 
     `os._exit` raises in this process and thread, a forked child that returns is ended,
     and the working directory and NumPy's error settings are restored.
@@ -134,7 +134,7 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Check a user's function given in Python; return it as `Measure`, None for none.
+    """Check a user's function given in Python; return a `Measure`, None without one.
 
     Raises
     ------

@@ -115,7 +115,7 @@ class Worker:
 
     @property
     def span(self) -> float:
-        """Wall time from its beginning to its last finished case, s."""
+        """Wall time from the rank's start to the end of its last case, s."""
         return max(self.ended - self.begun, 1e-9)
 
 

@@ -1,7 +1,7 @@
 """Distribution of jobs over ranks; rank 0 hands out jobs and computes, too.
 
 The first units go out together. From then on messages are point to point: a worker asks
-for its next units when it begins those that it has, so that it need not wait, and
+for its next units when it begins the units it has, so that it need not wait, and
 reports in the same message what it has finished; rank 0 answers between the slices of
 its own case. With many ranks or short cases an answer has several units, see
 `WorkQueue.bundle`.

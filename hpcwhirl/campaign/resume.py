@@ -121,7 +121,7 @@ def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[fl
 
 
 def as_begun(design: Design, plan: PlanFile) -> Design:
-    """Return the design with the draws stored in its plan, if there are any.
+    """Return the design with the draws stored in the plan, if it stores draws.
 
     Raises
     ------
@@ -138,9 +138,9 @@ def as_begun(design: Design, plan: PlanFile) -> Design:
     if is_begun_by(kept, own) or is_begun_by(own, kept):
         return design
     if len(kept) < len(own):
-        msg = f"{plan.folder} has other draws than this version of SciPy makes: it "
-        msg += "cannot be "
-        raise InputError(msg + f"continued beyond {len(kept)} draws a point")
+        msg = f"{plan.folder} has other draws than this version of SciPy makes: the "
+        msg += "campaign cannot be "
+        raise InputError(msg + f"continued beyond {len(kept)} draws per point")
     rows = design.settings.along_last(kept.until(len(own)))
     check_scenes(design.base, rows, sample)
     return replace(design, settings=rows)

@@ -106,7 +106,7 @@ def _computed(
         evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
-        if policy.pilot is not None:  # its time counts from here, without compiling
+        if policy.pilot is not None:  # a pilot's time begins here, after compiling
             stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))

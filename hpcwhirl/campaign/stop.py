@@ -108,8 +108,8 @@ class Stopping:
     def ignore(self) -> None:
         """Ignore all signals from now on, until the process ends.
 
-        It is called before the interpreter ends, which drops Python's handlers, and
-        MPI, which may wait for other ranks.
+        Call it before the interpreter ends, which drops Python's handlers, and before
+        MPI ends, which may wait for other ranks.
         """
         for name in self._before:
             signal.signal(name, signal.SIG_IGN)
@@ -157,7 +157,7 @@ class _Alarm:
 def breakable(check: Callable[[], None]) -> Iterator[None]:
     """Let a timer call `check` inside the block, so that any line may raise Stop.
 
-    It is for work without slices: compiling a kernel takes up to a minute, building a
+    Use it for work without slices: compiling a kernel takes up to a minute, building a
     model may take seconds. Nothing inside may write to the campaign's files.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -197,7 +197,7 @@ def time_left(
 ) -> float | None:
     """Return the time until a stop, s; None for no limit.
 
-    It is the time until a wall-time that begins now has passed or the Slurm job ends,
+    This is the time until a wall-time that begins now has passed or the Slurm job ends,
     whichever is earlier, less a margin for saving states. PBS, LSF, SGE and Flux give a
     job no reliable end time: use `--walltime` there.
 

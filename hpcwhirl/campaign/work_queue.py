@@ -143,8 +143,8 @@ class WorkQueue:
     def bundle(self, most_units: int = MOST) -> list[int]:
         """Return the next units for one answer to a worker; empty at the end.
 
-        It is one unit, or as many short ones as keep the worker busy while rank 0
-        answers all other workers.
+        An answer has one unit, or as many short units as keep the worker busy while
+        rank 0 answers all other workers.
 
         Parameters
         ----------

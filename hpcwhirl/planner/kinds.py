@@ -228,8 +228,8 @@ class Folds(Refined):
 def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int]:
     """Return a uniform random sample of cases, ascending.
 
-    It depends on digests and seed only. If cases are added later, earlier cases stay in
-    the sample unless new ones displace them.
+    The sample depends on digests and seed only. If cases are added later, earlier cases
+    stay in the sample unless new ones displace them.
 
     Parameters
     ----------

@@ -174,7 +174,7 @@ class Planner:
     def _states(self) -> NDArray[np.int8]:
         """State of each case and its twins, (rows, 1 + twins), writable.
 
-        It is a view: no row may be added while it exists.
+        The array is a view: no row may be added while it exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 

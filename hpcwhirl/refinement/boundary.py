@@ -148,7 +148,7 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 def _join(
     boundaries: Boundaries, points: Sequence[int], panel: int, cases: Cases
 ) -> None:
-    """Join a cell's points: two by one line, more by lines to the mean of all."""
+    """Join a cell's points: two by one line, more by lines to their mean."""
     if len(points) == 2:
         boundaries.lines.append((points[0], points[1]))
         return

@@ -59,7 +59,7 @@ class Rule:
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word of an ended case, for comparison; None if it has none.
+        """Return the word of an ended case, for comparison; None if it has no word.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 

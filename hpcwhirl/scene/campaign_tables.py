@@ -121,7 +121,7 @@ class Campaign(TableModel):
         "compute each case in a process of its own; if that crashes, the case gets "
         "status crashed, and the campaign goes on")
     map: Literal["yes", "no"] = key("yes",
-        "draw map.png and map.svg; without it, hpcwhirl map draws them later")
+        "draw map.png and map.svg; if no, hpcwhirl map can draw them later")
     report: Literal["auto", "yes", "no"] = key("auto",
         f"write report.html; auto: if there are at most {MOST_ON_PAGE} cases")
     # fmt: on
@@ -165,8 +165,8 @@ class TwinsTable(TableModel):
     # fmt: off
     count: int = key(16, "number of perturbed twins of a case", ge=2, le=1000)
     of: Literal["all", "boundary", "speckle", "even"] = key("all",
-        "which cases have twins; boundary: those with a neighbour of another regime; "
-        "speckle: those in speckle of [refine]; even: a sample of those whose "
+        "which cases have twins; boundary: cases with a neighbour of another regime; "
+        "speckle: cases in speckle of [refine]; even: a sample of cases whose "
         "neighbours have the same regime")
     spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key({"force": 1e-6},
         "largest relative change of each perturbed input",

@@ -74,7 +74,7 @@ def digest_of(values: Mapping[str, Value], content: str) -> str:
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flattened inputs without those of `LATER` at their default value."""
+    """Return flattened inputs without inputs of `LATER` that have the default value."""
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 

@@ -130,7 +130,7 @@ def preset_loss(name: str) -> str:
     """Return a text with the measured errors of a preset.
 
     Errors on random engines come first, then cost and errors on the engines of the
-    trade-off, then those of maps.
+    trade-off, then errors of maps.
     """
     texts = {"engines": ELSEWHERE, **_table("preset")[name]}
     parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)

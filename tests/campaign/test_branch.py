@@ -199,7 +199,7 @@ def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():
         ({"refine": ALONG | {"confirm": "draft"}}, "confirm must not be set with"),
         ({"twins": {"count": 2}}, "not with [twins]"),
         ({"cases": [{"speed": 1.0}]}, "not with [cases]"),
-        ({"sweep": {"speed": [300.0]}}, "it needs 2 to 1000 different values"),
+        ({"sweep": {"speed": [300.0]}}, "speed needs 2 to 1000 different values"),
         ({"scene": {"history": "speed 300"}}, "must be an input and its values"),
     ],
 )

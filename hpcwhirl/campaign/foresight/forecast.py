@@ -2,7 +2,7 @@
 
 The number of steps follows from the inputs. The time of a step, the overhead of a case
 beyond its steps, and the share of cases that end early are learned from the finished
-cases in the directory, such as those of a pilot; if there are none, the scheme's
+cases in the directory, such as those of a pilot; if no case has finished, the scheme's
 nominal time of a step is used. The range covers the uncertainty of this sample and
 `APART`, the relative difference between two runs.
 """
@@ -359,7 +359,7 @@ def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
 def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
     """Return number and interval, s, of samples, see `case.limits.step_counts`.
 
-    They are 0 and NaN for a case that has no time step and will fail.
+    Return 0 and NaN for a case that has no time step and will fail.
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))

@@ -68,7 +68,7 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
         if name in grid:
             raise InputError(f"[branch] sets {name}: remove {name} from [sweep]")
     if not 2 <= len(set(values)) <= MOST_POINTS or len(set(values)) < len(values):
-        msg = f"[branch] over {over}: it needs 2 to {MOST_POINTS} different values"
+        msg = f"[branch] over {over}: {over} needs 2 to {MOST_POINTS} different values"
         raise InputError(f"{msg}, got {len(values)}")
     return sorted(values)
 

@@ -174,8 +174,8 @@ def _check_side(name: str, grid: Listed) -> None:
     values = grid[name]
     numbers = [v for v in values if is_number(v) and math.isfinite(v)]
     if len(numbers) < len(values) or len(set(values)) < 2:
-        msg = f"[refine] over {name}: it must have two or more different numbers in "
-        raise InputError(msg + f"[sweep], got {shown(list(values))}")
+        msg = f"[refine] over {name}: [sweep] must have two or more different numbers "
+        raise InputError(msg + f"of {name}, got {shown(list(values))}")
 
 
 def _depths(

@@ -35,7 +35,7 @@ class Twins(TwinsTable):
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
-        """Return the scene of a twin of a case; it keeps no traces.
+        """Return the scene of a twin of a case; a twin keeps no traces.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ def twins_of(document: Mapping[str, Any]) -> Twins | None:
 
 
 def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse a relative spread of an input that is 0: twins would equal their case.
+    """Refuse a relative spread of an input whose value is 0: twins would equal cases.
 
     Parameters
     ----------
