@@ -184,7 +184,7 @@ def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
     from hpcwhirl.cli.tables import print_table
 
     if args.plot:
-        msg = f"--plot draws one edge, got {len(asked)}: choose a line by --at"
+        msg = f"--plot draws one edge, got {len(asked)} lines: choose one by --at"
         raise InputError(msg)
     rows = []
     for one in asked:

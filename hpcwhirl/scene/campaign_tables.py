@@ -151,7 +151,7 @@ def _spread(given: Any) -> dict[str, float]:
                 found[full] = float(spread)
                 continue
         else:
-            allowed = "an input that is a real number"
+            allowed = "of an input that is a real number"
         raise ValueError(f"{name} must be {allowed}, got {shown(spread)}")
     return dict(sorted(found.items()))
 
