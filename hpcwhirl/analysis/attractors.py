@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
-FARTHEST = 10.0  # largest change of an attractor's features to the next point
+FARTHEST = 10.0  # largest change of an attractor's features between successive points
 LEAST = 1e-300  # smallest number whose logarithm is taken
 STRONG = 0.7  # least mean silhouette
 FEWEST = 3  # least number of points of a cluster
 MOST = 2000  # points whose distances are computed; others join the nearest one
 WIDER = 2.5  # least ratio of the gap between two clusters to the widest inside either
-CUTS = 12  # largest number of partitions tried, those at the widest gaps
+CUTS = 12  # largest number of partitions tried, beginning at the widest gap
 NORMAL = 1.4826  # ratio of standard deviation to median absolute deviation, normal law
 
 
@@ -52,7 +52,7 @@ class Feature:
     name : variable of the results
     tolerance : smallest significant difference, see `clusters`
     over : variable by whose largest |value| the number is divided, "" for none
-    log : whether its logarithm is taken, so that the tolerance is relative
+    log : whether the number's logarithm is taken, so that the tolerance is relative
     """
 
     name: str
@@ -158,7 +158,8 @@ def _groups(
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
     """Return the features of all cases / their tolerances, (cases, features).
 
-    Features of the centre are 0 where it does not whirl, since they are round-off then.
+    Features of the centre's motion are 0 for cases without whirl, where they would be
+    round-off.
     """
     features = [feature for feature in features if feature.name in data]
     found = np.column_stack([feature.of(data) for feature in features])
@@ -189,7 +190,7 @@ def clusters(features: Floats) -> Ints:
 
 
 def _parted(features: Floats) -> Ints:
-    """Return the labels of the best partition, (n,), zeros if none is good enough."""
+    """Return the labels of the best partition, (n,); all 0 if no partition counts."""
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial.distance import pdist, squareform
 

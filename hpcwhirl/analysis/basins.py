@@ -55,7 +55,8 @@ class Starts:
     drawn : whether `inputs` were drawn instead of swept
     swept : names of the other swept inputs
     point : (cases,), number of each case's combination of `swept`, a point of the sweep
-    chosen : (cases,), whether a case counts: all do, or only independent draws
+    chosen : (cases,), whether a case counts: with method "saltelli" only independent
+        draws do, otherwise all cases
     """
 
     inputs: tuple[str, ...]
@@ -66,27 +67,27 @@ class Starts:
 
 
 def starts_of(data: xarray.Dataset) -> Starts:
-    """Return the starts of the cases of a campaign, or of some of them.
+    """Return the starts of cases of a campaign.
 
     Raises
     ------
     InputError
-        if all starts are equal, another input was drawn, the map was refined, or the
-        campaign has branches
+        if all starts are equal, an input that is none of `STARTS` was drawn, the map
+        was refined, or the campaign has branches
     """
     swept = swept_of(data)
     if "final" in data:
         msg = "starts of a [refine]d map lie where words change, not evenly: use "
         raise InputError(msg + "[sweep] or [sample] for basins")
     if "branch" in swept:
-        msg = "cases of [branch] begin where others have ended, not with their own "
-        raise InputError(msg + "pulse; see hpcwhirl branches")
+        msg = "cases of [branch] begin where other cases ended, not with a pulse of "
+        raise InputError(msg + "their own; see hpcwhirl branches")
     if is_sampled(data):
         drawn = drawn_of(data)
         other = sorted({*drawn.inputs} - {*STARTS})
         if other:
             msg = f"{other[0]} was drawn, which changes more than the start: basins "
-            msg += f"are of {', '.join(STARTS)}; hpcwhirl map shows shares of any draws"
+            msg += f"need {', '.join(STARTS)}; hpcwhirl map shows shares of any draws"
             raise InputError(msg)
         inputs, chosen = drawn.inputs, drawn.independent
     else:
@@ -125,7 +126,7 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     Parameters
     ----------
     data : results from `open_results`, of a campaign whose starts differ
-    by : "regime", or "attractor" for those of `attractors`
+    by : "regime", or "attractor": the motions that `attractors` distinguishes
     box : number of starts along each side of a box; always 1 along inputs of `APART`
 
     Returns
@@ -145,7 +146,7 @@ def basins(data: xarray.Dataset, by: str = "regime", box: int = BOX) -> xarray.D
     if by not in BY:
         raise unknown("motions by", by, BY)
     if box < 2:
-        raise InputError(f"box must be >= 2 starts a side, got {box}")
+        raise InputError(f"box must be >= 2 starts per side, got {box}")
     starts = starts_of(data)
     word = words(data["regime"])
     kinds = list(REGIMES)
@@ -184,7 +185,10 @@ def in_order(word: NDArray[np.str_]) -> list[str]:
 
 
 def entropy(count: NDArray[Any]) -> Floats:
-    """Return the entropy -sum p ln p of counts along their last axis; NaN for none."""
+    """Return the entropy -sum p ln p of counts along their last axis.
+
+    NaN where all counts are 0.
+    """
     from scipy.stats import entropy as of
 
     total = count.sum(axis=-1)
@@ -231,7 +235,7 @@ def _boxed(
 def _grid(
     data: xarray.Dataset, inputs: Sequence[str], word: NDArray[np.str_]
 ) -> NDArray[np.str_] | None:
-    """Return a point's motions as an array over its starts; None if these are no grid.
+    """Return a point's motions as an array over its starts; None: they form no grid.
 
     Each input in `inputs` is an axis.
     """

@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
-    """Return the quantities of `scene.quantities.BLADES`; {} if samples are too few.
+    """Return the quantities of `scene.quantities.BLADES`; {} with fewer than 2 samples.
 
     The amplitude is the rms about the mean: it does not depend on whether a sample lies
     at a crest, and excludes a steady deflection; for harmonic motion it is proportional
@@ -18,7 +18,7 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
     Parameters
     ----------
     time : (n,), s
-    tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) for none
+    tips : (n, N, 2), m, rotating frame: radial, tangential; n = 0 without samples
     start : s, time from which amplitudes are taken
     """
     if not len(tips):
@@ -53,9 +53,9 @@ def _squares(tips: Floats) -> Floats:
 def localisation(size: Floats) -> float:
     """Return the localisation N sum a^4 / (sum a^2)^2 of blade amplitudes a, (N,).
 
-    It is N times the inverse participation ratio of the blades' energies: 1 if all
-    blades have equal amplitudes, N if only one moves, 1.5 for a standing wave of a
-    tuned wheel.
+    This is N times the inverse participation ratio of the blades' energies: 1 if all
+    blades have equal amplitudes, N if only one blade moves, 1.5 for a standing wave of
+    a tuned wheel.
     """
     largest = size.max()
     if not largest > 0.0:

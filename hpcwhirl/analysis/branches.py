@@ -1,4 +1,4 @@
-"""Branches of a campaign with [branch]: their words, where they change and differ.
+"""Branches of a campaign with [branch]: where words change, and where branches differ.
 
 Along a branch each case begins with the last state of the case before. Where the word
 changes between two cases, the motion that was followed ends, at a fold or where it
@@ -30,10 +30,10 @@ class Branch:
 
     Attributes
     ----------
-    name : up or down, and where it begins
-    others : {swept input: value} that its cases share
+    name : up or down, and the value at which the branch begins
+    others : {swept input: value} that the cases share
     cases : numbers of the cases
-    values : value of the input that varies, SI, for each case
+    values : value of the input that varies along the branch, SI, for each case
     words : word of each case
     radii : orbit radius of each case, m
     """
@@ -55,7 +55,7 @@ class Fold(NamedTuple):
     last, first : values of the last case with a word, and of the next case, which has
         another word
     word, following : words of these two cases
-    radius : orbit radius of the former case, m
+    radius : orbit radius of the case at `last`, m
     """
 
     branch: Branch
@@ -85,7 +85,7 @@ def varied_by(results: Results) -> str:
 def aside_of(results: Results) -> tuple[str, str]:
     """Return the short names of the inputs that differ within a bundle of branches.
 
-    They are `branch` and the input that varies along branches.
+    These inputs are `branch` and the input that varies along branches.
     """
     return "branch", varied_by(results).rsplit(".", 1)[-1]
 
@@ -93,7 +93,8 @@ def aside_of(results: Results) -> tuple[str, str]:
 def bundles_of(results: Results) -> list[list[int]]:
     """Return the numbers of the finished cases of each bundle of branches.
 
-    The branches of a bundle differ only in direction and in where they begin.
+    The branches of a bundle differ only in direction and in the value at which they
+    begin.
     """
     done, bundles = {*results.finished()}, dict[str, list[int]]()
     for branch in branches_of(results)[1]:
@@ -107,7 +108,7 @@ def branches_of(
 ) -> tuple[str, list[Branch]]:
     """Return the full name of the input that varies along branches, and the branches.
 
-    only : cases whose branches are returned; None: all
+    only : cases whose branches are returned; None: all branches
 
     Raises
     ------
@@ -137,7 +138,7 @@ def _branch(results: Results, over: str, cases: list[int]) -> Branch:
 
 
 def folds_of(branch: Branch) -> list[Fold]:
-    """Return the changes of word along a branch, in its order."""
+    """Return the changes of word along a branch, in the order of its cases."""
     pairs = zip(branch.words, branch.words[1:], strict=False)
     at = [place for place, (a, b) in enumerate(pairs) if a != b]
     return [
@@ -154,9 +155,10 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return (number of points with several words, number with several branches).
+    """Return numbers of points: those with several words, those on several branches.
 
-    A point is one value of the input that varies, for given values of the others.
+    A point is a value of the input that varies along branches, with given values of the
+    other swept inputs.
     """
     points: dict[tuple[str, float], list[str]] = {}
     for branch in branches:

@@ -39,13 +39,13 @@ STILL = 1e-9  # variation of a constant quantity, relative to its largest value
 
 
 class Twins(Protocol):
-    """A reference and its twin, which are integrated side by side."""
+    """A reference motion and its twin, which are integrated side by side."""
 
     def advance(self) -> float:
-        """Integrate both by one interval; return their relative distance."""
+        """Integrate both motions by one interval; return their relative distance."""
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference of the twin from the march by `factor`."""
+        """Multiply the difference of the twin from the reference by `factor`."""
 
 
 class Exponent(NamedTuple):
@@ -54,7 +54,7 @@ class Exponent(NamedTuple):
     Attributes
     ----------
     rate : the exponent, in the unit of 1 / interval
-    error : half the width of its confidence interval of level `SHARE`
+    error : half the width of the exponent's confidence interval of level `SHARE`
     """
 
     rate: float
@@ -84,7 +84,7 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 
 
 def exponent(growth: Floats, interval: float) -> Exponent:
-    """Return the Lyapunov exponent of growths, with its interval by batch means.
+    """Return the Lyapunov exponent of growths; the interval follows from batch means.
 
     The means of the `BLOCKS` blocks count as independent, so a block must be longer
     than the correlation time of the motion. NaN for fewer than `FEWEST` growths.
@@ -92,7 +92,7 @@ def exponent(growth: Floats, interval: float) -> Exponent:
     Parameters
     ----------
     growth : (n,), result of `growths`
-    interval : s, or 1 for an exponent per interval
+    interval : length of an interval, s; or 1 for an exponent per interval
 
     Source: Schmeiser 1982, Oper. Res. 30:556 (batch means); Student's t
     """
@@ -109,12 +109,12 @@ def exponent(growth: Floats, interval: float) -> Exponent:
 
 
 def returns(section: Floats) -> tuple[int, float]:
-    """Return (n, distance): the period n of a section, and how exactly it returns.
+    """Return (n, distance): the period n of a section, and the distance of its returns.
 
     Every point is compared with the mean of all points that are multiples of n away, so
     that a closed curve, on which a point nearly returns, is not taken for a period. n
     is the smallest period whose distance is at most twice the least distance of all
-    periods, plus `EXACT`. (0, inf) for fewer than `RETURNS` points.
+    periods, plus `EXACT`. Return (0, inf) for fewer than `RETURNS` points.
 
     Parameters
     ----------
@@ -176,11 +176,11 @@ def _correlation(values: Floats, c: float) -> float:
 def twins_of(
     ended: March, revolutions: float, between: Callable[[], None] | None = None
 ) -> SideBySide | None:
-    """Return twins that continue from the end of a case, None if there can be none.
+    """Return twins that continue from the end of a case; None: no twins are possible.
 
     The twin is moved back `PARTS` times per revolution, or at each row of evidence.
-    Nothing can be measured at speed 0, or if only one of several equal sectors is
-    integrated, since its twins could not leave the symmetry.
+    A case has no twins at speed 0, or if only one of several equal sectors is
+    integrated, since a twin could not leave the symmetry.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def twins_of(
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
     """Integrate twins to their end; return the numbers of `scene.quantities.CHAOS`.
 
-    {} if one of them ends at a limit.
+    Return {} if the reference or the twin ends at a limit.
     """
     settle = int(SETTLE * twins.intervals)
     growth = growths(twins, DELTA, twins.intervals - settle, settle)

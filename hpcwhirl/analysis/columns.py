@@ -27,7 +27,7 @@ from hpcwhirl.store.reading.shares import words_of
 if TYPE_CHECKING:
     import xarray
 
-WORD = "word"  # variable with a case's regime or, if it has none, the reason
+WORD = "word"  # variable with a case's regime or, without one, why it has none
 AT_ONCE = 100_000  # number of texts read at a time
 Kind = Literal["number", "text", "truth"]
 ORDERED = {"<", "<=", ">", ">="}
@@ -63,7 +63,7 @@ def source_of(data: xarray.Dataset) -> Source:
         try:
             return variable_of(name, known, "variable")
         except InputError:
-            hint = nearest(name, known) or "; `cases --columns '?'` lists what there is"
+            hint = nearest(name, known) or "; `cases --columns '?'` lists all variables"
             msg = f"unknown variable '{one_line(name, SHOWN)}'{hint}"
             raise InputError(msg) from None
 
@@ -96,7 +96,7 @@ def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.b
     Raises
     ------
     InputError
-        if the text is no condition, or one of its names does not exist
+        if the text is no condition, or names an unknown variable
     """
     holds = _evaluated(text, source, "truth", option)
     return np.broadcast_to(np.asarray(holds, bool), source.cases).copy()
@@ -108,7 +108,7 @@ def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        if the text gives no number, or one of its names does not exist
+        if the text gives no number, or names an unknown variable
     """
     values = _evaluated(text, source, "number", option)
     return np.broadcast_to(np.asarray(values, float), source.cases).copy()
@@ -136,8 +136,8 @@ class _Part:
     Attributes
     ----------
     kind : "number", "text" or "truth"
-    text : as it was written
-    at : index of a leaf's step in the program; -1 if it is no leaf
+    text : the subexpression as it was written
+    at : index of a leaf's step in the program; -1 if the part is no leaf
     variable : variable that a name stands for; "" for none
     bare : name that is no variable and may be an unquoted word; else ""
     word : name or word of a leaf
@@ -209,7 +209,7 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check operands of == or !=; make a name a word if the other may have it."""
+        """Check operands of == or !=; make a name a word if the other has that word."""
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):
@@ -222,7 +222,7 @@ class _Check:
                 raise unknown(one.variable, other.word, allowed)
 
     def _as_word(self, part: _Part, beside: _Part) -> _Part:
-        """Return a name as a word if the variable it is compared with can have it."""
+        """Return a name as a word if the variable it is compared with has that word."""
         if not part.variable or part.word not in self.source.words.get(
             beside.variable, ()
         ):
@@ -242,7 +242,7 @@ class _Check:
     def _truth(self, part: _Part) -> None:
         self._check_name(part)
         if part.kind != "truth":
-            _refuse(part, "is no condition: compare it with something")
+            _refuse(part, "is no condition: compare it with a number or a word")
 
 
 def _pairs(step: Step, parts: list[_Part]) -> Iterator[tuple[str, _Part, _Part]]:

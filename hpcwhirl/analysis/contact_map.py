@@ -38,12 +38,12 @@ def touches(
     """Return the contacts of a run in order of time.
 
     Blade j is at theta_j = Omega t + 2 pi j / N, evaluated at the middle of the
-    sampling interval, during which it moves by Omega times the interval.
+    sampling interval, during which the blade turns by Omega times the interval.
 
     Parameters
     ----------
     time : (n,), s, equally spaced, the first one interval after the start
-    blade_impulse : (n, N), N s, cumulative
+    blade_impulse : (n, N), N s, cumulative normal impulse of each column
     speed : Omega, rad/s
     angles : (N,), rad, angle at t = 0 of the contact point of each column; None: the
         columns are blades
@@ -82,6 +82,6 @@ def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
 
 
 def lobes_of(depth: Floats) -> int:
-    """Return the strongest harmonic, from 1 on, of depths (M,) over the angle, or 0."""
+    """Return the strongest harmonic >= 1 of depths (M,) over the angle; 0: no wear."""
     sizes = np.abs(np.fft.rfft(depth))[1:]
     return 1 + int(sizes.argmax()) if depth.any() else 0

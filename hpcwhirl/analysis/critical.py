@@ -116,7 +116,7 @@ def _above(line: Callable[[float], float], level: float, speed: float) -> float:
 
 
 def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, Any]]:
-    """Return the critical speeds of `moving_families` with 1F of the casing.
+    """Return the critical speeds of the rotor's `moving_families` with the casing's 1F.
 
     Super-harmonics (n > 1) are listed for 1F only.
 
@@ -189,6 +189,7 @@ def campbell(
 
     Returns
     -------
-    {mode: ((n,) of +, (n,) of -)}, signed: > 0 turns with the rotation
+    {mode: ((n,) of k Omega + omega_bd, (n,) of k Omega - omega_bd)}; > 0: turns with
+    the rotation
     """
     return {name: (k * speeds + w, k * speeds - w) for name, w in rotor.items()}

@@ -1,4 +1,4 @@
-"""Edge tracking: the motion on the boundary between two basins, of any system.
+"""Edge tracking in any system: the motion on the boundary between two basins.
 
 Two states on different sides of the boundary are bisected along the straight line
 between them until they are near each other. Both are then integrated; while they stay
@@ -32,7 +32,7 @@ class Motions(Protocol[State]):
     """A system whose states can be blended, compared and integrated."""
 
     def between(self, low: State, high: State, share: float) -> State:
-        """Return low + share (high - low) at the same time."""
+        """Return low + share (high - low) of two simultaneous states."""
 
     def distance(self, low: State, high: State) -> float:
         """Return the distance of two states, relative to their size."""
@@ -88,8 +88,8 @@ def bisect(
 ) -> tuple[Pair[State], int]:
     """Return a pair on different sides of the boundary, and the number of bisections.
 
-    Its distance stays above `near` if the side of a middle state is unknown, or if
-    states do not come nearer to each other.
+    The pair stays farther apart than `near` if the side of a middle state is unknown,
+    or if bisection does not bring the states nearer to each other.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def track(
     Parameters
     ----------
     motions : the system
-    ends : a state on the side LOW and one on HIGH, at one time
+    ends : a state on the side LOW and one on HIGH, at the same time
     strides : number of strides for which the motion is followed
     near, far : distance at which bisection ends, and at which a pair is bisected again
     tell : called with the number of strides so far
@@ -140,8 +140,8 @@ def track(
         path, apart, pair = _shadow(motions, pair, far, strides - made)
         if len(path) < 2:
             raise LostEdgeError(
-                "a motion that was to be followed has ended within a stride, from a "
-                f"distance of {pair.distance:.3g}: bisect further (lower near)"
+                "the states parted, or their motion ended, within a stride from a "
+                f"distance of {pair.distance:.3g}: bisect further (smaller `near`)"
             )
         pieces.append(path)
         made += len(path) - 1
@@ -179,9 +179,9 @@ def _shadow(
 def _again(
     motions: Motions[State], pair: Pair[State], near: float, count: _Count
 ) -> Pair[State]:
-    """Return a pair that has separated, bisected until it is `near` apart again.
+    """Return a separated pair after bisection to the distance `near`.
 
-    It is widened first if both of its states now lead to the same side.
+    The pair is widened first if both of its states now lead to the same side.
     """
     held = _held(motions, pair, count, math.inf)
     found, made = bisect(motions, held.low, held.high, near)
@@ -208,4 +208,4 @@ def _held(
         if pair.distance > most:
             break
     msg = f"the boundary was lost: states {pair.distance:.3g} apart end on one side: "
-    raise LostEdgeError(msg + "raise look, the time after which a side is determined")
+    raise LostEdgeError(msg + "use a longer `look`, after which sides are determined")

@@ -81,7 +81,7 @@ def names_in(program: Program) -> set[str]:
 
 
 def value_of(program: Program, known: Mapping[str, Any]) -> Any:
-    """Return the value of a program: a number or a truth value, or an array of them.
+    """Return the value of a program: a number, a truth value, or an array of either.
 
     Parameters
     ----------
@@ -112,6 +112,6 @@ def _apply(step: Step, parts: list[Any]) -> Any:
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return the function that gives a condition's value from {name: value}."""
+    """Return the function from {name: value} to the value of a condition."""
     program = parse(text)
     return lambda known: value_of(program, known)

@@ -269,12 +269,12 @@ class _Parser:
     def _call(self, token: _Token) -> None:
         name = token.value
         if name not in FUNCTIONS:
-            _refuse(f"there is no function '{name}', but {', '.join(FUNCTIONS)}")
+            _refuse(f"there is no function '{name}'; there are {', '.join(FUNCTIONS)}")
         least, most = FUNCTIONS[name]
         count = self._list(self.either, ")")
         if not least <= count <= most:
             wanted = f"{least}" if least == most else f"{least} to {most}"
-            _refuse(f"{name} takes {wanted}, got {count}")
+            _refuse(f"the number of arguments of {name} must be {wanted}, got {count}")
         self._step(name, count, token.start)
 
 

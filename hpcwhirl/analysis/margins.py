@@ -1,7 +1,7 @@
-"""Safe ranges of an input, in which all cases are damped, and first changes of words.
+"""Safe ranges of an input, in which all cases are damped, and first cases not damped.
 
 Cases that differ in only one swept input form a line. A safe range is an unbroken run
-of damped cases on a line; its boundary lies between its last case and the next one,
+of damped cases on a line; its boundary lies between its last case and the next case,
 which has another word. Nothing is known between cases: twins and refinement show how
 far a range can be trusted.
 
@@ -35,13 +35,13 @@ Texts = NDArray[np.str_]
 
 
 class Line(NamedTuple):
-    """Cases that differ in one swept input only, in its ascending order.
+    """Cases that differ in one swept input only, in ascending order of this input.
 
     Attributes
     ----------
     fixed : {other swept input: value}
     values : (n,), values of the input
-    words : (n,), word of each case; with twins, the majority's, or "unsure"
+    words : (n,), word of each case; with twins, that of the majority, or "unsure"
     share : (n,), share of damped twins; NaN without twins
     """
 
@@ -59,8 +59,8 @@ class SafeRange:
     ----------
     fixed : {swept input: value} of the line
     low, high : the input's value in the first and in the last damped case
-    below, above : its value in the next cases, not damped; NaN where the sweep ends
-    word_below, word_above : words of these next cases; "" where the sweep ends
+    below, above : its value in the adjacent cases, not damped; NaN where the sweep ends
+    word_below, word_above : words of these adjacent cases; "" where the sweep ends
     cases : number of damped cases
     share : least share of damped twins of any case; NaN if no case has twins
     """
@@ -79,7 +79,7 @@ class SafeRange:
         """Return the distance of an input's value to the range's boundary; < 0 outside.
 
         Inside, it is the distance to the nearest end beyond which a case has another
-        word: infinite if there is none. NaN if the range is empty.
+        word: infinite if neither end has such a case. NaN if the range is empty.
         """
         if not self.cases:
             return float("nan")
@@ -96,7 +96,7 @@ def safe_ranges(
 ) -> list[SafeRange]:
     """Return the safe ranges of a campaign's results, line by line.
 
-    With [twins], a case counts as damped if the majority of it and its twins is.
+    With [twins], a case counts as damped if most of the case and its twins are damped.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ def safe_ranges(
     Raises
     ------
     InputError
-        if `over` was not swept, is not numeric, or was drawn, so that there are no
-        lines
+        if `over` was not swept, is not numeric, or was drawn, so that no cases form a
+        line
     """
     return [found for line in lines_of(data, over, sure) for found in _ranges(*line)]
 
@@ -143,7 +143,7 @@ def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
 
 
 def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64]]:
-    """Return each case's word (with twins, the majority's) and its damped twins' share.
+    """Return each case's word (with twins, the majority's) and share of damped twins.
 
     A damped case whose share of damped twins is below `sure` has the word "unsure".
     """
@@ -165,7 +165,7 @@ def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
 def _lines(
     data: xarray.Dataset, fixed: list[str], values: NDArray[Any]
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
-    """Return ({fixed input: value}, indices of its cases) of each line.
+    """Return ({fixed input: value}, indices of the line's cases) of each line.
 
     Lines that do not span the whole sweep are left out.
 
@@ -229,7 +229,7 @@ class FirstChange:
     Attributes
     ----------
     fixed : {swept input: value} of the line
-    safe : largest value up to which all cases are damped; NaN if the first one is not
+    safe : largest value up to which all cases are damped; NaN if the first case is not
     unsafe : value of the next case, which is not damped; NaN if all are damped
     word : word of that case; "" if all are damped
     changes : number of changes between damped and not damped along the whole line
@@ -257,7 +257,7 @@ class FirstChange:
 def first_changes(
     data: xarray.Dataset, over: str = "force", sure: float = 0.0
 ) -> list[FirstChange]:
-    """Return a `FirstChange` along an input for each line of cases.
+    """Return the `FirstChange` along an input on each line of cases.
 
     Parameters
     ----------
@@ -317,11 +317,11 @@ def working_point(
     Raises
     ------
     InputError
-        if the point has no input, or one that was not swept or is no number
+        if the point has no input, or an input that was not swept or is no number
     """
     swept = swept_of(data)
     if not point:
-        msg = f"a point needs values of swept inputs ({', '.join(swept)}), got none"
+        msg = f"a point needs a value of a swept input ({', '.join(swept)}), got none"
         raise InputError(msg)
     named = {variable_of(n, swept, "input of the point"): v for n, v in point.items()}
     return [_along(data, name, named, sure) for name in named]

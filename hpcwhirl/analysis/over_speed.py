@@ -43,7 +43,7 @@ class Spell(NamedTuple):
     ----------
     begin, end : s
     first, last : rad/s, speeds at `begin` and at `end`
-    regime, whirl : its words; the regime of a run that has none is its outcome
+    regime, whirl : words of the interval; where it has no regime, its outcome instead
     """
 
     begin: float
@@ -124,13 +124,13 @@ def spells_of(told: str) -> list[Spell]:
 def crossings(case: Case) -> list[dict[str, Any]]:
     """Return the critical speeds that a run crosses, in the order of time.
 
-    They are the speeds of Eq. (13) for the pulse's lobes, at which waves of rotor and
-    casing coincide, and for an unbalanced rotor its undamped resonances.
+    These are the speeds of Eq. (13) for the pulse's lobes, at which waves of rotor and
+    casing coincide, and, for an unbalanced rotor, its undamped resonances.
 
     Returns
     -------
     [{"of": "waves" or "unbalance", "speed": rad/s, "time": s, "rising": whether the
-    speed rises there}]
+    speed rises at that time}]
     """
     law, scene = law_of(case.scene), case.scene
     if law is None:

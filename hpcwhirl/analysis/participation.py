@@ -1,7 +1,7 @@
 """Modal amplitudes q_k by nodal diameter and family (Sec. 4.2), from traces.
 
-Tips and centre give two or three signals per nodal diameter, fewer than it has modes,
-so that shapes do not suffice to separate 1F from 2F, but frequencies do. At each
+Tips and centre give two or three signals per nodal diameter, which has more modes than
+that, so that shapes do not suffice to separate 1F from 2F, but frequencies do. At each
 frequency, of all modal amplitudes that reproduce the traces exactly, those with the
 least modal forces are taken,
 
@@ -78,7 +78,7 @@ def _check(tips: Floats, model: Model) -> None:
 def _least_forces(
     signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return the amplitudes (n, m) that give signals (r, n) by least modal forces."""
+    """Return the amplitudes (n, m) of least modal forces that give signals (r, n)."""
     count = signals.shape[1]
     signals = np.hstack([signals, signals[:, ::-1]])
     at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]
@@ -95,7 +95,7 @@ def family_amplitudes(
 ) -> dict[str, Floats]:
     """Return {family: |q_k| (n, N // 2 + 1), m sqrt(kg)} of 1F, 2F and suspension.
 
-    Parameters are those of `contributions`. For a simple harmonic, a standing wave, the
+    For parameters see `contributions`. For a simple harmonic, a standing wave, the
     value is (q^2 + (q'/omega)^2)^(1/2). Columns of nodal diameters at which a family
     has no mode (for the suspension, all but k = 1) are 0; NaN if families are unknown.
     """

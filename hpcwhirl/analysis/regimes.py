@@ -26,7 +26,7 @@ STEADY_SHARE = 0.4  # share of a run, at its end, that is the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged
 SETTLED = 0.2  # share of a run, at its beginning, that `summit` leaves out
 FED = ("pulse", "friction", "rotation")  # terms of the ledger that feed energy
-HARDLY = 1e-10  # distance from an unbalanced rotor's circle, in its radii, taken as 0
+HARDLY = 1e-10  # distance from an unbalanced rotor's circle / its radius, taken as 0
 NOTHING = 1e-280  # J, energy up to which a body counts as at rest
 
 
@@ -51,7 +51,7 @@ class Thresholds:
         0.1, "largest change of ln(amplitude) over the window of a `sustained` motion"
     )
     unclear: float = _limit(
-        0.3, "as `drift`, if the growth is not significant, as of slowly varying motion"
+        0.3, "as `drift`, where growth is not significant, as in slowly varying motion"
     )
     rise: float = _limit(
         0.4, "least change of ln(amplitude) over the window of a `divergent` motion"
@@ -149,8 +149,8 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
 
     The rate is that of a line fitted to the levels of blocks. The error follows from
     the distance of each level from the mean of its neighbours, so that a smooth rise
-    has none, even if it accelerates. A body at rest has rate 0 and error 0; a body that
-    came to rest within the window has the smallest decay rate that explains it.
+    has no error, even if it accelerates. A body at rest has rate 0 and error 0; a body
+    that came to rest within the window has the smallest decay rate that explains this.
     """
     return growths(np.stack([time, energy]))[0]
 
@@ -190,7 +190,7 @@ def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
 def _come_to_rest(at: Floats, level: Floats) -> float:
     """Return the decay rate, 1/s, from the first block to the first block at rest.
 
-    0 for a body that is at rest in the first block, or moves again later.
+    Return 0 for a body that is at rest in the first block, or moves again later.
     """
     moving = np.isfinite(level)
     rest = int(np.argmin(moving))
@@ -224,7 +224,7 @@ def evidence(
 ) -> dict[str, Value]:
     """Return the evidence of a run: the numbers that determine its words.
 
-    Its window is the last 40 % of the run. Evidence comes from `History.judged` and
+    The window is the last 40 % of the run. Evidence comes from `History.judged` and
     from the ledger of every step: the choice of traces does not change it.
 
     At a changing speed, the motion that there would be without contact grows or falls
@@ -244,10 +244,10 @@ def evidence(
     -------
     growth_rate, growth_error (1/s, of both bodies' energy), growth_rotor,
     growth_casing, growth_centre (1/s, of the parts: rotor, casing, the centre on its
-    suspension, of an unbalanced rotor about its circle), growth_last (1/s, of both, in
-    the window's last quarter), summit (-, see `summit`), orbit_radius (m, rms),
+    suspension, of an unbalanced rotor about its circle), growth_last (1/s, of both
+    bodies, last quarter of the window), summit (see `summit`), orbit_radius (m, rms),
     end_time, window (s), whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s),
-    late_fed, late_friction, late_rotation (its two parts), late_lost, late_energy (J),
+    late_fed, its parts late_friction and late_rotation, late_lost, late_energy (J),
     late_contacts (1 if the window has contact), load_end (s; 0 without a load),
     certificate (s, -1 for none), certificate_reach (m), ledger_error, gap_error,
     step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), ledger_pulse,
@@ -260,7 +260,7 @@ def evidence(
     turned = static_frame(
         centre, angle_at(scene, time) if angles is None else angles[first:]
     )
-    with np.errstate(all="ignore"):  # the outcome of such a run follows from its `stop`
+    with np.errstate(all="ignore"):  # the outcome of a run not finite is its `stop`
         rates, mean = _growing(scene, judged, history.circle, start)
         if len(judged.whole) and history.last_contact > start:
             still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)
@@ -399,8 +399,8 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
     The residual must be zero; the energy of a stable scheme and the energy lost to
     damping must not be negative. 1 if the run is not finite.
 
-    turns : whether rotation is full; then both may be negative: Jacobi's energy beyond
-        a critical speed, and losses, since non-rotating supports may feed energy
+    turns : whether rotation is full; then Jacobi's energy may be negative beyond a
+        critical speed, and so may losses, since non-rotating supports may feed energy
     """
     if history.stop == "nonfinite":
         return 1.0

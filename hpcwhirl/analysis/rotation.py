@@ -41,7 +41,7 @@ def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
     """Return the critical speeds of Eq. (13), see `critical_of_families`.
 
     With full rotation, frequencies depend on the speed; a rotor of unequal sectors then
-    has no waves of one nodal diameter, and no critical speeds are returned.
+    has no waves of one nodal diameter, and the list is empty.
     """
     table = modal_table(case.model)
     if case.model.rotor.spin is None:
@@ -65,7 +65,7 @@ def rotation_of_case(case: Case) -> dict[str, Any]:
     auto : the choice of engine.rotation = auto and its reason, see `Choice`, or None
     growth : 1/s, growth rate of the least stable free motion
     unstable_from : rad/s, lowest speed where a free motion grows; None if none is found
-    unbalance_speeds : rad/s, where an unbalance is in resonance with a wave of k = 1
+    unbalance_speeds : rad/s, at which an unbalance is in resonance with a wave of k = 1
     tip_growth : m, largest radial growth of a tip if rotation is full, else None
     clearance : m, at speed; `gap` less the growth if `gap_at` is rest, else `gap`
     film : the squeeze film at the centre, see `_film`, or None
@@ -120,8 +120,8 @@ def _chosen(scene: Scene) -> dict[str, Any] | None:
 def beside(case: Case) -> Case | None:
     """Return the case with the other value of engine.rotation, none or full.
 
-    Inputs that need full get values without effect. None if the engine does not allow
-    the other value.
+    Inputs that need full rotation are set to values without effect. None if the engine
+    does not allow the other value.
     """
     other = BESIDE[case.reduced.engine.rotation]
     settings: dict[str, Any] = {"engine.rotation": other}
@@ -205,10 +205,10 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
 
 
 def bands_over(case: Case, speeds: Floats) -> Waves:
-    """Return the least and the largest |omega| of each family over the speed, rad/s.
+    """Return {family: ((n,), (n,))}, least and largest |omega| over the speed, rad/s.
 
-    They are in the rotating frame, {family: ((n,), (n,))}, and cover all nodal
-    diameters, with full rotation all but k = 1, whose two waves differ much.
+    Frequencies are in the rotating frame, of all nodal diameters, with full rotation of
+    all but k = 1, whose two waves differ much.
 
     speeds : (n,), rad/s
     """
@@ -237,9 +237,9 @@ def bands_over(case: Case, speeds: Floats) -> Waves:
 def side_by_side(case: Case, orders: int) -> dict[str, Any]:
     """Return {"none": facts, "full": facts}, without and with the effects of rotation.
 
-    Facts are those of `rotation_of_case`, `lines` from `lines_of`, and
-    `critical_speeds` from `critical_of`. An engine from file without terms of rotation
-    has only the first.
+    Facts are the result of `rotation_of_case`, and `lines` from `lines_of` and
+    `critical_speeds` from `critical_of`. For an engine from file without terms of
+    rotation only "none" is returned.
     """
     cases = [case, beside(case)]
     return {

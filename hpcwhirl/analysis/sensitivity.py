@@ -1,7 +1,7 @@
 """Sobol' indices: which drawn input makes a quantity vary, alone and with others.
 
-They are computed from independent draws A, B, and from A_i, which is A with input i of
-B (Saltelli et al., Computer Physics Communications 181, 2010,
+They are computed from independent draws A, B, and from A_i, a copy of A with input i
+taken from B (Saltelli et al., Computer Physics Communications 181, 2010,
 doi:10.1016/j.cpc.2009.09.018, Table 2):
 
     S_i = mean(f(B) (f(A_i) - f(A))) / V,   T_i = mean((f(A) - f(A_i))^2) / (2 V)
@@ -46,7 +46,7 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
     Parameters
     ----------
     a, b : (n,), values of the draws A and B
-    mixed : (d, n), values of A_i, A with input i of B
+    mixed : (d, n), values of A_i, a copy of A with input i taken from B
     """
     both = np.concatenate([a, b])
     if np.ptp(both) == 0.0:
@@ -61,7 +61,7 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
     """Return bootstrap intervals of the indices, (2 ends, 2, d), see `indices`.
 
-    They are percentiles over draws taken with replacement; NaN if no value varies in
+    Ends are percentiles over draws taken with replacement; NaN if no value varies in
     more than a share `STILL` of the resamples, as for a regime that hardly any case
     has.
     """
@@ -74,7 +74,9 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a quantity of each case, (cases,); for a regime, 1 in its cases, else 0.
+    """Return a quantity of each case, (cases,); for a regime, 1 if the case has it.
+
+    For a regime, other cases have 0.
 
     NaN for cases without a regime (failed, unstable), whose numbers have no meaning.
 
@@ -90,7 +92,7 @@ def values_of(data: xarray.Dataset, name: str) -> Floats:
     numeric = numbers_in(data)
     if name not in numeric:
         hint = nearest(name, [*numeric, *REGIMES]) or "; hpcwhirl cases --columns '?'"
-        raise InputError(f"unknown number '{name}'{hint}")
+        raise InputError(f"unknown quantity '{name}'{hint}")
     return np.where(good, data[name].to_numpy().astype(float), np.nan)
 
 
@@ -103,7 +105,8 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
     Parameters
     ----------
     data : results of `open_results` whose [sample] has method = "saltelli"
-    names : numeric variables of the results, or regimes: these are 1 or 0 in each case
+    names : numeric variables of the results, or regimes, which count as 1 or 0 in each
+        case
 
     Returns
     -------
@@ -138,7 +141,7 @@ def sensitivity(data: xarray.Dataset, names: Iterable[str] = USUAL) -> xarray.Da
 
 
 def widest(one: xarray.Dataset) -> float:
-    """Return the width of the widest interval of a quantity's indices; NaN: no index.
+    """Return the width of the widest interval of a quantity's indices; NaN without any.
 
     Parameters
     ----------
@@ -152,8 +155,8 @@ def widest(one: xarray.Dataset) -> float:
 def pairs_needed(one: xarray.Dataset) -> int:
     """Return the number of pairs of draws that a quantity's indices need; 0: enough.
 
-    It is a power of 2, as [sample] requires, estimated from the present intervals,
-    which shrink with the square root of the number of pairs.
+    The number is a power of 2, as [sample] requires, estimated from the present
+    intervals, which shrink with the square root of the number of pairs.
 
     Parameters
     ----------

@@ -74,8 +74,8 @@ def shares_of(
                          for row, total in zip(count, cases, strict=True)])  # fmt: skip
     told = {
         "share": f"share of cases that have a {along}",
-        "share_low": "lower end of its interval, 95 %",
-        "share_high": "upper end of its interval, 95 %",
+        "share_low": "lower end of the share's interval, 95 %",
+        "share_high": "upper end of the share's interval, 95 %",
         "count": f"cases of this {along}",
         "cases": f"cases that have a {along}",
         "lost": f"cases without a {along}",
@@ -107,7 +107,7 @@ def counts(
 ) -> NDArray[np.int64]:
     """Return the number of chosen cases by group and kind, (groups, kinds).
 
-    Parameters are those of `shares_of`.
+    For parameters see `shares_of`.
     """
     number = np.unique(group, return_inverse=True)[1]
     table = np.zeros((number.max(initial=-1) + 1, len(kinds)), dtype=np.int64)

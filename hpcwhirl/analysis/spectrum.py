@@ -1,4 +1,4 @@
-"""Spectra: of a planar orbit, of a signal, and spectra of many speeds on one axis."""
+"""Spectra of a planar orbit, of a signal, and of many speeds on a common axis."""
 
 from __future__ import annotations
 
@@ -75,12 +75,14 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
 def strongest(
     where: Floats, amplitude: Floats, low: float, high: float
 ) -> tuple[float, float]:
-    """Return (frequency, amplitude) of the strongest line in [low, high], or (nan, 0).
+    """Return (frequency, amplitude) of the strongest line in [low, high].
+
+    Return (nan, 0) if no line lies there.
 
     Parameters
     ----------
     where, amplitude : (n,), frequencies and amplitudes of a spectrum
-    low, high : in the unit of `where`
+    low, high : limits, in the unit of `where`
     """
     inside = np.flatnonzero((where >= low) & (where <= high))
     if not len(inside):

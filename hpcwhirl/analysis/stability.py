@@ -105,7 +105,7 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
 def _turning_part(
     model: Model, spin: Spin, k: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return the same as `_rotor_part` for a rotor with the terms of rotation."""
+    """Return what `_rotor_part` does, of a rotor with the terms of rotation."""
     piece, blades = spin.waves[k], model.blades
     gyro, rate, stiffness, support = diameter_matrices(model.rotor, piece, speed)
     scale = np.sqrt(piece.multiplicity / blades)
@@ -184,14 +184,16 @@ def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
 def fastest(roots: Complexes, below: float = np.inf) -> complex:
     """Return the root s of largest growth Re s with |Im s| < `below`, rad/s.
 
-    If there is none, Re s is -infinity.
+    If no root lies below, Re s is -infinity.
     """
     slow = roots[np.abs(roots.imag) < below]
     return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
 
 
 def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
-    """Return the static-frame frequency of a rotating-frame one, rad/s; > 0: forward.
+    """Return the static-frame frequency of a line in the rotating frame, rad/s.
+
+    A value > 0 is forward.
 
     e^{i (k phi + line t)} with phi = theta - Omega t turns as theta = (k Omega - line)
     t / k; for k = 1 the result is the frequency of the centre's orbit.

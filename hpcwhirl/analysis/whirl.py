@@ -52,7 +52,10 @@ def static_frame(centre: Floats, angle: Floats) -> Floats:
 
 
 def whole_revolutions(time: Floats, speed: float) -> slice:
-    """Return the slice of the samples' last whole revolutions; all if there is none."""
+    """Return the slice of the samples' last whole revolutions.
+
+    At speed 0, or if samples do not cover a revolution, the slice has all samples.
+    """
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))
     interval = time[1] - time[0]

@@ -44,7 +44,7 @@ class Timing:
     scheme : integrator
     engine : name of the engine: `OWN`, or that of a variant
     contact : share of the timed steps that have contact
-    touching : mean number of blades in contact in such a step
+    touching : mean number of blades in contact in a step with contact
     microseconds_per_step : median over the repeats, us
     spread : (largest - smallest) / median of the repeats' times
     """
@@ -58,7 +58,7 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a march after its pulse, set to take no samples.
+    """Return a march of a scene after the pulse, set to take no samples.
 
     contact : whether blades may touch; otherwise the gap is `FAR`
     """
@@ -76,7 +76,7 @@ def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
 
 @dataclass(frozen=True)
 class Asked:
-    """A timing to make: scene, scheme, whether blades touch; else the gap is `FAR`."""
+    """A request to time steps of a scene; without `contact` its gap is `FAR`."""
 
     scene: Scene
     scheme: str
@@ -136,7 +136,7 @@ def _touching(march: March, saved: Any) -> float:
 def tail_ratio(scene: Scene, repeats: int) -> float:
     """Return the time of a step of a decayed motion, divided by that of a large one.
 
-    It shows whether a decayed motion, of which products of amplitudes would be
+    The ratio shows whether a decayed motion, of which products of amplitudes would be
     denormal numbers, is slower.
     """
     faint = apply_settings(scene, {"force": FAINT})
@@ -167,7 +167,7 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def in_operation(scene: Scene) -> dict[str, Scene]:
-    """Return {name: scene} of `OPERATION`; empty if the scene allows no such inputs."""
+    """Return {name: scene} of `OPERATION`; {} if the scene refuses these inputs."""
     spin = resolve(scene).model.rotor.spin
     plain = spin is None or (spin.support.is_plain and spin.released is None)
     alike = scene.solver.until == "end" and scene.engine.rotation != "auto"
@@ -177,7 +177,7 @@ def in_operation(scene: Scene) -> dict[str, Scene]:
 
 
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {engine: ratios of a step's time with a feature to that without it}.
+    """Return {name of the engine: ratios of a step's time with a feature and without}.
 
     Features are rotation, for each engine, and those of `OPERATION`. An engine is left
     out if no blade touches in the timed steps, with the feature or without it.
@@ -188,7 +188,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     `in_contact` : ratio for steps in which blades touch; mean times of all steps are
         not compared, since the shares of such steps differ
     `shares` : share of timed steps with contact, with the feature and without
-    `touching` : mean number of blades in contact in such a step, with and without
+    `touching` : mean number of blades in contact in a step with contact, likewise
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
@@ -216,7 +216,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
 def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
     """Return the times of a step without and of a step with contact, us.
 
-    flight, mixed : a timing without contact, and one with contact in some steps
+    flight, mixed : a timing without contact, and a timing with contact in some steps
     """
     first = flight.microseconds_per_step
     return first, first + (mixed.microseconds_per_step - first) / mixed.contact

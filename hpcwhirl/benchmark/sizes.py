@@ -1,8 +1,8 @@
 """Time of a step by number of blades, compared with the peak rates of the machine.
 
-Four motions are timed: one far from the casing, the scene's own, one with contact in
-every step and, for unequal sectors, one in which all blades press on the casing. With
-few blades, the first three are also timed for several points a tip.
+Four motions are timed: one far from the casing, that of the scene as given, one with
+contact in every step and, for unequal sectors, one in which all blades press on the
+casing. With few blades, the first three are also timed for several points a tip.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.scene.schemes import DEFAULT
 
-ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # items of a mode that a free step reads
+ITEMS_OF_ROTOR, ITEMS_OF_RING = 4, 6  # array elements of a mode that a free step reads
 SIZES = 22, 44, 88, 176
-MOST_SEVERAL = 44  # blades that are also timed with several points a tip
+MOST_SEVERAL = 44  # largest number of blades also timed with several points a tip
 CYCLIC, UNEQUAL = "equal", "unequal"
 FLIGHT, GIVEN, RUBS, PRESSED = "in flight", "as given", "rubs", "all press"
 RUBBING = "mostly_damped"  # a scene with contact in every step after the first contact
@@ -69,7 +69,7 @@ class Row:
     blades, points : N, n_c
     sectors : `CYCLIC` or `UNEQUAL`
     motion : `FLIGHT`, `GIVEN`, `RUBS` or `PRESSED`
-    timing : time of its steps, see `Timing`
+    timing : time of the motion's steps, see `Timing`
     step_in_contact : time of a step with contact, us; 0 if no step had contact
     counts : operations and bytes of a mean step; with contact a lower bound
     peak, bandwidth : operations and bytes per second, each divided by the highest rate
@@ -111,14 +111,14 @@ def rows_of(
     Parameters
     ----------
     scene : scene whose number of blades is changed
-    sizes, repeats : numbers of blades; repeats of each timing
+    sizes, repeats : numbers of blades, and number of repeats of each timing
     peak : GFLOP/s, measured peak rate
     several : functions that return a scene with several contact points a tip
 
     Raises
     ------
     InputError
-        for an engine from file or one that is mistuned already
+        for an engine from file or an engine that is mistuned already
     """
     if scene.engine.file or scene.engine.rotor.is_uneven:
         msg = "timing by number of blades needs a built-in engine with equal blades"
@@ -163,7 +163,7 @@ def requests_of(
     """
     found = []
     for sectors in (CYCLIC, UNEQUAL):
-        # of equal sectors all that press are one
+        # if equal sectors all press, only one of them is integrated
         more = [FLIGHT, GIVEN, RUBS] + [PRESSED] * (sectors == UNEQUAL)
         single = [asked_of(scene, blades, sectors, motion) for motion in more]
         for points in (None, *(several if blades <= MOST_SEVERAL else ())):
@@ -211,7 +211,7 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
     A step without contact takes 11 operations for a real amplitude of the rotor, 36 for
     a complex one of the ring, 2 for an entry of the transform, 4 for a gap; in
     `general` also 2 for an entry of the matrix of tips by modes. A wave takes 12 with
-    rotation, one of a whole rotor 8, whose tips are read only near the casing. Equal
+    rotation, or 8 for a whole rotor, whose tips are read only near the casing. Equal
     sectors without rotation have no transform far from the casing. A blade in contact
     adds its rows of tips, forces and works; not counted are tips that are read without
     contact, the search for the multipliers and further reads of a pass over modes. For
@@ -278,7 +278,7 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
     """Return the numbers of matrix entries read in each step, and in rows of contact.
 
-    Of waves, tips far from the casing are not read.
+    If the rotor is integrated as waves, tips far from the casing are not read.
     """
     if isinstance(rotor, WholeRotor | UncoupledRotor):
         rows = rotor.read, rotor.push, rotor.slides, rotor.ring
@@ -314,7 +314,7 @@ def _line(row: Row) -> list[str]:
 
 
 def over_single(rows: Sequence[Row]) -> list[str]:
-    """Return lines on the time of a step with several points a tip / with one."""
+    """Return lines with the ratio of step times of several points a tip and of one."""
     of = {
         (row.blades, row.sectors, row.motion, row.points): row
         for row in rows

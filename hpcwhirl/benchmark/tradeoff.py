@@ -22,7 +22,7 @@ NUDGE = 1e-7  # relative change of the force from one twin of a case to the next
 CONFIDENCE = 0.95
 LEAST = 0.01  # of the gap: least displacement of the centre that scales an error
 WARM = 200  # steps that compile a kernel before the timing
-# {name of a number: what scales its error, see `difference`}
+# {name of a number: scale of its error, see `difference`}
 NUMBERS = {
     "orbit_radius": "radius",
     "contact_impulse": "itself",
@@ -56,8 +56,8 @@ class Compared:
     seconds : processor time of each repeat, s
     words : "REGIME WHIRL" of each repeat
     agree : number of repeats with the reference's words
-    errors : {number: relative error of the mean over the repeats}, see `NUMBERS`
-    margins : {number: half the confidence interval of that error}
+    errors : {name: relative error of the mean over the repeats}, names of `NUMBERS`
+    margins : {name: half the confidence interval of that error}
     ledger : largest |ledger_error|
     refused : error message if the setting was refused, else ""
     """
@@ -83,10 +83,10 @@ class Compared:
 
 
 def run_once(scene: Scene, twin: int) -> Sample:
-    """Integrate a twin: its force (gap, if unloaded) times 1 + `twin` * `NUDGE`.
+    """Integrate a scene with its force (if 0, its gap) times 1 + `twin` * `NUDGE`.
 
-    The timed run keeps the scene's traces. Unless these are full, a second run with
-    full traces gives the peak displacement of the tips.
+    The timed run keeps the traces that the scene asks for. Unless these are full, a
+    second run with full traces gives the peak displacement of the tips.
     """
     nudged = "force" if scene.is_loaded else "gap"
     larger = getattr(scene, nudged) * (1.0 + twin * NUDGE)
@@ -173,12 +173,12 @@ def _usual_words(samples: Sequence[Sample]) -> tuple[str, str]:
 def difference(
     number: str, samples: Sequence[Sample], reference: Sequence[Sample], gap: float
 ) -> tuple[float, float] | None:
-    """Return (relative error of the mean, half its confidence interval), or None.
+    """Return (relative error of the mean, half its confidence interval).
 
     Errors are relative to the reference's mean; for displacements of the centre to at
     least `LEAST` times the gap. The error of a growth rate is multiplied by the window,
-    which makes it a change of ln amplitude. None if a value is not finite, or if both
-    samples and reference are 0.
+    which makes it a change of ln amplitude. Return None if a value is not finite, or if
+    both samples and reference are 0.
 
     Parameters
     ----------
@@ -212,7 +212,10 @@ def _margin(a: Any, b: Any) -> float:
 
 
 def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
-    """Return {number: largest error of one twin against the mean of the others}."""
+    """Return {name: largest error of one twin against the mean of the other twins}.
+
+    Names are those of `NUMBERS`.
+    """
     out = {}
     for number in NUMBERS:
         errors = [
@@ -233,7 +236,7 @@ class Tradeoff:
     ----------
     compared : results of each setting on each scene
     words : {scene: words of the reference's twins}
-    floors : {scene: {number: result of `floor_of`}}; smaller errors have no meaning
+    floors : {scene: result of `floor_of`}; smaller errors have no meaning
     reference : inputs of the reference
     reference_seconds : {scene: median processor time of a reference run, s}
     """
@@ -268,7 +271,7 @@ def measure(
     Raises
     ------
     InputError
-        if a scene cannot be integrated as it is, or with the reference's settings
+        if a scene cannot be integrated as given, or with the reference's settings
     """
     out = Tradeoff([], {}, {}, trials()["reference"], {})
     for name, scene in scenes.items():

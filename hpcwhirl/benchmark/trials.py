@@ -20,7 +20,7 @@ A_BLADE = "modes_a_blade"  # key of a setting: fixed-interface modes / N
 
 @dataclass(frozen=True)
 class Setting:
-    """Inputs of a run: `axis` names what is varied, `label` the setting itself."""
+    """Inputs of a run: `axis` names the property varied, `label` the setting itself."""
 
     axis: str
     label: str
@@ -34,7 +34,7 @@ def trials() -> dict[str, Any]:
 
 
 def default_scenes(base: Scene) -> dict[str, Scene]:
-    """Return {name: scene}: one for each kind of motion, and one near a boundary."""
+    """Return {name: scene}: a scene of each kind of motion, and one near a boundary."""
     table = trials()["scenes"]
     return {name: apply_settings(base, inputs) for name, inputs in table.items()}
 

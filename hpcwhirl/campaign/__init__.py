@@ -8,7 +8,7 @@ The package is callable: `hpcwhirl.campaign("whirl.toml", "results")` calls the 
 
 Rank 0 hands out cases by messages to single ranks, and computes cases, too; a single
 process is rank 0 of one. The `planner` tells rank 0 which jobs are left. At first every
-worker is sent units of work; later it asks for more when it begins those that it has.
+worker is sent units of work; later it asks for more when it begins the units it has.
 The last units, one for each rank, go to workers that have none. The time of a case is
 predicted from finished cases with similar inputs. Predictions decide the order of
 cases, the time left and the number of units sent at once, never a result. An isolated

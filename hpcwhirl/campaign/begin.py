@@ -1,4 +1,4 @@
-"""The start of a call: claim the campaign's directory, then make or continue it."""
+"""The start of a run: claim the campaign's directory, then make or continue it."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
     Raises
     ------
     InputError
-        if the directory belongs to another campaign, or another run computes there
+        if the directory belongs to another campaign, or another run computes in it
     """
     design, directory, policy, fresh, extend = prepared
     asking = asking_of(stopping, take_over=policy.take_over)
     if fresh and directory.path.exists():
-        with directory.claims.make(CAMPAIGN, asking) as old:  # until no shard uses it
+        with directory.claims.make(CAMPAIGN, asking) as old:  # waits for its shards
             old.check()
             aside = directory.put_aside()
             if aside:
@@ -89,18 +89,18 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
     }
     if cases:
         noun = "case" if len(cases) == 1 else "cases"
-        say(f"{len(cases)} {noun} ended at the amplitude limit: more time cannot help")
+        say(f"{len(cases)} {noun} ended at the amplitude limit: none is extended")
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
-    """Return options of a claim: it waits for other processes until a stop request.
+    """Return options of a claim, which waits for other processes until a stop request.
 
     take_over : whether claims of processes on other machines count as dead
     """
 
     def check() -> None:
         if stopping():
-            msg = f"{stopping.reason} while another process was waited for"
+            msg = f"{stopping.reason} while waiting for another process"
             raise BrokenOffError(msg)
 
     return Asking(take_over, say, check)
@@ -127,12 +127,13 @@ def owned(
     shard : shard that this run computes; None: all cases
     comm : communicator of all ranks, each of which must call
     stopping : handler of stop requests of this process
-    own : claim that rank 0 already has, which is not released here; None: make one
+    own : claim that rank 0 already holds and keeps afterwards; None: a claim is made
+        and released here
 
     Raises
     ------
     InputError
-        on every rank, if another run computes there
+        on every rank, if another run computes in the directory
     """
     new, error = None, None
     if own is None and comm.rank == 0:

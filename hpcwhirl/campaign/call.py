@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 
 INTERNAL = 70
 FLAGS = ("fresh", "take_over")
-NO_OPTIONS = ("out", "map", "report")  # keys of [campaign] that are no options here
+NO_OPTIONS = ("out", "map", "report")  # keys of [campaign] refused as keyword options
 OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)
 
 
 @dataclass(frozen=True)
 class Call:
-    """The arguments of one call of `hpcwhirl.campaign`, not checked yet."""
+    """The arguments of a call of the function `hpcwhirl.campaign`, not yet checked."""
 
     design: Any
     out: Any
@@ -69,7 +69,9 @@ class Call:
         return data
 
     def _agreed(self, comm: Communicator) -> tuple[Measure | None, WhirlError | None]:
-        """Return the user's function of this rank, and the error of any rank, if any.
+        """Return (the user's function on this rank, the first error of any rank).
+
+        The function is None without `measure`; the error is None if all ranks agree.
 
         Ranks with different functions would mix their numbers in one campaign, so all
         ranks call this before a directory is made.
@@ -117,13 +119,13 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
     if missing.any():
         count = f"{missing.sum()} of {len(reasons)} cases"
         say(
-            f"measure gave no numbers in {count}, first {reasons[missing][0]}; once it "
-            'is corrected, retry="failed" computes them'
+            f"measure gave no numbers in {count}, the first because of "
+            f'{reasons[missing][0]}; correct measure, then retry="failed" adds them'
         )
 
 
 def _unlike(rank: int, first: Any, other: Any) -> str:
-    """Return the error text for user's functions that differ between two ranks."""
+    """Return the error text for a user's function that differs between two ranks."""
     what = "one of these ranks has no measure"
     if first and other:
         what = "their variables differ"
@@ -149,4 +151,6 @@ def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
     if ending.complete:
         return prepared.directory.path
     why = f": {ending.reason}" if ending.reason else ""
-    return StoppedError(f"stopped early{why}; {safe}; the same call continues")
+    return StoppedError(
+        f"stopped early{why}; {safe}; the same call continues the campaign"
+    )

@@ -37,7 +37,7 @@ class Checkpoints:
 
     Parameters
     ----------
-    states : those of the campaign
+    states : saved states of the campaign
     every : computing time of a case between two checkpoints, s
     say : function that prints one line about a state that is unusable or not written
     """
@@ -46,14 +46,14 @@ class Checkpoints:
         self.states, self.every, self.say = states, every, say
         self.kept = self.states.names()  # the directory is listed only once
         self.mute = False
-        # {digest: seconds of the case when it was saved}
+        # {digest: computing time of the case when its state was saved, s}
         self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Continue a case from its saved state, if there is one that fits.
+        """Continue a case from its saved state, if a state is saved and fits.
 
         An undecided case has marches to several end times, see `simulate.Course`; the
-        state may belong to any of them.
+        saved state may belong to any of these marches.
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}
@@ -66,14 +66,14 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore a march from the saved state of its case, if one fits."""
+        """Restore a march from the saved state of its case, if that state fits."""
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
         try:
             arrays = self._arrays(digest, march)
             if arrays is not None and not restore(march, arrays):
-                msg = f"the state of case {digest[:12]} has other arrays"
+                msg = f"the saved state of case {digest[:12]} has unsuitable arrays"
                 raise StoreError(msg)  # noqa: TRY301 - printed below
         except StoreError as failed:
             self.say(f"{failed}: the case starts anew")
@@ -81,7 +81,7 @@ class Checkpoints:
         self.saved[digest] = march.seconds
 
     def _arrays(self, digest: str, march: March) -> Arrays | None:
-        """Return the arrays of a saved state, None if there is none.
+        """Return the arrays of a case's saved state; None if no state is saved.
 
         The state may be that of one sector or of all; the march is folded or unfolded
         to match it.
@@ -103,7 +103,7 @@ class Checkpoints:
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; a failure is printed once, and is no error."""
+        """Save the state of a case; if that fails, print why, once, and go on."""
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))
@@ -120,11 +120,14 @@ class Checkpoints:
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether the end of a case is stored, its last motion or None)."""
+        """Return (whether the end of a case is stored, the last motion).
+
+        The motion is None if no end is stored, or no case can continue from it.
+        """
         try:  # any rank may have saved it
             arrays = self.states.read(end_name(digest), {FITS: MOTIONS})
         except StoreError as failed:
-            self.say(f"{failed}: the cases before it are integrated again")
+            self.say(f"{failed}: the preceding cases are integrated again")
             return False, None
         if not arrays:
             return arrays is not None, None
@@ -147,9 +150,9 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Let case `after`, if it has no state, continue from the state of `digest`."""
+        """Let case `after`, if it has no saved state, continue that of `digest`."""
         if digest and after not in self.kept:
-            with suppress(MissingFileError):  # it can start anew
+            with suppress(MissingFileError):  # the case can start anew
                 if self.states.hand_over(digest, after):  # any rank may have saved it
                     self.kept |= {digest, after}
 

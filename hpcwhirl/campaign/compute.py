@@ -36,7 +36,7 @@ def late(march: March, limit: float) -> LateError:
     """Return the error of a case whose computing time has passed `limit`, s."""
     share = march.steps / march.total
     return LateError(
-        f"more than {limit:g} s of computing, {share:.1%} of the case: a greater "
+        f"more than {limit:g} s of computing, {share:.1%} of the case done: a greater "
         "--case-limit with --retry timeout continues from there"
     )
 
@@ -120,11 +120,13 @@ class Computation:
     ----------
     job : the job
     scene, digest : the scene to integrate, and its digest
-    before : digest of the preceding stage, whose last state is continued; "": none
+    before : digest of the case's preceding stage, whose last state is continued; "":
+        no preceding stage
     facts : further entries of the record: digest of the case, number of the twin, end
         time, s
     lasts : whether the last state is saved, since a longer run may continue from it
-    follows : digest of the case whose last motion is the initial one; "": none
+    follows : digest of the case whose last motion is the initial one of this case; "":
+        the case begins with its pulse
     """
 
     job: Job

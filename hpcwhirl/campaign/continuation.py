@@ -28,10 +28,13 @@ class Ends(Protocol):
     """Storage of the last motions of cases."""
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether a case is known to have ended, its last motion or None)."""
+        """Return (whether a case is known to have ended, its last motion).
+
+        The motion is None if the case has not ended or no case can continue from it.
+        """
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Store the last motion of a case, None for none."""
+        """Store the last motion of a case; None: no case can continue from it."""
 
 
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
@@ -78,5 +81,5 @@ def _ended(
 ) -> Motion | None:
     try:
         return end_of(*march(_going_on(resolve(scene), motion), motion))
-    except InputError:  # that case failed
+    except InputError:  # the preceding case failed
         return None

@@ -51,7 +51,7 @@ class Tracking:
     ----------
     span : time over which the edge is followed, s
     look : time after which the side of a state is determined, s; up to `LOOKS` times as
-        long if it is undecided
+        long if the motion is still undecided
     begin : time at which the states after the pulses are taken, s; 0: after two
         durations of the pulse
     near, far : distances of the two states, as square roots of energy relative to the
@@ -152,7 +152,7 @@ class Continued:
         self._rest = copy_of(still)
 
     def between(self, low: Moment, high: Moment, share: float) -> Moment:
-        """Return the state between two states at one time; share 0: low, 1: high."""
+        """Return the state between two simultaneous states; share 0: low, 1: high."""
         put_between(self.march, low.state, high.state, share)
         return Moment(copy_of(self.march), low.rows[:0])
 
@@ -164,7 +164,7 @@ class Continued:
         return apart / size if size > 0.0 else math.inf
 
     def ahead(self, moment: Moment) -> Moment | None:
-        """Return the state a stride later; None if the run ends before."""
+        """Return the state a stride later; None if the run ends before that time."""
         start = self._put(moment)
         rows = int(self.march.counter[contact.JUDGED])
         self.march.reach(start + self.stride)
@@ -203,7 +203,7 @@ class Continued:
         return word
 
     def leaving(self, moment: Moment) -> Leaving:
-        """Return the motion that continues from a state, and its word."""
+        """Return the motion that continues from a state, and its word, as `Leaving`."""
         start, word = self._put(moment), self.word(moment)
         later = since(self.march.history(), start * self.step)
         radius = np.hypot(*later.judged.centre.T)
@@ -237,7 +237,8 @@ def edge(
     Raises
     ------
     InputError
-        if both pulses lead to the same word, or one to none within `LOOKS` times look
+        if both pulses lead to the same word, or the motion after one of them has no
+        word of `CAN_TELL` within `LOOKS` times `look`
     analysis.edge_tracking.LostEdgeError
         if the edge is lost
     """
@@ -277,7 +278,7 @@ def edge_between(
     motions : motions of the scene
     ends : two states at the same step
     how : times and distances; `look` must be that of the motions
-    told : name of the states in messages
+    told : name of the two states in messages
     tell : as for `edge`, where the errors are listed
     """
     low, high = map(motions.word, ends)
@@ -316,7 +317,9 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
         msg = (
             f"after {start:g} s the motion of a pulse of {force:g} N has ended already"
         )
-        raise InputError(f"{msg}: begin earlier, or choose pulses nearer to the edge")
+        raise InputError(
+            f"{msg}: use a smaller `begin`, or choose pulses nearer to the edge"
+        )
     return march
 
 
@@ -327,8 +330,9 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
     for word in words:
         if word not in CAN_TELL:
             raise InputError(
-                f"no edge: one of {told} is {word} after {LOOKS} times look, allowed "
-                f"{', '.join(CAN_TELL)}: raise look"
+                f"no edge: the motion from one of {told} is still {word} after {LOOKS} "
+                f"times `look`; its word must be one of {', '.join(CAN_TELL)}: use a "
+                "longer `look`"
             )
 
 
@@ -340,7 +344,7 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
               for _ in m.rows]  # fmt: skip
     rows = np.concatenate([moment.rows for moment in states])
     begin = int(found.pieces[0][0].state.counter[contact.STEP])
-    first = -(-(begin + 1) // beat)  # the first row of evidence after it
+    first = -(-(begin + 1) // beat)  # the first row of evidence after `begin`
     time: Floats = (first + np.arange(float(len(rows)))) * (beat * motions.step)
     centre = static_frame(rows[:, : contact.OF_ROTOR], scene.speed * time)
     energy = rows[:, contact.OF_ROTOR] + rows[:, contact.OF_CASING]

@@ -196,7 +196,7 @@ class Evaluator:
     ) -> Completion:
         """Journal why a case failed; print the first `MOST_TOLD` reasons.
 
-        seconds : computing time until it failed
+        seconds : computing time until the case failed
         """
         status = "failed"
         if isinstance(failed, LateError):
@@ -262,7 +262,7 @@ class Evaluator:
         if self.told <= MOST_TOLD:
             say(text)
         if self.told == MOST_TOLD:
-            say("this rank prints no more of its cases without a result")
+            say("further cases of this rank without a result are not printed")
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         self._writing(lambda: self.context.journal.append(record, traces))

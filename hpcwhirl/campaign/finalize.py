@@ -42,22 +42,22 @@ LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 @dataclass(frozen=True)
 class Ending:
-    """Outcome of one call of a campaign.
+    """Outcome of one run of a campaign.
 
     Attributes
     ----------
     complete : whether all cases have ended and results were written
     cases : number of cases of the campaign
-    failed : number of cases without a result, for any reason, when the campaign is
-        complete; those of this shard while other shards are not complete
+    failed : number of cases without a result, for any reason: of the campaign when it
+        is complete, of this shard while other shards are not complete
     missing : number of failed cases that have no record at all
     results : path of results.h5
     reason : reason for an early stop
-    gave_up : whether it stopped after `max_fails` failures
-    piloted : whether it was a pilot whose time was up
+    gave_up : whether the run stopped after `max_fails` failures
+    piloted : whether the run was a pilot and stopped when its time was up
     left : number of cases of other shards without a result so far
     lasting : whether the same command would stop again at once for the same reason
-    gathered : whether results.h5 was written; False if it was up to date
+    gathered : whether this run wrote results.h5; False if the file was up to date
     """
 
     complete: bool
@@ -78,8 +78,8 @@ def conclude(
 ) -> Ending:
     """Gather the results of a complete campaign; if that fails, return an early stop.
 
-    A shard gathers only if it is the last one to be complete. The other shards count
-    only their own failures.
+    Only the last shard to be complete gathers; the others count only the failures among
+    their own cases.
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -116,7 +116,7 @@ def conclude(
 def _gathered(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> bool:
-    """Gather the results again if they are out of date; return whether they were."""
+    """Gather the results again if they are out of date; return whether it did so."""
     fresh = work.jobs > 0
     if comm.rank == 0:
         fresh = fresh or not is_current(directory, threshold_facts())
@@ -127,11 +127,11 @@ def _gathered(
 
 
 def _tell_budget(design: Design, directory: Directory) -> None:
-    """Print how many cases the budget left out, if it has ended the refinement."""
+    """Print how many cases the budget left out, if the budget ended the refinement."""
     dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
-        say(f"the budget ended the refinement: it left out {dropped} cases, and those "
-            "that their words might have asked for")  # fmt: skip
+        say(f"the budget ended the refinement: it left out {dropped} cases, and others "
+            "that the words of these might have required")  # fmt: skip
 
 
 def _forget_the_dead(directory: Directory) -> None:
@@ -215,7 +215,7 @@ def write_case(path: Path, design: Design, result: Result) -> None:
     Raises
     ------
     MissingFileError, StoreError
-        if it cannot be written; an older file stays
+        if the file cannot be written; an older one stays
     """
     name = design.digest(0)
     performance = {"rank": 0, "host": socket.gethostname(), **result.performance}

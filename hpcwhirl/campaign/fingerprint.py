@@ -193,7 +193,7 @@ def _is_own(module: str) -> bool:
     file = getattr(sys.modules.get(module), "__file__", None)
     if module == "__main__":
         return True
-    if file is None:  # of a notebook, or built-in
+    if file is None:  # a notebook's module, or a built-in one
         return str(module).partition(".")[0] not in sys.stdlib_module_names
     path = Path(file).resolve()
     return not any(path.is_relative_to(folder) for folder in _installed())
@@ -268,7 +268,7 @@ class _Walk:
     def _of_function(self, given: FunctionType) -> Iterator[str]:
         yield f"{given.__module__}.{given.__qualname__}"
         if not _is_own(given.__module__) and not given.__closure__:
-            return  # of an installed package: not followed
+            return  # a function of an installed package: not followed
         yield from self._of_code(given.__code__)
         yield self.digest((given.__defaults__, given.__kwdefaults__))
         yield self._state(given)

@@ -96,7 +96,7 @@ class Measure:
 
 @contextmanager
 def _guarded() -> Iterator[None]:
-    """Protect the process and its working directory while a user's function runs.
+    """Protect this process and its working directory while a user's function runs.
 
     `os._exit` raises in this process and thread, a forked child that returns is ended,
     and the working directory and NumPy's error settings are restored.
@@ -134,17 +134,17 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Check a user's function given in Python; return it as `Measure`, None for none.
+    """Check a user's function given in Python; return a `Measure`, None without one.
 
     Raises
     ------
     InputError
-        if it is no function or has no fingerprint, if its variables are not declared,
-        or if one has a name that results already use
+        if `function` is no function or has no fingerprint, if its variables are not
+        declared, or if the name of a variable is already in use in results
     """
     if function is None and variables is None:
         if version is not None:
-            msg = f"version needs a measure, and there is none; got {shown(version)}"
+            msg = f"version is used only with measure, got {shown(version)} without it"
             raise InputError(msg)
         return None
     if not callable(function):
@@ -160,14 +160,16 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
 def _told(name: Any, given: Any) -> tuple[str, str]:
     """Check a variable's name, unit and meaning; return unit and meaning."""
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
-        msg = f"variables: a name is letters, digits and _, got {shown(name)}"
+        msg = f"variables: a name has only letters, digits and _, got {shown(name)}"
         raise InputError(msg)
     taken = {
         *ROW, *BLADES, *CHAOS, *OVER_SPEED, *WORN, *TUNED, *STATUS, *TRACES, *AXES,
         *PERFORMANCE, *SHARE, GROUP, CELLS, BOUNDARIES, WHY_NOT, "performance",
     }  # fmt: skip
     if name in taken | set(map(variable_name, INPUTS)):
-        raise InputError(f"variables: {name} is a name of the results: choose another")
+        raise InputError(
+            f"variables: {name} is a name of the results: choose another name"
+        )
     pair = (given, name.replace("_", " ")) if isinstance(given, str) else given
     if not isinstance(pair, tuple | list) or [type(t) for t in pair] != [str, str]:
         raise InputError(f"variables must be {ALLOWED}, got {shown({name: given})}")

@@ -11,11 +11,11 @@ from hpcwhirl.scene.campaign_tables import Campaign, walltime_seconds
 
 
 class Policy(Campaign):
-    """Options of one call: those of [campaign], and further ones.
+    """Options of one run: the keys of [campaign], and the attributes listed here.
 
     Attributes
     ----------
-    seconds : wall time until this call stops, s; None: no limit
+    seconds : wall time until this run stops, s; None: no limit
     shard : part of the cases to compute; the last shard to end gathers
     take_over : whether claims of processes on other machines count as dead
     pilot : computing time after which a pilot stops, s; its cases are spread evenly
@@ -35,7 +35,7 @@ class Policy(Campaign):
         take_over: bool = False,
         pilot: float | None = None,
     ) -> Self:
-        """Return the options of a call that starts now."""
+        """Return the options of a run whose wall time counts from now."""
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
         own["pilot"] = pilot

@@ -25,8 +25,10 @@ from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
 Floats = NDArray[np.float64]
-PATIENCE = 3.0  # a rank counts as gone if no case ended in so many times of the longest
-LEAST_PATIENCE = 60.0  # s, lower limit of that time
+# A rank counts as gone if none of its cases ended within this multiple of the longest
+# computing time of a case, but at least within `LEAST_PATIENCE`, s.
+PATIENCE = 3.0
+LEAST_PATIENCE = 60.0
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,8 @@ class Progress:
 
     Attributes
     ----------
-    cases, done, failed, left : numbers of all cases, of those with a result, without
-        one, and not yet ended
+    cases, done, failed, left : numbers of all cases, of cases with a result, of cases
+        that ended without a result, and of cases that have not ended
     ranks : number of ranks that finished a case recently
     rate : cases per hour of these ranks; None before the first case has ended
     eta : time left at that rate, by predicted cost, s; None if unknown
@@ -99,7 +101,7 @@ class Worker:
 
     Attributes
     ----------
-    begun, ended : s since 1970
+    begun, ended : start of the rank, and end of its last case, s since 1970
     seconds : computing time of its cases, s
     work : steps of its cases
     cases : number of cases
@@ -113,7 +115,7 @@ class Worker:
 
     @property
     def span(self) -> float:
-        """Wall time from its beginning to its last finished case, s."""
+        """Wall time from the rank's start to the end of its last case, s."""
         return max(self.ended - self.begun, 1e-9)
 
 
@@ -175,7 +177,10 @@ def computing(
 
 
 def predicted_work(manifest: Manifest) -> Floats:
-    """Return the number of steps of each case, (cases,); 1 if the step is no input."""
+    """Return the number of steps of each case, (cases,).
+
+    Where the time step is not an input, it counts as 1 s.
+    """
     table, base = manifest.table, manifest.base
     cases = np.arange(len(table))
 
@@ -189,7 +194,7 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the ranks whose last case ended recently, so that they seem to be working.
+    """Return the workers whose last case ended recently, and so seem to be working.
 
     "Recently" is relative to the last case that ended on any rank.
 
@@ -308,7 +313,7 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
     Raises
     ------
     MissingFileError, StoreError
-        if it is no campaign's directory, or its manifest is damaged
+        if `directory` is no campaign's directory, or its manifest is damaged
     """
     now = time.time() if now is None else now
     seen = Seen(directory, directory.plan.read())
@@ -344,7 +349,7 @@ def progress_of(directory: Directory, now: float | None = None) -> Progress:
 def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> str:
     """Return `STOP` if that file exists, else why the last run stopped early.
 
-    It is "" after a kill and while a run is active.
+    Return "" after a kill, and while a run is active.
     """
     if directory.stop_file.exists():
         return STOP

@@ -66,7 +66,8 @@ def campaign(
     InputError
         naming the input, its value and what is allowed; nothing was computed
     StoppedError
-        if it ended early; finished cases are kept, and the same call continues
+        if the campaign ended early; finished cases are kept, and the same call
+        continues with the others
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Distribution of jobs over ranks; rank 0 hands out jobs and computes, too.
 
 The first units go out together. From then on messages are point to point: a worker asks
-for its next units when it begins those that it has, so that it need not wait, and
+for its next units when it begins the units it has, so that it need not wait, and
 reports in the same message what it has finished; rank 0 answers between the slices of
 its own case. With many ranks or short cases an answer has several units, see
 `WorkQueue.bundle`.
@@ -41,7 +41,7 @@ class Evaluate(Protocol):
 
 Notice = Callable[[int, Any], None]
 Unit = tuple[int, int]  # (number in the queue, task that is sent to a rank)
-Done = tuple[int, Any, float]  # (number of a unit, its completion, its seconds)
+Done = tuple[int, Any, float]  # (number of a unit, its completion, its time, s)
 
 
 @dataclass
@@ -55,8 +55,8 @@ class Tally:
     span : time from the first units sent until all ranks have ended, s
     cases : number of computations finished here, including twins and later stages
     seconds : time of the last computation, s
-    beside, first : time of a computation outside the kernel, s: the median, and what
-        the first one took in addition
+    beside, first : time outside the kernel, s: the median over computations, and the
+        additional time of the first computation
     waits : function called repeatedly while this rank waits for others
     """
 
@@ -304,7 +304,7 @@ def keep_shares(
         try:
             why = next((why for _, why in gathered if why), "")
             runs.write(run, shares, why)
-        except MissingFileError as full:  # results do not need it
+        except MissingFileError as full:  # results do not need this file
             say(f"the ranks' times were not kept: {full}")
 
 

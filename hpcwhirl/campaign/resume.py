@@ -30,8 +30,8 @@ from hpcwhirl.store.results.sampled import drawn_axis
 
 MOST_TRIED = 32  # models built to find a case that can be integrated
 FIXED = (
-    "--extend and [refine] exclude each other, since cases are added by words of one "
-    'duration: use until = "decided" in [solver] instead'
+    "--extend and [refine] exclude each other, since [refine] compares words of runs "
+    'of equal duration: use until = "decided" in [solver] instead'
 )
 
 
@@ -48,7 +48,7 @@ def prepare(
     Parameters
     ----------
     design, directory : the campaign
-    extend : end time to which undecided cases are extended, s; None: as before
+    extend : end time to which undecided cases are extended, s; None: no further one
     mends : whether a changed user's function is accepted, since only cases without
         numbers of the function will be computed
     check : raises if another process has taken over the directory; see
@@ -62,7 +62,9 @@ def prepare(
         stopped
     """
     if directory.stop_file.exists():
-        msg = f"{directory.stop_file} keeps this campaign stopped: remove it to go on"
+        msg = (
+            f"{directory.stop_file} keeps this campaign stopped: remove it to continue"
+        )
         raise InputError(msg)
     old, manifest, plan = None, design.manifest(), directory.plan
     if plan.path.exists():
@@ -84,20 +86,21 @@ def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
     if changed:
         raise InputError(
             f"{file.folder} has numbers of another measure: {changed} differs: use "
-            'another out, or fresh=True to compute all anew; retry="failed" keeps the '
-            "numbers that are there and computes only what has none"
+            'another `out`, or fresh=True to compute all cases anew; retry="failed" '
+            "keeps these numbers and computes only the cases without any"
         )
 
 
 def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[float]:
     """Return the end times, s, to which undecided cases of a campaign are extended.
 
-    extend : a further end time, s, which may be equal to the last one; None for none
+    extend : a further end time, s, which may be equal to the last one; None: no
+        further one
 
     Raises
     ------
     InputError
-        if it is shorter than the last one, or no case would last longer
+        if `extend` is earlier than the last end time, or no case would last longer
     """
     if extend is not None and (design.grows or design.is_branched):
         raise InputError(FIXED if design.grows else OF_BRANCH)
@@ -110,13 +113,15 @@ def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[fl
         raise InputError(f"{msg}{extend:g}")
     least = float(min(last.min() for last in design.columns.last_ends()))
     if extend <= least:
-        msg = f"--to must be > {least:g} s, which all cases last anyway, got {extend:g}"
+        msg = (
+            f"--to must be > {least:g} s, the planned end of all cases, got {extend:g}"
+        )
         raise InputError(msg)
     return times if extend == last else [*times, extend]
 
 
 def as_begun(design: Design, plan: PlanFile) -> Design:
-    """Return the design with the draws stored in its plan, if there are any.
+    """Return the design with the draws stored in the plan, if it stores draws.
 
     Raises
     ------
@@ -133,9 +138,9 @@ def as_begun(design: Design, plan: PlanFile) -> Design:
     if is_begun_by(kept, own) or is_begun_by(own, kept):
         return design
     if len(kept) < len(own):
-        msg = f"{plan.folder} has other draws than this version of SciPy makes: it "
-        msg += "cannot be "
-        raise InputError(msg + f"continued beyond {len(kept)} draws a point")
+        msg = f"{plan.folder} has other draws than this version of SciPy makes: the "
+        msg += "campaign cannot be "
+        raise InputError(msg + f"continued beyond {len(kept)} draws per point")
     rows = design.settings.along_last(kept.until(len(own)))
     check_scenes(design.base, rows, sample)
     return replace(design, settings=rows)
@@ -147,7 +152,7 @@ def planned(file: PlanFile) -> Design:
     Raises
     ------
     InputError
-        for a refined campaign, and for one with a user's function, which no file has
+        for a refined campaign, and for one with a user's function, which no file holds
     """
     plan = file.read()
     if plan.refine:

@@ -47,13 +47,13 @@ def run_campaign(
     design, directory : the campaign
     comm : communicator of all ranks
     policy : limits, retries, isolation; the same on every rank
-    stopping : handler of stop requests; None: one is made for this call
-    own : rank 0's claim on the directory; None: one is made for this call
+    stopping : handler of stop requests; None: a handler is made for this run
+    own : rank 0's claim on the directory; None: a claim is made for this run
 
     Raises
     ------
     InputError
-        if another run computes there
+        if another run computes in the directory
     """
     policy = policy or Policy()
     node = node_of(comm)
@@ -87,7 +87,10 @@ def _computed(
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
-    """Compute the jobs left; return (work, whether all ended, whether it gave up)."""
+    """Compute the jobs left.
+
+    Return (work, whether all ended, whether it stopped after `max_fails` failures).
+    """
     work, queue = work_of(design, directory, policy, comm)
     names = design.measure.variables if design.measure else ()
     checkpoints = Checkpoints(directory.states, policy.save_every, say)
@@ -103,7 +106,7 @@ def _computed(
         evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
-        if policy.pilot is not None:  # its time counts from here, without compiling
+        if policy.pilot is not None:  # a pilot's time begins here, after compiling
             stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
@@ -127,10 +130,10 @@ def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return one line: the number of cases, and of those that need not be computed."""
+    """Return one line: the numbers of cases, of computed ones, and of isolated ones."""
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
-        so_far = " so far, and those that their words ask for"
+        so_far = " so far, and further ones that their words require"
     of = f" of {cases} in shard {shard}" if shard else ""
     kept = len(work.mine) - work.cases
     already = f", {kept} already computed" if kept else ""
@@ -149,7 +152,7 @@ class _Report:
 
     @property
     def gave_up(self) -> bool:
-        """Whether `max_fails` cases have failed in this call."""
+        """Whether `max_fails` cases have failed in this run."""
         most = self.context.policy.max_fails
         return most is not None and self.failed >= most
 

@@ -1,8 +1,8 @@
-"""The steps of a campaign call in their order, for the command and for Python.
+"""The steps of one invocation of a campaign, by the command or from Python, in order.
 
 Rank 0 prepares the design, claims the directory, and makes or continues it; all ranks
 receive what to run, or the error; all run; rank 0 finishes while it still holds the
-claim. If one rank fails unexpectedly, all are ended, since they would wait for it.
+claim. If a rank fails unexpectedly, all are ended, since the others would wait for it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 @dataclass
 class Session:
-    """A call of a campaign on all ranks; as a context, it ends all if one fails.
+    """One invocation of a campaign; as a context, it ends all ranks if one fails.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Session:
         code. None: exceptions pass, since no other rank waits
     code : exit code after an exception; None: there was none
     watchdog : ends ranks that hang after a stop request; None: no watchdog
-    directory : that of the campaign; None before this rank knows it
+    directory : the campaign's directory; None before this rank knows it
     claim : claim on the directory, which rank 0 holds while the campaign runs
     """
 

@@ -100,7 +100,7 @@ def told_value(value: Value) -> str:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of a number of a row, "" for none."""
+    """Return the unit of a number in `Result.row`, "" if it has none."""
     unit = ROW[name].unit if name in ROW else ""
     return "" if unit == "1" else unit
 
@@ -118,7 +118,7 @@ def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> 
     Raises
     ------
     InputError
-        where the scene cannot be integrated, e.g. a step above the limit
+        if the scene cannot be integrated, e.g. because its time step is above the limit
     """
     return course_of(scene, between_slices).run(between_slices)
 

@@ -67,7 +67,7 @@ class Stopping:
 
         Parameters
         ----------
-        file : `STOP`; None: another rank of this node checks for it
+        file : the file STOP; None: another rank of this node checks for that file
         seconds : time from `began` until the stop, s; None: no limit
         """
         self._looked = time.monotonic()
@@ -108,8 +108,8 @@ class Stopping:
     def ignore(self) -> None:
         """Ignore all signals from now on, until the process ends.
 
-        It is called before the interpreter ends, which drops Python's handlers, and
-        MPI, which may wait for other ranks.
+        Call it before the interpreter ends, which drops Python's handlers, and before
+        MPI ends, which may wait for other ranks.
         """
         for name in self._before:
             signal.signal(name, signal.SIG_IGN)
@@ -157,7 +157,7 @@ class _Alarm:
 def breakable(check: Callable[[], None]) -> Iterator[None]:
     """Let a timer call `check` inside the block, so that any line may raise Stop.
 
-    It is for work without slices: compiling a kernel takes up to a minute, building a
+    Use it for work without slices: compiling a kernel takes up to a minute, building a
     model may take seconds. Nothing inside may write to the campaign's files.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -197,13 +197,13 @@ def time_left(
 ) -> float | None:
     """Return the time until a stop, s; None for no limit.
 
-    It is the time until a wall-time that begins now has passed or the Slurm job ends,
+    This is the time until a wall-time that begins now has passed or the Slurm job ends,
     whichever is earlier, less a margin for saving states. PBS, LSF, SGE and Flux give a
     job no reliable end time: use `--walltime` there.
 
     Parameters
     ----------
-    walltime : s, or None
+    walltime : s; None: no limit but the end of the Slurm job
     env : the environment, with `SLURM_JOB_END_TIME` where Slurm sets it
     """
     ends = [walltime] if walltime is not None else []
@@ -258,7 +258,8 @@ class Watchdog:
         whom = "ranks" if self.comm.size > 1 else "case"
         say(
             f"not all {whom} have stopped {self.seconds:g} s after the request: ended "
-            "without them; finished cases are kept, the same command continues"
+            "without them; finished cases are kept, the same command continues the "
+            "campaign"
         )
         self.last()
         end_all(self.comm, STOPPED)

@@ -17,9 +17,10 @@ from hpcwhirl.planner.planner import Jobs, Planner
 SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
 EVERY = 8  # units are sorted again after 1/EVERY of those left have finished
 SHORTEST = 0.05  # s, predicted time up to which units are added to an answer
-A_RANK = 1e-3  # s per rank, used if larger than `SHORTEST`: 20 answers of rank 0
+A_RANK = 1e-3  # s per rank: the larger of this and `SHORTEST` is used; 20 answers
 MOST = 128  # largest number of units in an answer, so that MPI sends it eagerly
-LEAST_A_RANK = 1e-4  # s per rank, up to which `FAIR` is ignored: two answers of rank 0
+# s per rank: predicted time up to which `FAIR` is ignored; two answers of rank 0
+LEAST_A_RANK = 1e-4
 FASTEST = 1e-4  # s, least predicted time of a unit
 FAIR = 4  # an answer has at most 1/FAIR of an even share of the units left
 GOLDEN = 0.6180339887498949
@@ -142,8 +143,8 @@ class WorkQueue:
     def bundle(self, most_units: int = MOST) -> list[int]:
         """Return the next units for one answer to a worker; empty at the end.
 
-        It is one unit, or as many short ones as keep the worker busy while rank 0
-        answers all other workers.
+        An answer has one unit, or as many short units as keep the worker busy while
+        rank 0 answers all other workers.
 
         Parameters
         ----------
@@ -248,7 +249,7 @@ class Questions:
     def hungry(self, rank: int) -> Answers:
         """Return the answers that are due after a rank has run out of work.
 
-        There is none for this rank if its request was answered before.
+        This rank gets none if its request has been answered already.
         """
         if rank in self.open:
             self.idle[rank] = None

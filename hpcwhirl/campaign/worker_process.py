@@ -44,7 +44,7 @@ from hpcwhirl.store.directory.states import States
 LOOK_EVERY = 0.01  # s between checks, as between slices
 PATIENCE = 3.0  # s that a child has to save its state at a stop
 GRACE = 10.0  # s beyond a case's limit, for work outside the kernel
-STOP = "stop"  # instead of a request
+STOP = "stop"  # message, sent in place of a request, that asks the child to stop
 
 
 class Child:
@@ -52,7 +52,7 @@ class Child:
 
     Parameters
     ----------
-    states : those of the campaign
+    states : saved states of the campaign
     save_every : computing time of a case between two checkpoints, s
     """
 
@@ -62,7 +62,10 @@ class Child:
         self._pipe: Any = None
 
     def warm(self, scenes: list[Scene], between: Callable[[], None]) -> None:
-        """Let the child compile the kernels of some scenes; errors appear later."""
+        """Let the child compile the kernels of some scenes.
+
+        An error of a scene is reported only when its case is computed.
+        """
         for scene in scenes:
             with suppress(DiedError):
                 self._ask((scene,), math.inf, between)
@@ -118,7 +121,7 @@ class Child:
         return process.wait() if process else 0
 
     def _send(self, told: Any) -> None:
-        """Send to the child; if it has died, reading the answer will fail."""
+        """Send a message to the child; if it has died, reading its answer will fail."""
         with suppress(OSError):
             self._pipe.send(told)
 

@@ -28,7 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--by WHAT",
         "what distinguishes motions: regime (default), or attractor: sustained and "
-        "divergent ones also by orbit radius, line, whirl, energy and growth rate",
+        "divergent motions also by orbit radius, line, whirl, energy and growth rate",
         default="regime")
     add_option(parser, "--at NAME=V[,V]",
         "only cases with this value of a swept input", default=[])
@@ -36,7 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "starts along each side of a box, for the basin entropy of a grid of starts "
         "(default 5)", default=5)
     add_option(parser, "--out DIR",
-        "directory for the figures (default: that of the results)", type=Path)
+        "directory for the figures (default: directory of the results)", type=Path)
     add_format(parser)
 
 

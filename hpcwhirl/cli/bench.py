@@ -62,11 +62,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--cases", "also time whole cases, one for each regime")
     add_option(parser, "--sizes N",
         "instead, time the default scheme with N equal and N unequal blades (default "
-        "22 44 88 176), up to 44 also with three contact points per tip, and print the "
-        "fraction of the machine's limits that it reaches", type=int, nargs="*")
+        "22 44 88 176), up to 44 also with three contact points per tip, and print "
+        "which fraction of the machine's limits it reaches", type=int, nargs="*")
     add_option(parser, "--compile",
-        "also time the starts of processes: the first ever, which compiles, one with "
-        "another model size, and the next")
+        "also time the starts of processes: the first ever, which compiles, the first "
+        "with another model size, and the next one")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -144,7 +144,7 @@ def facts_of(scene: Scene, repeats: int) -> dict[str, Any]:
 def engines_of(scene: Scene, folder: Path) -> dict[str, Scene]:
     """Return {name: scene} of engine variants: mistuned, with rotation, from files.
 
-    Empty if the engine comes from a file or is mistuned already.
+    The result is {} if the engine comes from a file or is mistuned already.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
 
     The points are spread evenly over the chord; two are one end and the middle. As if
     blades twisted, one end of a tip moves radially by the fraction `TWIST` less than
-    the middle, the other by as much more; in modes of odd rank it is the reverse.
+    the middle, the other end by as much more; the reverse in modes of odd rank.
     """
     from hpcwhirl.case.resolve import resolve
     from hpcwhirl.cli.export_model import arrays_of

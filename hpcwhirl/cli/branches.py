@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each change of word, and at how many points branches differ."""
+    """Print a row for each change of word, and the number of points with two words."""
     from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
     from hpcwhirl.report.figures.kinds import cases_at
     from hpcwhirl.scene.quantities import INPUTS, variable_name
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         if folds:
             print_table(columns, units, len(folds))
         else:
-            print("no branch changes its word")
+            print("no word changes along any branch")
         share = f", {apart / several:.0%}" if several else ""
         print(f"words of branches differ at {apart} of {several} points{share}")
     return 0

@@ -95,7 +95,7 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print a forecast for the cases left, learned from those ended; return code 0."""
+    """Print a forecast for the cases left, learned from ended ones; return code 0."""
     from hpcwhirl.campaign.foresight.forecast import age, forecast
     from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
@@ -124,7 +124,7 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 
 
 def _tell_inputs(design: Design) -> None:
-    """Print warnings on inputs, after all checks, so that an error is one line."""
+    """Print warnings about inputs, after all checks, so that an error is one line."""
     tell_remarks(design.columns, load=True)
 
 
@@ -164,7 +164,7 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
     """Return the inputs that --regimes-only sets: traces, and the end of a case.
 
     A case ends when its word is certain; ``until = decided`` is kept if the campaign
-    asks for it.
+    sets it.
     """
     file = None if file is None or file.is_dir() else file
     solver = load_document(file).get("solver") if file else {}
@@ -295,7 +295,7 @@ def _tell_stopped(out: Directory | Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
     print(
         f"hpcwhirl: stopped early{why}; finished cases are safe in {out}; "
-        "the same command continues",
+        "the same command continues the campaign",
         file=sys.stderr,
     )
 
@@ -305,12 +305,12 @@ def _failures(ending: Any) -> str:
     text = f"{ending.failed} of {ending.cases} cases failed"
     if ending.missing:
         text += f", {ending.missing} of them without a row: the same command "
-        text += "computes those"
+        text += "computes these"
     return text + (f"; see `message` in {ending.results}" if ending.results else "")
 
 
 def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
-    """Print that this shard is complete, other shards are not; return the exit code.
+    """Print that this shard is complete but others are not; return the exit code.
 
     The code is 0 unless a case of this shard has no result; missing cases of other
     shards are no failure.

@@ -44,10 +44,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "directory")
     add_option(before, "--pilot SECONDS",
         "compute for this number of seconds, keep the results, and predict the rest "
-        "from them; the same command without --pilot continues", type=float)
+        "from them; the same command without --pilot computes the rest", type=float)
     add_option(parser, "--ranks N",
-        "with --dry-run or --pilot: predict the wall time on N ranks (default: those "
-        "of this call)", type=int)
+        "with --dry-run or --pilot: predict the wall time on N ranks (default: the "
+        "number that runs this command)", type=int)
     fails = parser.add_mutually_exclusive_group()
     for name, field in FIELDS.items():
         _add_option(fails if name == "max_fails" else parser, name, field)
@@ -55,7 +55,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "end at the first case without a result, like --max-fails 1",
         const=1, dest="max_fails", action="store_const")
     add_option(parser, "--fresh",
-        "start over; an old directory is renamed to DIR.1, DIR.2, ...")
+        "start over; an existing directory is renamed to DIR.1, DIR.2, ...")
     add_take_over(parser)
     parser.add_argument(
         "--extend",
@@ -104,7 +104,7 @@ def rules_of(args: argparse.Namespace, table: Campaign) -> Campaign:
 
 
 def extension(args: argparse.Namespace) -> float | None:
-    """Return the simulated time, s, to which undecided cases are extended, or None.
+    """Return the time, s, to which undecided cases are extended; None: no extension.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def extension(args: argparse.Namespace) -> float | None:
 
 
 def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
-    """Return the number of ranks for a prediction: --ranks, or that of this call.
+    """Return the number of ranks for a prediction: --ranks, or `ranks` of this process.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
         return ranks
     if not args.dry_run and args.pilot is None:
         raise InputError(
-            f"--ranks is for --dry-run and --pilot; mpirun -n {args.ranks} starts ranks"
+            f"--ranks needs --dry-run or --pilot; mpirun -n {args.ranks} starts ranks"
         )
     if not 1 <= args.ranks <= MOST_TASKS:
         raise InputError(f"--ranks must be >= 1 and <= {MOST_TASKS}, got {args.ranks}")
@@ -138,7 +138,7 @@ def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
 
 
 def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
-    """Return the design of the file, of the directory to extend, or the default one.
+    """Return the design of the file, of the directory to extend, or the default design.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
     clash = [name for name, value in (("--set, --preset or --regimes-only", settings),
              ("--out", args.out), ("--fresh", args.fresh)) if value]  # fmt: skip
     if clash:
-        msg = f"{clash[0]} cannot go with the directory {args.file}: its inputs stay"
+        msg = f"{clash[0]} cannot go with the directory {args.file}: inputs stay"
         raise InputError(msg)
     from hpcwhirl.campaign.resume import planned
     from hpcwhirl.store.directory.manifest import PlanFile
@@ -164,7 +164,7 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
 
 
 def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
-    """Return the policy of this call.
+    """Return the policy of this run.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 SHOWN = 200  # default number of rows of the printed table
 NUMBERS = ("growth_rate", "orbit_radius", "contacts")
-ENDS = ("outcome", "stop")  # how the run of a case ended
+ENDS = ("outcome", "stop")  # columns that tell how the run of a case ended
 TWINS = ("word_majority", "word_share", "twin_count")
 Columns = dict[str, NDArray[Any]]
 
@@ -47,8 +47,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--sort NAME", "sort by this column, ascending")
     add_option(parser, "--reverse", "reverse the order: descending")
     add_option(parser, "--columns NAME[,NAME]",
-        "columns besides the case number and swept inputs; '?' lists all with their "
-        "meanings")
+        "columns in addition to case number and swept inputs; '?' lists all columns "
+        "with their meanings")
     add_option(parser, "--limit N",
         f"rows of the printed table (default {SHOWN}; 0: all; CSV and JSON always "
         "have all)", default=SHOWN, type=int)
@@ -104,8 +104,8 @@ def _print_first(
 ) -> None:
     """Print the first `limit` rows (0: all), and the number of further rows.
 
-    A value that is the same in all rows is printed once above, except for the columns
-    `named`.
+    A value that is the same in all rows is printed once above the table, except for the
+    columns `named`.
     """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)

@@ -31,7 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         for f in fields(kind)
     )
     add_option(parser, "--set NAME=VALUE",
-        f"set a threshold, may be repeated; defaults and meanings: {known}",
+        f"set a threshold; may be repeated; defaults and meanings: {known}",
         default=[], dest="settings")
     add_take_over(parser)
     add_json(parser)

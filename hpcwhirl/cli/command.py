@@ -30,7 +30,7 @@ COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 INTERRUPTED = 130  # exit code after SIGINT, as a shell reports it
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000, OpenBLAS may
-# retry for ever without a message
+# try to allocate for ever without a message
 # commands that only print
 TELL = {"cases", "doctor", "inputs", "manual", "margin", "model", "status"}
 LAYOUT = {ord(c): " " for c in "\n\t\xa0"}  # white space allowed in arguments
@@ -68,7 +68,7 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
 
 
 def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -> int:
-    """Print an error and return the exit code; raise again exceptions that are none."""
+    """Print an error and return the exit code; raise again what is no error."""
     if isinstance(failed, WhirlError):
         tell_error(failed)
         return code_of(failed)
@@ -83,7 +83,7 @@ def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -
 
 
 def _flushed(code: int, words: Sequence[str]) -> int:
-    """Flush stdout; return the exit code, or that of an error of flushing."""
+    """Flush stdout; return `code`, or the exit code of an error of flushing."""
     try:
         flush_stdout()
     except WhirlError as failed:
@@ -98,7 +98,8 @@ def _flushed(code: int, words: Sequence[str]) -> int:
 def code_of(failed: BaseException) -> int:
     """Return the exit code of an error: `STOPPED` if the same command may yet succeed.
 
-    It may after a full disk or quota, see `PASSING`; else the code is `WRONG_INPUT`.
+    It may succeed after a full disk or quota, see `PASSING`; for other errors the code
+    is `WRONG_INPUT`.
     """
     passing = isinstance(failed, OSError) and failed.errno in PASSING
     return STOPPED if passing or isinstance(failed, NoRoomError) else WRONG_INPUT
@@ -136,13 +137,13 @@ def tell_failure(failed: Exception) -> int:
 
 
 def _limit() -> str:
-    """Return the limit of this process's address space as text; empty: no limit."""
+    """Return the limit of this process's address space as text; "": no limit."""
     most = resource.getrlimit(resource.RLIMIT_AS)[0]
     return "" if most == resource.RLIM_INFINITY else f" (ulimit -v {most >> 10})"
 
 
 def _prepared(words: Sequence[str]) -> Callable[[], int]:
-    """Return a sub-command with its arguments bound, after checking both."""
+    """Return a sub-command with its arguments bound, after a check of both."""
     if not words or words[0].startswith("-"):
         return partial(_help, words)
     _check_words(words)
@@ -192,7 +193,7 @@ def _check_memory() -> None:
     """Raise InputError if ``ulimit -v`` is so low that importing a library may hang."""
     most = resource.getrlimit(resource.RLIMIT_AS)[0]
     if most != resource.RLIM_INFINITY and most >> 10 < LEAST_MEMORY:
-        msg = f"not enough memory{_limit()}: at least {LEAST_MEMORY} are needed"
+        msg = f"not enough memory{_limit()}: at least {LEAST_MEMORY} KiB are needed"
         raise InputError(msg)
 
 

@@ -34,9 +34,9 @@ def run(args: argparse.Namespace) -> int:
     if everyone is not None:
         everyone[0] |= launcher_facts()
         results = findings(everyone, comm.size)
-        # If MPI made each process a world of its own, all are rank 0: then the first
-        # one by the launcher prints; the others return 0, since srun kills all if one
-        # fails.
+        # If MPI gave each process a world of its own, all are rank 0: then the process
+        # that the launcher counts first prints; the others return 0, since srun kills
+        # all processes if one fails.
         if comm.size == facts["launched"] or launched_first():
             _show(args, results, everyone)
             code = int(any(finding.level == BREAKS for finding in results))

@@ -60,14 +60,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     for side, word in (("low", "weaker"), ("high", "stronger")):
         add_option(parser, f"--{side} FORCE",
             f"force of the {word} pulse, N or with a unit; instead of SCENE and "
-            "pulses the directory of a campaign swept over force may be given: for "
-            "each combination of its other inputs an edge is followed, between the "
+            "pulses, name the directory of a campaign swept over force: for each "
+            "combination of its other swept inputs an edge is followed, between the "
             "forces of the first change of word")
     add_option(parser, "--at NAME=V",
-        "of a campaign: only lines with this value of another swept input", default=[])
+        "for a campaign: only cases with this value of another swept input",
+        default=[])
     helps = {
         "span": "time over which the edge is followed, s",
-        "look": "time after which a motion gets its word, s; 3 times that if undecided",
+        "look": "time after which a motion gets its word, s; if undecided, up to 3 "
+        "times as long",
         "near": "relative distance of the two states at which bisection ends",
         "far": "relative distance of the two states at which they are bisected again",
     }
@@ -81,7 +83,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Follow one edge, or that of each line of a campaign; print the numbers."""
+    """Follow one edge, or the edge on each line of a campaign; print the numbers."""
     from hpcwhirl.scene.units import showing
 
     check_picture(args.plot)
@@ -98,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, Any]]:
-    """Follow an edge; return it, and {name: value} of what is printed."""
+    """Follow an edge; return the edge and the numbers to print, {name: value}."""
     from hpcwhirl.campaign.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
@@ -114,7 +116,7 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
 
 
 def _asked(args: argparse.Namespace) -> list[Asked]:
-    """Return the edges to follow: one of a scene, or those of a campaign's lines."""
+    """Return the edges to follow: one of a scene, or one on each line of a campaign."""
     from hpcwhirl.store.reading.results_file import results_of
     from hpcwhirl.store.reading.select import number_of
 
@@ -122,25 +124,26 @@ def _asked(args: argparse.Namespace) -> list[Asked]:
              for side in ("low", "high") if (text := getattr(args, side))}  # fmt: skip
     if Path(args.scene).is_dir():
         if args.settings or given:
-            msg = "--set, --preset, --low and --high are of a scene, not of a campaign"
-            raise InputError(f"{msg}: choose a line by --at")
+            msg = "--set, --preset, --low and --high go with a scene, not a campaign"
+            raise InputError(f"{msg}: choose a line of cases by --at")
         return _of_campaign(results_of(Path(args.scene)), args.at)
     if args.at:
-        msg = "--at chooses among the cases of a campaign: use --set for a scene"
+        msg = "--at selects cases of a campaign: use --set for a scene"
         raise InputError(msg)
     scene = scene_of(args.scene, args.settings)
     if len(given) < 2:
         raise InputError(
-            "an edge needs two pulses of different words: give --low and --high, such "
+            "an edge needs two pulses that lead to different words: give --low and "
+            "--high, such "
             f"as --low {scene.force / 2000:g}kN --high {scene.force / 1000:g}kN"
         )
     return [Asked({}, scene, given["low"], given["high"])]
 
 
 def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
-    """Return the edge to follow on each line of a campaign over force, if it has one.
+    """Return the edges to follow in a campaign over force, at most one on each line.
 
-    It lies between the pulses of the line's first change of word.
+    An edge lies between the two pulses of a line's first change of word.
 
     place : `results.h5`
     """
@@ -164,7 +167,7 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
                 out.append(Asked(one.fixed, scene, one.safe, one.unsafe))
     if not out:
         msg = f"{place.parent}: no pulse changes the word from damped on {len(found)} "
-        raise InputError(f"{msg}lines: sweep force from weaker to stronger ones")
+        raise InputError(f"{msg}lines: sweep force from weaker to stronger pulses")
     return out
 
 

@@ -21,7 +21,7 @@ from hpcwhirl.scene import to_toml
 from hpcwhirl.structure import FourierOperator
 
 Floats = NDArray[np.float64]
-RIGID = 1e-5  # times the highest frequency: below it, a mode may be a rigid one
+RIGID = 1e-5  # ratio to the highest frequency below which a mode may be rigid
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "
     "frame, blade j at 2 pi j / N), then centre x_o, y_o if free, then fixed-interface "
@@ -87,7 +87,7 @@ def arrays_of_stress(stress: Stress | None) -> dict[str, Any]:
 
 
 def arrays_of(model: Model) -> dict[str, Any]:
-    """Return {path in the file: array} of all that is exported of a model."""
+    """Return {path in the file: array} of a model's arrays."""
     hub = np.arange(len(model.rotor.shapes))[2 * model.blades :]
     points, places = model.rotor.points, {}
     tips = np.array(model.places)
@@ -137,7 +137,7 @@ def run(args: argparse.Namespace) -> int:
     if spin is not None and (spin.tilt or spin.released is not None):
         raise InputError(
             "export-model cannot write a disk that tilts or a lost blade: the file has "
-            "no terms for them with rotation full"
+            "no terms for either with rotation full"
         )
     facts = {"layout": LAYOUT, "scene": to_toml(scene)}
     write_arrays(args.out, arrays_of(model), facts)

@@ -14,8 +14,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--kind NAME",
-        "kind of figure, may be repeated (default: all but basins, chord, stress and "
-        "wear, branches only of a campaign with [branch]); over the speed: frequency, "
+        "kind of figure; may be repeated (default: all but basins, chord, stress and "
+        "wear; branches only for a campaign with [branch]); over the speed: frequency, "
         "cascade, bifurcation, interaction, growth; of sweeps up and down: branches; "
         "of the engine: shapes, campbell, stability; of the starts: basins; of each "
         "case: orbit, section, contributions, contacts, chord (several points a tip), "
@@ -61,5 +61,5 @@ def run(args: argparse.Namespace) -> int:
             pass
         raise
     if not drawn:
-        raise InputError(f"nothing drawn of {args.folder}")
+        raise InputError(f"no figure of {args.folder} could be drawn")
     return 0

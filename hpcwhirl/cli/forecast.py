@@ -73,7 +73,7 @@ def job_line(cost: Forecast, ranks: int, request: Request) -> str:
         text = (
             f"nominally {low:.3g} (no contact) to {high:.3g} core-hours (always in "
             f"contact), {_between(span)} on {_on(ranks)}, campaign --pilot 20 measures "
-            "it"
+            "the cost"
         )
     text += f"; --time {request.time}"
     enough = request.seconds - request.warning
@@ -121,8 +121,8 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
         first, last = (_step(cost, seconds) for seconds in cost.range)
         lines.append(
             f"{cost.steps:.4g} steps, {first:.2g} us each where no blade touches to "
-            f"{last:.2g} where some always do (nominal; --pilot SECONDS computes some "
-            "of the cases and learns from them)"
+            f"{last:.2g} where blades always touch (nominal; --pilot SECONDS computes "
+            "some of the cases and learns from them)"
         )
         lines.append(
             f"nominal: {low / 3600:.3g} to {high / 3600:.3g} core-hours, if none ends "
@@ -150,13 +150,13 @@ def _extrapolated(design: Design) -> str:
 
 def _more(cost: Forecast, design: Design) -> str:
     """Return a clause on the cases beyond the coarse level of a refined campaign."""
-    most = f"with all of them {design.most} at most{_twins(design)}"
+    most = f"{design.most} cases at most{_twins(design)}"
     if not cost.finished:
-        return f"that is the coarse level; its words may require more, {most}"
+        return f"these are the coarse level; their words may require more, {most}"
     more, least, last = cost.more
     beyond = f"{cost.beyond} beyond it have ended, " if cost.beyond else ""
     return (
-        f"that is the coarse level; {beyond}words may require some {more} more "
+        f"these are the coarse level; {beyond}words may require some {more} more "
         f"({least} to {last}, guessed from the nearest words known), {most}"
     )
 
@@ -181,7 +181,7 @@ def _wall(cost: Forecast, ranks: int) -> str:
     overhead = f"{1e3 * cost.overhead:.2g} ms a case in addition to its steps"
     return (
         f"wall time on {_on(ranks)}: {told}; "
-        f"{_duration(serial)} of it start, gather and map, {overhead}"
+        f"of this, {_duration(serial)} for start, gather and map, {overhead}"
     )
 
 

@@ -22,10 +22,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Gather all results so far; a case without one is a row with status missing.
+    """Gather all results so far; a case without a result gets status missing.
 
     The exit code is 0 only if every case has a result, and 1 if a case failed or is
-    missing, even if a campaign is still computing it.
+    missing, even if a campaign is still computing that case.
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
@@ -75,7 +75,7 @@ def _code(path: Path) -> int:
 
 
 def _tell(drawn: list[Path], stale: list[str]) -> None:
-    """Print the maps drawn again, and which other files show older results."""
+    """Print which maps were drawn again, and which other files show older results."""
     for made in drawn:
         print(made)
     for line in stale:

@@ -33,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_option(parser, "--out FILE.h5", "engine file to write", type=Path)
     add_option(parser, "--example",
-        "print a FILE.toml with all keys and their meanings, and end")
+        "print an example of FILE.toml with all keys and their meanings, and end")
     add_json(parser)
 
 
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
     wheel = read_wheel(args.file)
     for source in (args.file, *wheel.sources):
         if args.out.exists() and args.out.samefile(source):
-            raise InputError(f"--out must be another file than {source}, which is read")
+            raise InputError(f"--out must not be {source}, which this command reads")
     rotor = imported(wheel, _tell)
     facts = {"layout": LAYOUT, "source": str(args.file)}
     write_arrays(args.out, arrays_of(rotor), facts)
@@ -133,9 +133,9 @@ def _show(out: Path, facts: dict[str, Any]) -> None:
         print(f"mass {facts['mass']:.5g} kg, relative strain in a translation ", end="")
         print(f"{facts['translation']:.1e}")
     if facts["turns"]:
-        print("terms of rotation are in it: engine.rotation may be full")
+        print("the file has the terms of rotation: engine.rotation may be full")
     if facts["stress"]:
         print(f"stress at {', '.join(facts['stress'])} of each blade")
     if facts["rigid_modes"]:
-        print(f"rigid modes {facts['rigid_modes']}: nothing holds the wheel there")
+        print(f"rigid modes {facts['rigid_modes']}: nothing holds the wheel in these")
     print(out)

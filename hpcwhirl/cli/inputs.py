@@ -35,7 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name", nargs="?", metavar="NAME",
         help="what to list (default: all inputs): an input, as gap or casing.damping; "
-        f"a table, e.g. solver or one of a campaign ({', '.join(DESIGN_TABLES)}); "
+        f"a table, as solver or a campaign's table ({', '.join(DESIGN_TABLES)}); "
         "preset for all presets, or the name of one; engines for the built-in engines; "
         "or a word in the meanings of the inputs sought",
     )  # fmt: skip
@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the inputs, presets or engines of the name."""
+    """Print the inputs, presets or engines that the argument names."""
     if args.name == PRESET or args.name in preset_names():
         names = preset_names() if args.name == PRESET else [args.name]
         rows = [{"name": n, "inputs": preset_inputs(n), "loses": preset_loss(n)}
@@ -126,7 +126,10 @@ def _plain(value: Any) -> str:
 def _tell_named(
     kind: str, rows: Sequence[dict[str, Any]], lines: str, *, as_json: bool
 ) -> None:
-    """Print names that stand for inputs; lines : text for each, with {its keys}."""
+    """Print names that stand for inputs.
+
+    lines : format of a row's text, with the row's keys in braces
+    """
     if as_json:
         print_json({kind: rows})
         return

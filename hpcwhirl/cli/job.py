@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 IN_FILE = {"out": "out", "time": "walltime"}  # option: key of [campaign], its default
 PLACES = ("file", "out", "venv", "script")  # where ~ is the home directory
 # fmt: off
-OPTIONS = {  # {usage of an option whose name and default are those in `Request`: help}
+OPTIONS = {  # {usage: help} of options with the name and default of a `Request` field
     "out DIR":
-        "directory of the campaign (default: out of the file's [campaign] or campaign)",
+        "directory of the campaign (default: out in the file's [campaign], else "
+        "campaign)",
     "time [D-]HH:MM:SS":
-        "time limit of the job (default: walltime of [campaign] in the file or 4 h)",
+        "time limit of the job (default: walltime in the file's [campaign], else 4 h)",
     "name NAME": "name of the job (default hpcwhirl)",
     "partition NAME": "partition or queue",
     "account NAME": "account, project or bank",
@@ -72,8 +73,8 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.store.atomic import write_whole
 
     if args.inputs:
-        msg = "job takes --set and --preset from the file: write inputs in its [scene],"
-        raise InputError(msg + " preset in its [solver]")
+        msg = "job has no --set and --preset: write inputs in the file's [scene], "
+        raise InputError(msg + "a preset in its [solver]")
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
     for name in PLACES:
         values[name] = values[name] and os.path.expanduser(values[name])  # noqa: PTH111
@@ -104,7 +105,7 @@ def _design(path: Path, *, shards: bool) -> Design:
     Parameters
     ----------
     path : path of the file
-    shards : whether the job computes a shard, which some campaigns do not allow
+    shards : whether the job computes shards, which some campaigns do not allow
 
     Raises
     ------
@@ -155,5 +156,5 @@ def _check_kept(path: Path) -> None:
     if path.is_dir():
         raise MissingFileError(f"cannot write {path}: it is a directory")
     if PRINTED not in old:
-        msg = f"--script {path}: there is a file that is no job script; it is kept"
+        msg = f"--script {path}: this file exists, is no job script, and is kept"
         raise InputError(msg)

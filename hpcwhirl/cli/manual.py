@@ -15,7 +15,7 @@ WIDE = 100  # columns beyond which text is hard to read
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "page", nargs="?", metavar="PAGE", help="name of a page (default: list them)"
+        "page", nargs="?", metavar="PAGE", help="name of a page (default: list pages)"
     )
 
 

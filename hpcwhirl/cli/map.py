@@ -1,7 +1,7 @@
 """`hpcwhirl map`: draw regimes, whirl or a number over the swept inputs.
 
-The map without options is map.png; one with options is named by them, such as
-map-growth_rate.png.
+The map without options is map.png; the name of a map with options contains these, such
+as map-growth_rate.png.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--out DIR",
-        "directory for the map (default: that of the results)", type=Path)
+        "directory for the map (default: directory of the results)", type=Path)
     for side in ("x", "y"):
         add_option(parser, f"--{side} NAME", f"swept input of the {side} axis")
     add_option(parser, "--panel NAME",
         "swept input with one panel for each value; if repeated, one panel for each "
-        "pair of values (default: inputs that are on no axis, up to 12 panels)",
+        "pair of values (default: swept inputs that are on no axis, up to 12 panels)",
         default=[], dest="panels")
     add_option(parser, "--at NAME=V[,V]",
         "only cases with this value of an input", default=[])

@@ -1,4 +1,4 @@
-"""`hpcwhirl margin`: list safe ranges, and how far a point lies from their ends."""
+"""`hpcwhirl margin`: list safe ranges, and a point's distance from their ends."""
 
 from __future__ import annotations
 
@@ -39,12 +39,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "nearest boundary; for another input: only cases with this value", default=[])
     add_option(parser, "--sure SHARE",
         "in a campaign with [twins]: a case counts as damped if at least this share of "
-        "its twins is damped (default: if most are)", default=0.0)
+        "its twins is damped (default: if most twins are)", default=0.0)
     add_option(parser, "--first",
-        "list only up to which value of the input, from its least one, all cases are "
-        "damped, with --at also in multiples of that value: how strong a pulse may be")
+        "list only the limit up to which, from the least value of the input, all cases "
+        "are damped, with --at also as a multiple of that value: how strong a pulse "
+        "may be")
     add_option(parser, "--plot FILE.png",
-        "with --first: draw that limit over the other swept inputs", type=Path)
+        "with --first: draw the limit over the other swept inputs", type=Path)
     add_format(parser)
 
 
@@ -72,7 +73,7 @@ def _check(args: argparse.Namespace) -> None:
     if not 0.0 <= args.sure <= 1.0:
         raise InputError(f"--sure must be >= 0 and <= 1, got {args.sure:g}")
     if args.plot and not args.first:
-        raise InputError("--plot draws what --first lists: give --first, too")
+        raise InputError("--plot draws the limits that --first lists: add --first")
     if args.first and args.over == "each":
         msg = "--first needs one input: --over must be a swept input, got each"
         raise InputError(msg)
@@ -100,13 +101,14 @@ def _print_ranges(
 def _chosen(
     data: xarray.Dataset, over: str, settings: list[str]
 ) -> tuple[float | None, xarray.Dataset]:
-    """Return the value of ``--at`` in the input `over`, or None, and the cases chosen.
+    """Return (value of ``--at`` for the input `over`, None without one; chosen cases).
 
     Parameters
     ----------
     data : results of the campaign
     over : the input whose ranges are listed
-    settings : texts ``NAME=V`` of --at; those of other inputs choose cases
+    settings : texts ``NAME=V`` of --at; settings of inputs other than `over` select
+        cases
     """
     from hpcwhirl.store.reading.select import number_of, swept_of, variable_of, where
 
@@ -146,7 +148,7 @@ def _nearest(
     with showing(asked):
         told = setting_text(over, point)
         if not inside:
-            return f"{told}: in no safe range of {lines} lines"
+            return f"{told}: in no safe range on any of {lines} lines"
         least = min(inside, key=lambda r: r.distance(point))
         where = _line(least.fixed)
         far = setting_text(over, least.distance(point)).partition(" = ")[2]
@@ -180,7 +182,7 @@ def first_change(
     units = {n: unit_of(data, over if n in own else n) for n in columns}
     shown, told = in_units(args, columns, units)
     if not print_data(args, shown, told, "first", over=over, at=point):
-        print(f"damped from the least {over} up to safe; unsafe is the next one tried")
+        print(f"damped from the least {over} up to safe; unsafe: the next value tried")
         print_table(shown, told, len(found))
         if point is not None:
             with showing(asked_units(args.units)):
@@ -194,7 +196,7 @@ def first_change(
 
 
 def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, Any]:
-    """Return the table's columns, {name: (lines,)}; `point` adds multiples of it."""
+    """Return the table's columns, {name: (lines,)}, also as multiples of `point`."""
     out: dict[str, Any] = {n: [f.fixed[n] for f in found] for n in found[0].fixed}
     out |= {n: [getattr(f, n) for f in found] for n in ("safe", "unsafe", "word")}
     out["changes"] = [f.changes for f in found]
@@ -213,7 +215,7 @@ def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
     least = min(found, key=lambda f: np.nan_to_num(f.safe))
     open_ = sum(not f.word for f in found)
     text = (
-        f"{told}: the lowest of {len(found)} limits is {least.times(point)} times it "
+        f"{told}: the lowest of {len(found)} limits is {least.times(point)} times this "
     )
     return [f"{text}({_place(least).rstrip(': ')}); no change was met on {open_}"]
 
@@ -225,7 +227,7 @@ def _place(found: FirstChange) -> str:
 def _then(found: FirstChange) -> str:
     """Return the end of a sentence: which word follows above the limit."""
     if not found.word:
-        return ", the strongest tried"
+        return ", the largest value tried"
     more = found.changes - (not np.isnan(found.safe))
     return f", then {found.word}" + (
         f"; {more} more change{'s' * (more > 1)}" if more else ""
@@ -233,7 +235,7 @@ def _then(found: FirstChange) -> str:
 
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
-    """Print the safe range along each input of ``--at``, around their point."""
+    """Print the safe range along each input of ``--at``, around the point they give."""
     from hpcwhirl.analysis.margins import working_point
 
     found = working_point(data, _point(args.at), args.sure)
@@ -243,8 +245,8 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
         return 0
     with showing(asked_units(args.units)):
         texts = {n: np.array([_cell(n, a) for a in found]) for n in numbers}
-    print("safe range around the point along each input, the others as they are or as "
-          "near as computed")  # fmt: skip
+    print("safe range around the point along each input, with the other inputs at the "
+          "point or at the nearest computed values")  # fmt: skip
     print_table(texts, units, len(found))
     return 0
 

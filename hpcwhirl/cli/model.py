@@ -32,7 +32,7 @@ from hpcwhirl.structure import blade_stiffness
 
 MOST_ORDERS = 10_000  # largest number of super-harmonics
 SHOWN_HZ = 300.0  # highest frequency printed by default
-SHOWN_SPEED = 600.0  # rad/s, highest critical speed printed at other diameters
+SHOWN_SPEED = 600.0  # rad/s, highest one printed for diameters other than the load's
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
     """Return the facts that `model --json` prints."""
     engine, table = case.given.engine, modal_table(case.model)
-    foreign = engine.file != ""  # then only the tips of the blades are known
+    foreign = engine.file != ""  # only the tips of such a rotor's blades are known
     return {
         "engine": title_of(engine.name, engine.file),
         "modes": as_records(table),
@@ -91,13 +91,13 @@ def _show_plan(plan: dict[str, Any]) -> None:
     if plan["truncation_error"] is not None:
         print(
             f"modes left out: relative error of some {plan['truncation_error']:.2g} in "
-            "motions that touch (estimate)"
+            "motions with contact (estimate)"
         )
     part = f"one of {plan['folds']} sectors" if plan["folds"] > 1 else "the whole"
     marched = " and ".join(f"{n} {body}" for body, n in plan["marched"].items())
     print(f"plan {plan['kind']}: {part} is integrated, {marched} amplitudes", end="")
     closed = plan["settles"]
-    print(", to the end in closed form once no contact can recur" if closed else "")
+    print("; once no contact can recur, the rest is in closed form" if closed else "")
 
 
 def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
@@ -123,7 +123,7 @@ def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
 
 
 def _show_choice(choice: dict[str, Any] | None) -> None:
-    """Print what engine.rotation = auto chose and why, if it is auto."""
+    """Print what engine.rotation = auto chose and why; nothing if it is not auto."""
     if choice is not None:
         print(choice["told"])
 
@@ -181,7 +181,7 @@ def _circle_numbers(circle: dict[str, Any] | None) -> dict[str, str]:
         return {}
     return {
         "circle of the unbalance: radius, mm": f"{1e3 * circle['radius']:.3g}",
-        "its lag, degrees": f"{math.degrees(circle['lag']):.1f}",
+        "lag of the circle, degrees": f"{math.degrees(circle['lag']):.1f}",
     }
 
 
@@ -193,7 +193,7 @@ def told_circle(circle: dict[str, Any]) -> str:
     share = circle["over_gap"]
     back = circle["backward"]
     ellipse = f" forward and {1e3 * back:.4g} mm backward" if back else ""
-    meets = "the casing holds it" if circle["touches"] else "it touches nothing"
+    meets = "the casing holds them" if circle["touches"] else "they touch nothing"
     of_gap = "" if share is None else f", {100 * share:.3g} % of the gap: {meets}"
     return (
         f"unbalance {circle['unbalance']:.4g} kg m, {circle['force']:.4g} N: the centre"
@@ -222,7 +222,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
     """Return rows of the modal table.
 
-    Modes of a rotor's family that do not move the centre share a row.
+    Modes of one family of the rotor that do not move the centre share a row.
 
     Columns: body, family, nodal diameters, frequencies in Hz, share of the centre,
     clearance consumption.

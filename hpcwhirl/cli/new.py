@@ -52,9 +52,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "material of the blades: titanium (default), steel, aluminium, nickel or "
         "composite", default="titanium")
     add_option(parser, "--casing-material NAME",
-        "material of the casing (default: that of the blades)", default="")
+        "material of the casing (default: material of the blades)", default="")
     add_option(parser, "--lobes K",
-        "lobes of the load, its nodal diameter (default 1)", default=1)
+        "number of lobes (nodal diameter) of the load (default 1)", default=1)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _taken(file: Path) -> InputError:
-    return InputError(f"{file} is there already: it is not overwritten")
+    return InputError(f"{file} exists already and is not overwritten")
 
 
 def _fan(args: argparse.Namespace) -> Fan:
@@ -105,7 +105,7 @@ def _number(name: str, text: str) -> float:
     try:
         return float(value)
     except ValueError:
-        msg = f"--{name} must be a number, or one with a unit, got {shown(text)}"
+        msg = f"--{name} must be a number, with a unit or without, got {shown(text)}"
         raise InputError(msg) from None
 
 
@@ -120,11 +120,11 @@ def told_of_model(checked: Checked) -> str:
 
 
 def told_of_pulse(scene: Scene, checked: Checked) -> str:
-    """Return a line on the speed and the distance that the pulse gives the ring."""
+    """Return a line on the ring's speed and displacement caused by the pulse."""
     return (
         f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
         f"{scene.gap * 1e3:.3g} mm in {checked.closing * 1e3:.3g} ms; without blades "
-        f"the ring would go {checked.reach:.3g} gaps far"
+        f"the ring would move {checked.reach:.3g} gaps far"
     )
 
 

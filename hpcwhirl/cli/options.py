@@ -73,10 +73,11 @@ def add_option(
     Parameters
     ----------
     parser : parser or group of options
-    usage : its names, separated by bars, and its value, as ``--at NAME=V``; without a
-        value it is a flag
-    told : help
-    default : a number is of the option's type; a list: the option may be repeated
+    usage : the option's names, separated by bars, and its value, as ``--at NAME=V``;
+        without a value the option is a flag
+    told : help text of the option
+    default : default value; a number also sets the option's type, a list means that
+        the option may be repeated
     how : further arguments of `add_argument`
     """
     names, _, shape = usage.partition(" ")
@@ -97,8 +98,8 @@ def add_set(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(preset_names())
     add_option(parser, "--preset NAME",
         f"a named set of solver inputs: {known}; it overrides the file (where "
-        "[solver] may name a preset, too) and is overridden by --set; what each sets, "
-        "and its accuracy: hpcwhirl inputs preset",
+        "[solver] may name a preset, too) and is overridden by --set; inputs and "
+        "accuracy of each preset: hpcwhirl inputs preset",
         default=[], dest="settings", action=_Preset)
     add_option(parser, "--set NAME=VALUE",
         "set an input, e.g. speed=410 or casing.thickness=0.02; may be repeated; for "
@@ -129,7 +130,7 @@ def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
 def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
     """Return a function that calls `tell`, but only `EVERY` s after the last call.
 
-    last : time of a call before, s, by `time.monotonic`
+    last : time of an earlier call of `tell`, s, by `time.monotonic`
     """
 
     def timed(*told: Any) -> None:
@@ -147,8 +148,8 @@ def add_take_over(parser: argparse.ArgumentParser) -> None:
     # fmt: off
     add_option(parser, "--take-over",
         "take over DIR at once from a process on another machine that you know to be "
-        "dead; without this option it counts as dead 2 minutes after its last sign of "
-        "life")
+        "dead; without this option such a process counts as dead 2 minutes after its "
+        "last sign of life")
 
 
 def add_units(parser: argparse.ArgumentParser, what: str) -> None:
@@ -160,7 +161,7 @@ def add_units(parser: argparse.ArgumentParser, what: str) -> None:
 
 
 def asked_units(text: str | None) -> tuple[str, ...]:
-    """Return the units of ``--units``, checked; the practical ones if None."""
+    """Return the units of ``--units``, checked; practical units if `text` is None."""
     known = {q.unit for table in (INPUTS, ROW) for q in table.values()}
     return told_of("--units", lambda: units_asked(text, sorted(known)))
 
@@ -236,8 +237,8 @@ def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
     ignored = [name for name in DESIGN_TABLES if name in document]
     if ignored:
         tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in ignored)
-        start = f"hpcwhirl: {path}: a campaign's {tables} ignored: the case has the"
-        print(f"{start} inputs that all cases share (and --set)", file=sys.stderr)
+        start = f"hpcwhirl: {path}: a campaign's {tables} ignored: the case has"
+        print(f"{start} the inputs that all cases share (and --set)", file=sys.stderr)
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:

@@ -56,7 +56,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Integrate one case, print its summary, write its file and figures if asked to."""
+    """Integrate one case, print its summary, and write the file and figures wanted."""
     from hpcwhirl.analysis.over_speed import crossings
     from hpcwhirl.campaign.plan.design import Design
     from hpcwhirl.campaign.simulate import course_of
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
     scene = scene_of(args.scene, args.settings)
     if scene.output.traces in {"summary", "blades"} and args.plot:
-        msg = f"traces is {scene.output.traces}: --plot needs traces = orbit or full"
+        msg = f"--plot needs traces = orbit or full, got {scene.output.traces}"
         raise InputError(msg)
     check_writable(args.out, folder=False)
     check_writable(args.plot, folder=True)
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on the row of a case, also that tips may have slid backward."""
+    """Return warnings on a case's row, among them that tips may have slid backward."""
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
@@ -103,7 +103,7 @@ def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
 
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
-    """Write the file and the figures that were asked for."""
+    """Write the file of --out and the figures of --plot."""
     from hpcwhirl.campaign.finalize import write_case
 
     if args.out:
@@ -188,7 +188,7 @@ def _plain(course: Course) -> Callable[[], None]:
 def motion_told(facts: Mapping[str, Any]) -> str:
     """Return a line on the motion's word and exponent, for `output.chaos` > 0."""
     if "exponent" not in facts:
-        return f"motion {facts['motion']}: nothing measured"
+        return f"motion {facts['motion']}: exponent, period and K were not measured"
     turn = 2 * math.pi / abs(facts["speed"])
     rate, error = facts["exponent"], facts["exponent_error"]
     told = facts["motion"]
@@ -252,7 +252,7 @@ def _show(facts: dict[str, Any]) -> None:
     console.print(table)
     taken = [term for term in FED if facts["ledger"][term] < 0]
     if taken:
-        console.print(f"{' and '.join(taken)} took energy out: below zero")
+        console.print(f"{' and '.join(taken)} took energy out: negative entries")
     if "left_out" in facts:
         print_notes(facts["left_out"])
         print(

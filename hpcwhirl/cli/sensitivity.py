@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
 ENDS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-FARTHEST = 64  # times the draws made: largest number of draws to advise
+FARTHEST = 64  # largest number of draws advised, as a multiple of the draws made
 RESTS = ("draws", "dropped", "mean", "deviation")  # columns alike for all inputs
 
 
@@ -28,7 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--at NAME=V[,V]",
         "only points of the sweep with this value of a swept input", default=[])
     add_option(parser, "--out DIR",
-        "directory for the figures (default: that of the results)", type=Path)
+        "directory for the figures (default: directory of the results)", type=Path)
     add_option(parser, "--csv", "print the table as CSV")
     add_json(parser)
 
@@ -123,7 +123,7 @@ def tell(found: xarray.Dataset) -> None:
         lost, used = int(one["dropped"].sum()), int(one["draws"].sum())
         if lost:
             told = f"{name}: {lost} of {lost + used} pairs of draws have a case without"
-            print(f"hpcwhirl: {told} a number and are left out", file=sys.stderr)
+            print(f"hpcwhirl: {told} this number and are left out", file=sys.stderr)
         still = int((one["deviation"] == 0.0).sum())
         if still:
             told = f"{name}: does not vary at {still} of {found.sizes['point']} points"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hpcwhirl.store.directory.campaign_directory import Directory
 
 EVERY = 5.0  # s between updates of --watch
-FEWEST = 0.2  # s, shortest time between updates
+FEWEST = 0.2  # s, shortest time allowed between updates
 MOST_SHOWN = 8  # largest number of ranks printed
 
 
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 def _twins(results: Path) -> str:
     """Return a sentence on how many cases have the same word as all their twins.
 
-    It is read from results.h5; "" without that file or without twins.
+    The number is read from results.h5; the text is "" without that file or twins.
     """
     if not results.exists():
         return ""
@@ -161,7 +161,7 @@ def _counts(found: Mapping[str, int]) -> str:
 
 
 def _ranks(found: Sequence[Computing]) -> str:
-    """Return a text with the cases of the first `MOST_SHOWN` ranks, and since when."""
+    """Return a text with the cases of the first `MOST_SHOWN` ranks, and their times."""
     from hpcwhirl.campaign.progress import duration_text
 
     parts = []

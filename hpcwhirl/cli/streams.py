@@ -81,9 +81,9 @@ def flush_stdout() -> None:
     Raises
     ------
     MissingFileError
-        if it cannot be written
+        if stdout cannot be written
     BrokenPipeError
-        if its reader has closed it
+        if the reader of stdout has closed the pipe
     """
     try:
         sys.stdout.flush()

@@ -40,7 +40,7 @@ def add_format(parser: argparse.ArgumentParser) -> None:
 
 
 def unit_of(data: xarray.Dataset, name: str) -> str:
-    """Return the unit of a variable, "" where it has none or is not in the results."""
+    """Return the unit of a variable, "" if it has none or results lack the variable."""
     unit = str(data[name].attrs.get("units", "")) if name in data else ""
     return "" if unit == "1" else unit
 

@@ -42,14 +42,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_set(parser)
     add_option(parser, "--axis NAME",
-        "vary only this aspect of the computation, may be repeated: "
+        "vary only this aspect of the computation; may be repeated: "
         f"{', '.join(axes())} (default: all but the last two, which are slow)",
         default=[], dest="axes")
     add_option(parser, "--repeats N",
         "timed runs of each setting, with forces that differ by 1e-7 (default 3)",
         default=3)
     add_option(parser, "--out DIR",
-        "write tradeoff.json and tradeoff.md there; they name the machine", type=Path)
+        "write tradeoff.json and tradeoff.md to DIR; both name the machine", type=Path)
     add_option(parser, "--plot",
         "also draw tradeoff.png, in --out or the working directory")
     add_json(parser)
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl.report.figures.pareto import markdown
 
     if args.repeats < 2:
-        msg = f"--repeats must be >= 2 (to know the scatter), got {args.repeats}"
+        msg = f"--repeats must be >= 2, for the scatter of repeats, got {args.repeats}"
         raise InputError(msg)
     settings, scenes = settings_of(args.axes), _scenes(args)
     check_writable(args.out or Path(), folder=True)

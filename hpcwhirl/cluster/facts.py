@@ -53,8 +53,8 @@ def mpi_facts() -> Facts:
 def ranks_of(launched: int) -> tuple[Communicator, Facts]:
     """Return the communicator to use and the facts of MPI, see `mpi_facts`.
 
-    The communicator is MPI's world if the launcher matches mpi4py's library, else that
-    of a single process.
+    The communicator is MPI's world if the launcher matches mpi4py's library, else the
+    communicator of a single process.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def ranks_of(launched: int) -> tuple[Communicator, Facts]:
 
 
 def probed_mpi() -> Facts:
-    """Return `mpi_facts` of a child process, which alone ends if MPI aborts."""
+    """Return `mpi_facts` of a child process, so that an abort of MPI ends only that."""
     none: Facts = {"mpi": "", "mpi_libraries": []}
     try:
         done = subprocess.run(
@@ -87,7 +87,7 @@ def probed_mpi() -> Facts:
 
 
 def launcher_facts() -> Facts:
-    """Return path and version text of the mpirun on PATH, both empty if none is."""
+    """Return path and version text of the mpirun on PATH, both "" without an mpirun."""
     path = shutil.which("mpirun") or shutil.which("mpiexec")
     if path is None:
         return {"mpirun": "", "mpirun_version": ""}
@@ -181,10 +181,10 @@ def place_facts(folder: Path, comm: Communicator = ALONE) -> Facts:
     Returns
     -------
     dict with the keys
-        writable : whether this rank may write there
+        writable : whether this rank may write in the directory
         seen : whether this rank sees a file that rank 0 has created
-        locks : ``held`` if rank 0's lock keeps this rank out, ``not held``, or the
-            system's error
+        locks : ``held`` if rank 0's lock keeps this rank out, else ``not held``, or
+            the system's error
         exclusive : whether this rank created the file that only one rank can create
         free : free space, bytes; None: unknown
         filesystem : type of the file system; empty: unknown
@@ -224,7 +224,7 @@ def _usage(folder: Path) -> Facts:
 
 
 def _held(path: Path) -> tuple[Any, str]:
-    """Create a file and lock it as HDF5 does; return it and ``held`` or the error."""
+    """Create a file and lock it as HDF5 does; return (file, ``held`` or the error)."""
     try:
         file = path.open("w", encoding="utf-8")
     except OSError as failed:
@@ -237,13 +237,13 @@ def _held(path: Path) -> tuple[Any, str]:
 
 
 def _tried(path: Path, state: str) -> str:
-    """Try to take the lock that rank 0 holds; return ``held`` if that is refused.
+    """Try to take the lock that rank 0 holds; return ``held`` if the lock is refused.
 
     Parameters
     ----------
     path : the locked file
-    state : what `_held` returned to this rank; "" on ranks that did not call it. An
-        error is returned unchanged, without a try
+    state : text that `_held` returned on this rank; "" on ranks that did not call it.
+        An error is returned unchanged, and no lock is tried
     """
     if state and state != "held":
         return state

@@ -32,7 +32,7 @@ class Finding:
     what : name of the thing checked
     level : `FINE`, `SLOW` (works, but wastes time) or `BREAKS`
     got : what was found, as text for the user
-    remedy : what to do; empty: nothing
+    remedy : what to do; "": nothing
     """
 
     what: str
@@ -71,7 +71,7 @@ def mpi(facts: Facts) -> Iterator[Finding]:
     ours, other = family(facts["mpi"]), family(facts["mpirun_version"])
     got = f"{facts['mpirun']}: {facts['mpirun_version']}"
     if ours and other and ours != other:
-        text = f"{got}, but mpi4py has {ours}: its ranks would not see each other"
+        text = f"{got}, but mpi4py has {ours}: ranks would not see each other"
         yield Finding("mpirun", BREAKS, text, SITE)
     else:
         yield Finding("mpirun", FINE, got)
@@ -115,7 +115,7 @@ def hdf5(facts: Facts) -> Iterator[Finding]:
 
 
 def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that each host has a core for each of its ranks; report vector widths."""
+    """Check that each host has as many cores as ranks; report vector widths."""
     hosts: dict[str, list[Facts]] = {}
     for facts in ranks:
         hosts.setdefault(facts["host"], []).append(facts)
@@ -180,14 +180,14 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
     yield Finding("directory", FINE, got)
     if makers != 1:
         got = f"{makers} ranks created a file that exactly one should have created"
-        remedy = "no array jobs (--shard) there: choose another file system"
+        remedy = "run no array jobs (--shard) there, or choose another file system"
         yield Finding("exclusive files", BREAKS, got, remedy)
     yield from locks(ranks)
     yield from room(first)
 
 
 def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that file locks work; HDF5 uses them unless the environment forbids it."""
+    """Check that file locks work, which HDF5 uses unless the environment forbids it."""
     states = [f["locks"] for f in ranks[1:]] or [ranks[0]["locks"]]
     off = ranks[0]["locking"].upper() in {"FALSE", "0", "BEST_EFFORT"}
     variable = f"HDF5_USE_FILE_LOCKING={ranks[0]['locking'] or 'not set'}"
@@ -207,5 +207,5 @@ def room(facts: Facts) -> Iterator[Finding]:
     if free is None:
         return
     level = BREAKS if free < LEAST_FREE else SLOW if free < LITTLE_FREE else FINE
-    remedy = "make room: hpcwhirl campaign --dry-run predicts what is needed"
+    remedy = "free space: hpcwhirl campaign --dry-run predicts how much is needed"
     yield Finding("disk", level, f"{free / 1e9:.1f} GB free", remedy * (level != FINE))

@@ -32,13 +32,13 @@ class Request:
     Attributes
     ----------
     scheduler : a key of `SCHEDULERS`
-    file, out : campaign file and directory, as `hpcwhirl campaign` takes them
-    ntasks : number of ranks of the job; of an array, of each element
+    file, out : campaign file and directory, arguments of `hpcwhirl campaign`
+    ntasks : number of ranks of the job, or of each element of an array
     time : time limit, ``[D-]HH:MM:SS``
     nodes : number of nodes to spread the ranks over; 0: the scheduler's choice
     name : name of the job
     partition, account : queue and project; empty: the site's default
-    mem, qos : memory of each node, quality of service (Slurm); empty: the default
+    mem, qos : memory per node, quality of service (Slurm); empty: the site's default
     constraint : features that nodes must all have (Slurm); a feature may be
         an expression with & and |
     array : number of elements of an array job, one shard each; 0: no array
@@ -110,7 +110,7 @@ class Request:
                 msg = f"--{name} is for slurm, got {self.scheduler}: add the directive "
                 raise InputError(msg + "to the script by hand")
         if len(self.constraint) > 1 and any("|" in one for one in self.constraint):
-            msg = "--constraint with | must be the only one, got "
+            msg = "--constraint with | must be the only --constraint, got "
             raise InputError(msg + " and ".join(self.constraint))
 
     def _check_numbers(self) -> None:
@@ -136,13 +136,13 @@ class Request:
             msg = f"--launcher of {self.scheduler} must be {' or '.join(allowed)}"
             raise InputError(f"{msg}, got {self.launcher!r}")
         if self.mpi and self.starts_with != "srun":
-            raise InputError("--mpi is for --launcher srun")
+            raise InputError("--mpi needs --launcher srun")
         if self.shard:
             parse_shard(self.shard)
         if self.shard and self.array:
-            raise InputError("--array makes the shards itself: leave --shard out")
+            raise InputError("--array makes the shards itself: leave out --shard")
         if self.scheduler == "sge" and self.nodes:
-            msg = "--nodes: in Grid Engine the parallel environment decides, see --pe"
+            msg = "--nodes: in Grid Engine the parallel environment sets it, see --pe"
             raise InputError(msg)
         if self.scheduler == "flux" and self.array:
             msg = f"flux batch has no arrays: print {self.array} jobs with --shard "

@@ -29,7 +29,7 @@ class Scheduler:
     ----------
     sentinel : beginning of a directive's line
     submit : command that submits a script, to be followed by its path
-    index : shell expression for the number of an array element, from 1
+    index : shell expression for the number of an array's element, from 1
     directives : function from a request to its directives, without `sentinel`
     launch : function from a request to the shell words that start the ranks
     again : function from a request to the shell lines that requeue the job; the lines
@@ -100,7 +100,7 @@ def _slurm_launch(request: Request) -> str:
 
 
 def _unless_used_up(used: str, *lines: str) -> Lines:
-    """Return shell lines that run `lines` if fewer requeues than allowed are used."""
+    """Return shell lines that run `lines` if the job may be requeued once more."""
     return [
         f'if [ "{used}" -lt "$most_requeues" ]; then',
         *(f"  {line}" for line in lines),

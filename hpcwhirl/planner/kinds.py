@@ -26,7 +26,7 @@ class Followers(NamedTuple):
     Attributes
     ----------
     cases : numbers of further cases
-    twinned : numbers of ended cases whose twins are to be computed
+    twinned : numbers of those ended cases whose twins are to be computed
     """
 
     cases: Sequence[int] = ()
@@ -119,7 +119,7 @@ class Chains:
 
     Parameters
     ----------
-    before : number of the case before each case, -1 for none
+    before : number of the case before each case, -1 for the first of a branch
     """
 
     grows = True
@@ -138,7 +138,7 @@ class Chains:
 
 
 def cases_before(settings: Settings) -> list[int]:
-    """Return the number of the case before each case of a design, -1 for none.
+    """Return the number of the case before each case of a design, -1 for the first.
 
     settings : {input: value} of each case, including its `history`
     """
@@ -228,8 +228,8 @@ class Folds(Refined):
 def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int]:
     """Return a uniform random sample of cases, ascending.
 
-    It depends on digests and seed only. If cases are added later, earlier cases stay in
-    the sample unless new ones displace them.
+    The sample depends on digests and seed only. If cases are added later, earlier cases
+    stay in the sample unless new ones displace them.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.planner.jobs import Completion, Job
 from hpcwhirl.planner.kinds import Kind
 
-# states of a case or twin; a state >= 0 is the number of the stage to be computed next
+# states of a case or twin; a state >= 0 is the number of its stage to be computed next
 UNWANTED, FAILED, DONE = -3, -2, -1
 Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 Cases = NDArray[np.int64]
@@ -46,7 +46,7 @@ class Jobs(NamedTuple):
 
     Attributes
     ----------
-    row : row of their case, see `Planner.cases`
+    row : row of each job's case, see `Planner.cases`
     twin, stage : see `Job`
     """
 
@@ -68,8 +68,8 @@ class Planner:
 
     Attributes
     ----------
-    ends : {row: completion of its case's last stage with a result}; empty for a plain
-        campaign
+    ends : {row: completion of the last stage, with a result, of the row's case}; empty
+        for a plain campaign, see `is_plain`
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class Planner:
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs left, and those of cases that wait for other cases."""
+        """Return the jobs left, and the jobs of cases that wait for other cases."""
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
@@ -132,12 +132,12 @@ class Planner:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Which cases failed, or have a twin that failed, in the last job, (rows,)."""
+        """Which cases failed, or have a failed twin, in their last stage, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Which cases failed in their last job, regardless of their twins, (rows,)."""
+        """Which cases failed in their last stage, whatever their twins, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
@@ -174,7 +174,7 @@ class Planner:
     def _states(self) -> NDArray[np.int8]:
         """State of each case and its twins, (rows, 1 + twins), writable.
 
-        It is a view: no row may be added while it exists.
+        The array is a view: no row may be added while it exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 

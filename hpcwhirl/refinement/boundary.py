@@ -27,7 +27,7 @@ class Cells:
     panel, level : (m,), number of the panel, see `rule.Family`; level of bisection
     state : (m,), index in `STATES`: all corners have one word, several words, or the
         cell lies in speckle
-    confirmed : (m,), 1 if all corners have a word by the second fidelity
+    confirmed : (m,), 1 if all corners have a word by the second fidelity, else 0
     """
 
     corner: Ints
@@ -148,7 +148,7 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 def _join(
     boundaries: Boundaries, points: Sequence[int], panel: int, cases: Cases
 ) -> None:
-    """Join a cell's points: two by one line, more by lines to the mean of all."""
+    """Join a cell's points: two by one line, more by lines to their mean."""
     if len(points) == 2:
         boundaries.lines.append((points[0], points[1]))
         return

@@ -16,7 +16,7 @@ class Address(NamedTuple):
 
     Attributes
     ----------
-    fidelity : 0: the first, 1: the confirming one
+    fidelity : 0: of the first computation, 1: of the confirming one
     level : level of bisection at which its point appears
     panel : number of the panel
     point : place along each refined input, see `lattice`
@@ -30,12 +30,12 @@ class Address(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """The limit of a campaign's cost.
+    """The limit of a campaign's cost, in cases or in core hours.
 
     Attributes
     ----------
     total : largest sum of the cases' costs
-    each : cost of one case, by fidelity
+    each : cost of one case at fidelity 0 and at 1
     """
 
     total: float
@@ -54,7 +54,7 @@ class Growth:
     Parameters
     ----------
     lattice : places of the refined inputs, the same in each panel
-    panels : number of panels; or, of panels that are branches, the coarse cells of each
+    panels : number of panels; or, if panels are branches, the coarse cells of each one
     levels : levels after which mixed cells are speckle, see `Tree`
     confirm : whether there is a second fidelity
     budget : limit of the cases' cost, without twins; None for no limit
@@ -168,8 +168,8 @@ class Growth:
     def even(self) -> list[Address]:
         """Return the cases at points whose adjacent unsplit cells all have one word.
 
-        At each point it is the case of the second fidelity if that has a word, else of
-        the first.
+        At each point the case of the second fidelity is taken if it has a word, else
+        that of the first.
         """
         level = self.lattice.level
         return [

@@ -92,7 +92,7 @@ class Lattice:
     """The points of one to three refined inputs, and the cells between them.
 
     A cell is split by bisection along every input whose interval there allows a further
-    bisection; it is at its end if no input does.
+    bisection; a cell that no input allows to split is "at its end".
     """
 
     sides: tuple[Side, ...]

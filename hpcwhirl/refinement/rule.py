@@ -41,7 +41,8 @@ class Rule:
     speckle : levels after which a mostly mixed cell is not split further; 0: never
     confirm : preset with which boundaries are computed again; "" for none
     inputs : {dotted name: value} that `confirm` sets
-    budget : largest total cost, then the cost of a case by fidelity; empty for no limit
+    budget : largest total cost, then the cost of a case at fidelity 0 and at 1, all in
+        cases or in core hours; empty for no limit
     """
 
     over: tuple[str, ...]
@@ -58,7 +59,7 @@ class Rule:
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word of an ended case, for comparison; None if it has none.
+        """Return the word of an ended case, for comparison; None if it has no word.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
@@ -68,7 +69,7 @@ class Rule:
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:
-    """Return the rule from `Rule.plain`; raise StoreError if it is damaged."""
+    """Return the rule from `Rule.plain`; raise StoreError if that data is damaged."""
     try:
         fields = dict(plain)
         fields["depths"] = tuple(map(tuple, fields["depths"]))
@@ -83,7 +84,7 @@ class Family:
     """All possible cases of a refined campaign: coarse ones and refinements.
 
     A panel contains the cases that differ in refined inputs only. The number of a
-    coarse case is that of its row; numbers of other cases follow from their addresses.
+    coarse case is its row; the numbers of other cases follow from their addresses.
 
     In a campaign with [branch] each panel is a branch, and the history of a case
     follows from its place: see `Branches`.
@@ -220,7 +221,7 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
     if not old:
         return
     if not new:
-        msg = f"{where} was begun with [refine]: give the same or a finer one"
+        msg = f"{where} was begun with [refine]: give the same [refine], or a finer one"
         raise InputError(msg)
     was, now = rule_of(old), rule_of(new)
     for name in ("over", "scale", "words", "speckle"):
@@ -235,7 +236,7 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
     for name, before, after in zip(was.over, was.depths, now.depths, strict=True):
         if max(after) < max(before):
             msg = f"{where} was refined over {name} by {max(before)} levels, got "
-            raise InputError(msg + f"{max(after)}: a finer resolution alone may follow")
+            raise InputError(msg + f"{max(after)}: resolution may only become finer")
 
 
 class Branches:

@@ -46,12 +46,15 @@ class Node:
 
     @property
     def mixed(self) -> bool:
-        """Whether words of the same fidelity differ at its points."""
+        """Whether words of the same fidelity differ at the cell's points."""
         return any(map(apart, self.seen))
 
     @property
     def uneven(self) -> bool | None:
-        """Whether words of the first fidelity differ at its corners; None: unknown."""
+        """Whether words of the first fidelity differ at the cell's corners.
+
+        None: they agree so far, and cases at some corners have not ended.
+        """
         return True if apart(self.at_corners) else (None if self.open else False)
 
 

@@ -36,7 +36,7 @@ class Attractor(NamedTuple):
 
     Attributes
     ----------
-    regime : its regime
+    regime : regime of the case
     at : numbers that distinguish attractors of one regime, in units of `TOLERANCES`
     """
 

@@ -46,7 +46,7 @@ def _asked(wish: dict[str, Any]) -> Any:
         return Wish(**wish)
     except TypeError as failed:
         known = ", ".join(Wish.__dataclass_fields__)
-        raise InputError(f"map takes {known}: {failed}") from None
+        raise InputError(f"options of map are {known}: {failed}") from None
 
 
 class WordsPlot(DataArrayPlotAccessor):
@@ -67,7 +67,7 @@ class WordsPlot(DataArrayPlotAccessor):
         Raises
         ------
         InputError
-            if words have three dimensions or more, none, or only `case`
+            if the array of words has three dimensions or more, none, or only `case`
         """
         words, looks = self._da, LOOKS.get(str(self._da.name), {})
         if words.dtype.kind not in set("OUT") or not looks:
@@ -103,7 +103,7 @@ xarray.DataArray.plot = UncachedAccessor(WordsPlot)
 class Whirl:
     """Selection of cases from `hpcwhirl.open_results`, and pictures of them.
 
-    A picture is returned as its axes, whose attribute `figure` is the figure.
+    A picture is returned as Matplotlib's axes, whose attribute `figure` is the figure.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class Whirl:
     def where(self, condition: str) -> xarray.Dataset:
         """Return the cases that satisfy a condition, as `hpcwhirl cases --where`.
 
-        A word that the variable cannot have is refused, instead of finding no case.
+        A word that the variable cannot have is refused, since no case could have it.
 
         Parameters
         ----------

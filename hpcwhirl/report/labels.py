@@ -40,13 +40,13 @@ def eq13_of(family: str) -> str:
 
 
 def value_of(name: str, value: Any, unit: str = "") -> str:
-    """Return ``symbol = value unit``, in the unit that `scene.units.shown_in` says.
+    """Return ``symbol = value unit``, in the unit that `scene.units.shown_in` chooses.
 
     Parameters
     ----------
     name : name of a variable
     value : number or text; a long text is shortened
-    unit : unit of the value, if it differs from that in `scene.quantities`
+    unit : unit of the value, if not the one in `scene.quantities`
     """
     known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
@@ -71,7 +71,8 @@ def title_of(row: Any) -> str:
 def tell_in_units(figure: Any) -> None:
     """Label the axes of a figure in the units of `scene.units.shown_in`.
 
-    The data stay in SI; labels name the unit, and ticks are at round numbers of it.
+    The data stay in SI; labels name the unit shown, and ticks are at round numbers in
+    this unit.
     Only linear axes whose label contains a unit are changed.
     """
     for axes in figure.axes:

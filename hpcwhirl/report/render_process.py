@@ -2,8 +2,8 @@
 
 Importing Matplotlib and drawing a map takes some 90 MB, which would be the largest part
 of rank 0's memory. The process is a new interpreter, never a fork of a process that has
-initialized MPI, and it ends with its parent. It ignores the signals that stop a
-campaign, so that the map of a finished campaign is completed.
+initialized MPI, and ends with its parent. It ignores the signals that stop a campaign,
+so that the map of a finished campaign is completed.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def draw_apart(results: Path, out: Path) -> list[Path]:
     Raises
     ------
     WhirlError, MemoryError, ImportError
-        as raised by `draw_map` there; `StoreError` if that process was killed
+        as raised by `draw_map` in that process; `StoreError` if that process was killed
     RuntimeError
-        if that process failed in another way; it has printed the traceback
+        if that process failed in another way, after printing the traceback
     """
     if not {"matplotlib", "xarray"} <= sys.modules.keys():
         try:
@@ -66,7 +66,7 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
     """Wait for the process; return the paths or raise its error."""
-    with process:  # its input stays open meanwhile
+    with process:  # the input of the process stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
     if told:
         kind, text, paths = json.loads(told)
@@ -80,7 +80,7 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Draw a map; write the reply alone to standard output, other prints to stderr."""
+    """Draw a map; write only the reply to stdout, and all other output to stderr."""
     with os.fdopen(os.dup(1), "w") as sink:
         os.dup2(2, 1)
         threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -1,7 +1,7 @@
 """Validation of all cases of a table without building a `Scene` for each.
 
 Each value of an input is checked once, however many cases have it. The rules between
-inputs, see `rules`, are evaluated for all cases at once, on columns instead of numbers.
+inputs, see `rules`, are evaluated for all cases at once, on columns of values.
 The error is that of `scene_from` for the first case that breaks a rule.
 """
 
@@ -62,7 +62,7 @@ def _adapter(name: str) -> TypeAdapter[Any]:
 
 
 def first_refused(name: str, values: Values) -> int:
-    """Return the index of the first of `values` that an input refuses; -1: none."""
+    """Return the index of the first value that is invalid for an input; -1: none."""
     try:
         _adapter(name).validate_python(listed(values))
     except ValidationError as failed:
@@ -101,23 +101,23 @@ class Many:
             yield np.arange(start, min(start + AT_ONCE, most))
 
     def check(self) -> None:
-        """Raise the InputError of the first case that is not allowed, if any is not."""
+        """Raise the InputError of the first case with invalid inputs, if any."""
         wrong = self.first_wrong()
         if wrong < len(self.table):
             apply_settings(self.base, self.table[wrong])
             raise WhirlError(f"case {wrong} breaks a rule that its scene does not have")
 
     def first_wrong(self) -> int:
-        """Return the first case that is not allowed, or the number of cases."""
+        """Return the first case with invalid inputs; if none, the number of cases."""
         wrong = self._first_wrong_value()
         for inputs, rule in RULES:
             wrong = self._first_wrong(rule, inputs, wrong)
         return wrong
 
     def _first_wrong_value(self) -> int:
-        """Return the first case with a value that its input does not allow.
+        """Return the first case in which a value of an input is invalid by itself.
 
-        The number of cases if there is none.
+        Return the number of cases if all values are valid.
         """
         wrong = len(self.table)
         for name, column in self.columns.items():
@@ -142,14 +142,14 @@ class Many:
         return before if wrong is None else wrong
 
     def first_where(self, holds: Condition, inputs: tuple[str, ...]) -> int | None:
-        """Return the first case that meets a condition on some inputs; None: none."""
+        """Return the first case that meets a condition on some inputs, else None."""
         swept = (n for n in inputs if n in self.columns)
         return self._first(self.table.first_of(swept), holds)
 
     def _first(
         self, chosen: Array, holds: Condition, values: dict[str, Array] | None = None
     ) -> int | None:
-        """Return the first of `chosen` cases that meets a condition, None for none."""
+        """Return the first of the cases `chosen` that meets a condition, else None."""
         for start in range(0, len(chosen), AT_ONCE):
             cases = chosen[start : start + AT_ONCE]
             mask = holds(self.all(cases, values))
@@ -159,7 +159,7 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return a column's values as an array, up to the last one that cases have."""
+        """Return a column's values as an array, up to the last value among `cases`."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
@@ -174,7 +174,7 @@ class Many:
         Parameters
         ----------
         cases : numbers of the cases
-        numbers : {swept input: its values, see `numbers`}; None: those of the table
+        numbers : {swept input: its values, see `numbers`}; None: values of the table
         """
 
         def get(name: str) -> Any:
@@ -203,7 +203,7 @@ class Many:
 
         Parameters
         ----------
-        names : the inputs; those that no case sets are ignored
+        names : the inputs; an input that no case sets is ignored
         cases : (m,), numbers of cases; None: all
         """
         parts = []

@@ -97,20 +97,21 @@ class Campaign(TableModel):
         "directory of the campaign; a campaign that it already holds is continued",
         "the path of a directory")
     retry: Annotated[frozenset[str], BeforeValidator(_statuses)] = key(frozenset(),
-        "compute again the cases with this status, or with several, separated by "
-        "commas, and those whose traces are damaged",
+        "compute again the cases with this status, or with several statuses, separated "
+        "by commas, and the cases whose traces are damaged",
         f"{' | '.join(RETRIES)}, or a list of them")
     walltime: Annotated[str, AfterValidator(_walltime)] | None = key(None,
-        "stop shortly before the command has run for this time; it can be continued",
+        "stop shortly before the command has run for this time; the same command "
+        "continues the campaign",
         'a text such as "01:50:00"')
     patience: float = _seconds(30.0,
         "time that ranks have to stop after a request to stop; then the job ends with "
         "exit code 75 even if some ranks hang; finished cases are kept")
     case_limit: float | None = _seconds(None,
-        "computing time of a case, summed over all calls, after which it is stopped "
-        "with status timeout")
+        "computing time of a case, summed over all runs, after which the case is "
+        "stopped with status timeout")
     max_fails: int | None = key(None,
-        "end with exit code 1 as soon as this many cases of a call gave no result",
+        "end with exit code 1 as soon as this many cases of a run gave no result",
         gt=0)
     save_every: float = _seconds(600.0,
         "computing time of a case between saved states, from which it can continue")
@@ -120,7 +121,7 @@ class Campaign(TableModel):
         "compute each case in a process of its own; if that crashes, the case gets "
         "status crashed, and the campaign goes on")
     map: Literal["yes", "no"] = key("yes",
-        "draw map.png and map.svg; hpcwhirl map draws them later")
+        "draw map.png and map.svg; if no, hpcwhirl map can draw them later")
     report: Literal["auto", "yes", "no"] = key("auto",
         f"write report.html; auto: if there are at most {MOST_ON_PAGE} cases")
     # fmt: on
@@ -164,14 +165,14 @@ class TwinsTable(TableModel):
     # fmt: off
     count: int = key(16, "number of perturbed twins of a case", ge=2, le=1000)
     of: Literal["all", "boundary", "speckle", "even"] = key("all",
-        "which cases have twins; boundary: those with a neighbour of another regime; "
-        "speckle: those in speckle of [refine]; even: a sample of those whose "
+        "which cases have twins; boundary: cases with a neighbour of another regime; "
+        "speckle: cases in speckle of [refine]; even: a sample of cases whose "
         "neighbours have the same regime")
     spread: Annotated[dict[str, float], BeforeValidator(_spread)] = key({"force": 1e-6},
         "largest relative change of each perturbed input",
         "a table such as {force = 1e-6}")
     sure: float = key(0.9,
-        "least share of twins that have the word of their case if this word counts as "
+        "least share of twins with the word of their case, for that word to count as "
         "sure",
         "a number > 0, at most 1", gt=0, le=1)
     seed: int = key(0,
@@ -182,7 +183,7 @@ class TwinsTable(TableModel):
     @model_validator(mode="after")
     def _samples_even_ones(self) -> Self:
         if self.of != "even" and "sample" in self.model_fields_set:
-            msg = f'sample must be given with of = "even" alone, got {self.sample}'
+            msg = f'sample must be given only with of = "even", got {self.sample}'
             raise ValueError(msg)
         return self
 
@@ -252,7 +253,7 @@ class SampleTable(TableModel):
             msg = f"count must be a power of 2 with method {self.method}, such as "
             raise ValueError(msg + f"{below} or {2 * below}, got {self.count}")
         if self.method == SALTELLI and len(self.laws) < 2:
-            msg = f"method {SALTELLI} must have two inputs at least, got "
+            msg = f"method {SALTELLI} needs at least two drawn inputs, got "
             raise ValueError(msg + ", ".join(self.laws))
         others = [n for n in self.laws if n != MISTUNING]
         if self.tuned and (others or self.method == SALTELLI):
@@ -378,7 +379,7 @@ class Refine(TableModel):
         for short, value in values.items():
             name = full_name(short)
             if over and name not in over:
-                raise ValueError(f"{name}: not among over = {', '.join(over)}")
+                raise ValueError(f"{name}: not an input of over = {', '.join(over)}")
             try:
                 found[name] = _EACH[what](name, value, info.data.get("scale", {}))
             except InputError:
@@ -404,11 +405,11 @@ def _numbers(given: Any) -> Any:
     return tuple(map(float, given)) if listed else given
 
 
-MOST_POINTS = 1000  # most cases of a branch: each case names all cases before it
+MOST_POINTS = 1000  # most cases of a branch: each stores the values of all before it
 
 
 class BranchTable(TableModel):
-    """The table [branch]: sweeps in which each case continues the one before."""
+    """The table [branch]: sweeps in which each case continues the preceding one."""
 
     # fmt: off
     over: Annotated[str, BeforeValidator(_input)] = key(...,

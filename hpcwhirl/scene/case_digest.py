@@ -58,7 +58,8 @@ def digest(scene: Scene, content: str | None = None) -> str:
     Parameters
     ----------
     scene : all inputs of the case
-    content : `content_digest` of the engine file when planned; None: as it is now
+    content : `content_digest` of the engine file when the case was planned; None: of
+        the present file
     """
     if content is None:
         content = content_digest(scene.engine.file)
@@ -73,10 +74,10 @@ def digest_of(values: Mapping[str, Value], content: str) -> str:
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flattened inputs without those of `LATER` at their default value."""
+    """Return flattened inputs without inputs of `LATER` that have the default value."""
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 
 def read_as(content: str) -> str:
-    """Return an engine file's part of a digest: `content` and `READING`; "" if none."""
+    """Return the part of a digest for an engine file: `content`, `READING`; else ""."""
     return content and f"{content} {READING}"

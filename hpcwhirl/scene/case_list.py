@@ -16,7 +16,7 @@ from hpcwhirl.scene.input_names import Value, by_full_name, full_name, value_in_
 from hpcwhirl.scene.quantities import INPUTS, variable_name
 from hpcwhirl.scene.swept import MOST_CASES, flat
 
-CASE = "case"  # column of case numbers, which tables of results have; not an input
+CASE = "case"  # column of case numbers in tables of results; not an input
 HEAD = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
 VARIABLES = {variable_name(name): name for name in INPUTS}
 
@@ -76,7 +76,7 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
         msg = f"{path}, line {reader.line_num}: {one_line(str(failed))}"
         raise InputError(msg) from None
     if not rows:
-        msg = f"{path} has no cases: it must have a head and a line for each case"
+        msg = f"{path} has no cases: it must have a line of names and one for each case"
         raise InputError(msg)
     return rows
 
@@ -87,7 +87,7 @@ def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
     for head in heads:
         parts = HEAD.fullmatch(head)
         if parts is None or not parts[1]:
-            msg = f"{path}: a head must be NAME or NAME [UNIT], got {shown(head)}"
+            msg = f"{path}: a column must be NAME or NAME [UNIT], got {shown(head)}"
             raise InputError(msg)
         name, unit = VARIABLES.get(parts[1], parts[1]), parts[2] or ""
         if name == CASE:

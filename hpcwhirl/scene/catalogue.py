@@ -36,7 +36,7 @@ class InputFact:
     ----------
     name : name in its table
     table : name of its table in TOML files
-    default : default value; None: there is none
+    default : default value; None: no default
     unit : unit, "" for none
     meaning : explanation without the unit
     allowed : text on the allowed values
@@ -94,7 +94,7 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
     Raises
     ------
     InputError
-        if there is no such input, with an explanation or the nearest known name
+        if the word names no input, with an explanation or the nearest known name
     """
     facts = catalogue()
     inside = [f for f in facts.values() if word in _names_of_table(f.table)]

@@ -1,6 +1,6 @@
 """Tables of the laws of contact and friction of tips and casing.
 
-A scheme that cannot integrate a law is refused; `modal` uses `general` for a layer.
+A scheme that cannot integrate a law is refused; for a layer `modal` runs as `general`.
 `dynamics.layer` makes the kernels' arguments of a contact law.
 """
 
@@ -89,7 +89,7 @@ FRICTIONS = "; ".join(f"{law.name}: {law.meaning}" for law in _FRICTION)
 def rods_around(edge: Any, radius: Any, rods: Any) -> Any:
     """Return M, the number of rods around the casing; scalars or (cases,).
 
-    edge, radius : m, length of a tip's edge; of the casing
+    edge, radius : m, length of a tip's edge, and radius of the casing
     rods : rods under a tip
     """
     return (2 * math.pi * radius * rods / edge + 0.5) // 1

@@ -26,7 +26,9 @@ KEY = 8  # leading bytes of a digest by which the index is sorted
 
 
 class Digests:
-    """Function from the inputs that a case sets to its digest; checks each value once.
+    """Function from the inputs that a case sets to the case's digest.
+
+    Each value of an input is checked once.
 
     Parameters
     ----------
@@ -46,17 +48,17 @@ class Digests:
         Raises
         ------
         InputError
-            if its inputs are not allowed
+            if the case's inputs are invalid
         """
         try:
             checked = {name: self._value(name, raw) for name, raw in settings.items()}
             values = self._flat | checked
-        except InputError:  # a value may be allowed only together with other ones
+        except InputError:  # a value may be valid only together with values of others
             values = flatten(apply_settings(self.base, settings))
         return self._digest(values)
 
     def planned(self, settings: Mapping[str, Value]) -> str:
-        """Return the digest of a case of a plan, even if its inputs are not allowed."""
+        """Return the digest of a planned case, even if its inputs are invalid."""
         try:
             return self(settings)
         except InputError:
@@ -79,9 +81,9 @@ class Digests:
 class CaseDigests(OfCases[str]):
     """Sequence of the digests of a table's cases, each computed on access.
 
-    They equal `digest_of` of the cases' scenes but need no scene: the hashed text is
-    the same for all cases except for the inputs that they set. Values must have been
-    checked.
+    The digests equal `digest_of` of the cases' scenes but need no scene: the hashed
+    text is the same for all cases except for the inputs that they set. Values must have
+    been checked.
 
     Parameters
     ----------
@@ -222,8 +224,8 @@ class CaseDigests(OfCases[str]):
         Parameters
         ----------
         name : digest, hexadecimal
-        hint : number of the case to try first; if it has another digest, those of all
-            cases are searched, which are computed at the first search
+        hint : number of the case to try first; if it has another digest, the digests of
+            all cases are searched, which are computed at the first search
         """
         if 0 <= hint < len(self) and self[hint] == name:
             return hint
@@ -241,7 +243,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _index(self) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
-        """Cases sorted by the first `KEY` bytes of their digests, and those bytes."""
+        """Case numbers sorted by the first `KEY` bytes of digests, and these bytes."""
         words = (word[:KEY] for some in self._chunks() for word in some)
         starts = np.frombuffer(b"".join(words), dtype=">u8").astype(np.uint64)
         order = np.argsort(starts, kind="stable")
@@ -251,7 +253,7 @@ class CaseDigests(OfCases[str]):
 def fragment(name: str, value: Any) -> str:
     """Return the JSON text of an input's value as it is hashed.
 
-    For an input of `LATER` it includes the name, and is "" for the default value.
+    For an input of `LATER` the text includes the name, and is "" for the default value.
     """
     if name in LATER:
         told = float.__repr__(float(value)) if takes_real(name) else json.dumps(value)

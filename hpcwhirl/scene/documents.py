@@ -37,7 +37,7 @@ DEEPEST = 32  # deepest nesting of tables and lists
 def preset_in(document: Mapping[str, Any]) -> dict[str, Value]:
     """Return {dotted name: value} of the preset named in a document's [solver].
 
-    Empty if none is named.
+    Return {} if no preset is named.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def parsed_toml(text: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        in one line, if it is no TOML, nested too deeply, or has too large a number
+        in one line, if it is no TOML, is nested too deeply, or has a too large number
     """
     try:
         document = tomllib.loads(text)
@@ -189,7 +189,7 @@ def parse_setting(text: str) -> tuple[str, Value]:
     """Parse ``name=value`` as (full dotted name, value): a TOML value or a word."""
     name, sign, raw = text.partition("=")
     if not sign or not name.strip() or not raw.strip():
-        raise InputError(f"a setting is name=value, got {shown(text)}")
+        raise InputError(f"a setting must be NAME=VALUE, got {shown(text)}")
     name = name.strip()
     full = full_name(name)
     return full, setting_value(full, raw, name)
@@ -202,7 +202,7 @@ def setting_value(full: str, raw: str, name: str = "") -> Value:
     ----------
     full : full dotted name
     raw : text that is not empty
-    name : for messages; "": the full one
+    name : name of the input in messages; "": the full name
     """
     name = name or full
     try:
@@ -222,9 +222,9 @@ def load_document(path: Path | str) -> dict[str, Any]:
     Raises
     ------
     MissingFileError
-        if it cannot be read
+        if the file cannot be read
     InputError
-        if it is no TOML
+        if the file is no TOML
     """
     try:
         text = read_regular(path).decode().replace("\r\n", "\n")

@@ -158,8 +158,8 @@ class Casing(Inputs):
         "highest harmonic H; each harmonic and phase has two modes",
         symbol="H", ge=1, le=1000)
     families: Literal["all", "bending"] = given("all", "1",
-        "modes of a ring of harmonics; all: also those that stretch it, which limit "
-        "the time step; bending: only those that do not stretch it")
+        "modes of a ring of harmonics; all: also modes that stretch the ring, which "
+        "limit the time step; bending: only modes that do not stretch it")
     axial_modes: int = given(3, "1",
         "axial half waves of a shell; three modes a harmonic, half wave and phase",
         symbol="P", ge=1, le=50)

@@ -2,9 +2,9 @@
 
 A case may begin with the last state of another case instead of at rest. `history` names
 an input and its values in the preceding cases, such as "speed = 300.0, 310.0". The
-first of these began at rest with its pulse, each later one with the last state of the
-one before, and the case itself begins with the last state of the last one. All other
-inputs of these cases are equal, so that history and inputs determine the case.
+first of these cases began at rest with its pulse, each later one with the last state of
+the preceding one, and the case itself begins with the last state of the last one. All
+other inputs of these cases are equal, so that history and inputs determine the case.
 """
 
 from __future__ import annotations

@@ -40,8 +40,8 @@ LATER = tuple(
 IN_UNITS = {name for name, field in LEAVES if field.annotation is float}
 PRESET = "preset"  # key of [solver]: a name for the values of several inputs
 TABLES = {"sweep", "zip", "cases", "sample", "refine", "twins", "branch", "campaign"}
-_UNIT = "it is a unit, which the text of a value may contain"
-_LEFT_OUT = "it is not modelled; hpcwhirl manual trust lists what is left out"
+_UNIT = "this is a unit, which the text of a value may contain"
+_LEFT_OUT = "this is not modelled; hpcwhirl manual trust lists what is left out"
 _SHAFT = (
     "the shaft is modelled by springs, see centre_stiffness, suspension_damping, "
     "cross_coupling and stiffness_difference; by a table over speed, see bearing; or "
@@ -52,13 +52,13 @@ OTHERWISE = {  # {word that users look up but that is no input: answer}
     "mm": f'{_UNIT}: gap = "0.8 mm"',
     "kn": f'{_UNIT}: force = "30 kN"',
     "hz": f'{_UNIT}: support_frequency = "3 Hz"',
-    "imbalance": 'it is the input unbalance: unbalance = "20 g mm"',
-    "blade-off": "it is the input lost_blade, the number of the blade",
+    "imbalance": 'use the input unbalance: unbalance = "20 g mm"',
+    "blade-off": "use the input lost_blade, the number of the blade",
     "bearings": _SHAFT,
     **dict.fromkeys(
-        ("coating", "wear"), "it is the input contact_law: hpcwhirl manual layer"
+        ("coating", "wear"), "use the input contact_law: hpcwhirl manual layer"
     ),
-    "squeeze film": "it is film_viscosity, film_length, film_radius, film_clearance",
+    "squeeze film": "use film_viscosity, film_length, film_radius, film_clearance",
     **dict.fromkeys(
         ("temperature", "thermal", "seal", "aerodynamics", "flutter"),
         _LEFT_OUT,
@@ -106,7 +106,7 @@ def takes_list(name: str) -> bool:
 
 
 def full_name(name: str) -> str:
-    """Return the full dotted name of an input from it or from an unambiguous ending."""
+    """Return the full dotted name of an input, given that name or a unique ending."""
     if name in INPUTS:
         return name
     matches = [n for n in INPUTS if n.endswith("." + name)]
@@ -134,7 +134,7 @@ def by_full_name(given: Iterable[tuple[str, Any]], where: str) -> dict[str, Any]
     Parameters
     ----------
     given : (name or unambiguous ending, value) of each input
-    where : where the inputs are given, for messages
+    where : name, for messages, of the table or option that gives the inputs
 
     Raises
     ------

@@ -15,7 +15,7 @@ from hpcwhirl.scene.units import in_si, measure
 
 
 def _one_zero(value: float) -> float:
-    """Return 0.0 for -0.0, which are equal but would have different digests."""
+    """Return 0.0 for -0.0, since these equal values would have different digests."""
     return value + 0.0
 
 
@@ -36,7 +36,7 @@ def as_tuple(value: Any) -> Any:
 def _own_ratio(value: float) -> float:
     """Return a damping ratio after checking that it is >= 0 or `AS_THE_REST`."""
     if value < 0.0 and value != AS_THE_REST:
-        msg = f"must be >= 0, or -1 for that of the other modes, got {value}"
+        msg = f"must be >= 0, or -1 for the ratio of the other modes, got {value}"
         raise ValueError(msg)
     return value
 
@@ -52,7 +52,7 @@ def anchored(file: str, folder: Path | str = "") -> str:
     Raises
     ------
     ValueError
-        if no file can have such a name, or the path is not printable UTF-8
+        if no file can have this name, or the path is not printable UTF-8
     """
     if not file:
         return ""

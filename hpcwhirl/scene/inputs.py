@@ -54,19 +54,19 @@ class Solver(Inputs):
         "`--explain` says what is left out, and why")
     until: Literal["end", "certain", "decided"] = given("end", "1",
         "when a run ends; end: after its duration; certain: (scheme modal) as soon as "
-        "its word is proved; decided: after its duration, but an undecided case goes "
-        "on to twice its time, again and again, until it is decided or has reached "
+        "its word is proved; decided: after its duration, but an undecided case is "
+        "continued to twice its time, repeatedly, until it is decided or has reached "
         "`longest`")
     longest: Positive = given(20.0, "s",
-        "with until = decided: engine time of a case at most; not below duration")
+        "with until = decided: largest engine time of a case; not below duration")
     amplitude_limit: Positive = given(0.1, "1",
-        "tip displacement over R_bd at which a run ends; its radial and tangential "
-        "parts together, as a vector")
+        "ratio of tip displacement to R_bd at which a run ends; displacement is the "
+        "length of the vector of radial and tangential parts")
     # fmt: on
 
 
 class Output(Inputs):
-    """Inputs on which results of a run are kept, in which detail."""
+    """Inputs that determine which results of a run are kept, and in what detail."""
 
     # fmt: off
     traces: Literal["summary", "blades", "orbit", "full"] = given("orbit", "1",
@@ -159,15 +159,15 @@ class Scene(Inputs, metaclass=_Told):
         "set by [branch]", max_length=100)
     history: Annotated[str, AfterValidator(checked)] = given("", "1",
         "cases that precede this one on its branch; an input and its values: the first "
-        "of them began with its pulse, each later one with the last state of the one "
-        "before; set by [branch]")
+        "case began with its pulse, each later one with the last state of the "
+        "preceding one; set by [branch]")
     acceleration: Finite = given(0.0, "rad/s^2",
         "rate at which the speed changes from `speed` on, a run-up or run-down; of a "
         "smooth change the mean rate, of a decay the first; 0: constant speed",
         symbol="dΩ/dt")
     ramp: Literal["linear", "smooth", "decay"] = given("linear", "1",
-        "how the speed changes; linear: to speed_to where that lies ahead, else to the "
-        "end; smooth: half a cosine to speed_to; decay: speed_to is approached "
+        "how the speed changes; linear: to speed_to if it lies ahead, else to the end "
+        "of the run; smooth: half a cosine to speed_to; decay: speed_to is approached "
         "exponentially, with the time constant (speed_to - speed) / acceleration, as "
         "by windmilling")
     speed_to: Finite = given(0.0, "rad/s", "speed at the end of the change; see `ramp`")
@@ -203,8 +203,8 @@ class Scene(Inputs, metaclass=_Told):
     def end_times(self) -> tuple[float, ...]:
         """Simulated times at which the word of the case is determined, s, ascending.
 
-        Each is twice the one before, so that the window of a word, the last 40 % of the
-        run, does not overlap the window of an earlier word.
+        Each time is twice the preceding one, so that the window of a word, the last
+        40 % of the run, does not overlap the window of an earlier word.
         """
         times = [self.end_time]
         if self.solver.until == "decided":

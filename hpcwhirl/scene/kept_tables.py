@@ -7,14 +7,14 @@ the rows of numbers, as "time,speed;0,100;2,300". There are three kinds:
 - the shape of a casing that is not round: harmonics, w = sum of a cos(h theta - phi),
   in the columns harmonic, amplitude (m) and phase (rad); or values over angle, in the
   columns angle (rad) and departure (m), joined by straight lines around the casing. w
-  is the departure from round, outward: the gap is wider by it;
+  is the departure from a circle, outward, by which the gap is wider;
 - the coefficients of a bearing over speed. Names of columns, their defaults and units
   are those of ROSS (R. Timbo et al., ROSS - Rotordynamic open source software, JOSS
   2020): frequency, or w, rad/s; kxx and cxx; and, optionally, kyy and cyy (default kxx
   and cxx), kxy, kyx, cxy and cyx (default 0).
 
-Each function that reads one raises ValueError if the file cannot be read, or is no such
-table.
+Each function that reads a table raises ValueError if the file cannot be read, or does
+not hold such a table.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Rows = list[tuple[float, ...]]
 TIME = "time"
 HARMONICS = "harmonic,amplitude,phase"
 ANGLES = "angle,departure"
-MOST_ROWS = 4096  # of a shape
+MOST_ROWS = 4096  # largest number of rows of a shape's table
 HIGHEST = 200  # highest harmonic that a table may name
 FEWEST_ANGLES = 3
 SPEED = "frequency"
@@ -186,7 +186,7 @@ def _lines_of(text: str) -> list[str]:
 
 
 def _rows_of(lines: Iterable[str]) -> Rows:
-    """Return the numbers of each line; raise ValueError where one is no number."""
+    """Return the numbers of each line; raise ValueError for text that is no number."""
     return [tuple(map(float, line.split(","))) for line in lines]
 
 

@@ -126,7 +126,7 @@ def parameters() -> str:
 
 
 def drawn(law: Law, unit: Floats) -> Floats:
-    """Return draws of an input, in the shape of `unit`: the quantiles of its law.
+    """Return draws of an input: the quantiles of its law, in the shape of `unit`.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def engine_inputs(name: str) -> dict[str, Value]:
 
 
 def engine_shows(name: str) -> str:
-    """Return a text that describes a named engine's motions in the scene of Table 2."""
+    """Return a text on the motions of a named engine in the scene of Table 2."""
     return str(_table("engine")[name]["shows"])
 
 
@@ -87,7 +87,7 @@ def check_label(scene: Scene) -> None:
     values, default = flatten(scene), flatten(usual)
     inputs = engine_inputs(name).keys() - {"engine.name"}
     if all(values[n] == default[n] for n in inputs):
-        msg = f"engine.name = '{label}' is a label and sets no inputs: those of "
+        msg = f"engine.name = '{label}' is a label and sets no inputs: the inputs of "
         msg += f"'{name}' must be in the file, as in jobs/{name}.toml; "
         raise InputError(msg + "hpcwhirl inputs engines lists them")
 
@@ -130,7 +130,7 @@ def preset_loss(name: str) -> str:
     """Return a text with the measured errors of a preset.
 
     Errors on random engines come first, then cost and errors on the engines of the
-    trade-off, then those of maps.
+    trade-off, then errors of maps.
     """
     texts = {"engines": ELSEWHERE, **_table("preset")[name]}
     parts = (str(texts[key]) for key in ("engines", "loses", "regimes") if key in texts)

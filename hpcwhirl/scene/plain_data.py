@@ -34,7 +34,7 @@ def scene_from(data: Mapping[str, Any]) -> Scene:
     Raises
     ------
     InputError
-        one line on the first input that is wrong
+        in one line, on the first invalid input
     """
     try:
         return Scene.model_validate(dict(data))
@@ -80,7 +80,7 @@ def apply_settings(scene: Scene, settings: Mapping[str, Value]) -> Scene:
 
 
 def check_kept(settings: Mapping[str, Any]) -> None:
-    """Refuse a setting without effect, which another one overrides, see `SETS`.
+    """Refuse a setting that has no effect since another one overrides it, see `SETS`.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def check_kept(settings: Mapping[str, Any]) -> None:
         value = settings.get(cause)
         if lost and value and isinstance(value, int | float):  # else refused later
             raise InputError(
-                f"--set {lost[0]}: {cause} = {shown(value)} sets it; add --set "
-                f"{cause.rpartition('.')[2]}=0"
+                f"--set {lost[0]} has no effect: {cause} = {shown(value)} sets it; add "
+                f"--set {cause.rpartition('.')[2]}=0"
             )
 
 

@@ -19,7 +19,7 @@ class Quantity:
     symbol : symbol in figures, "" for none
     kind : type in a file: "f8", "i8", "enum", or text such as "S16", of 16 bytes
     axes : axes of a trace in addition to case and sample
-    rules : further explanation of an input, or ""
+    rules : further explanation of an input; "" for none
     """
 
     unit: str
@@ -35,7 +35,7 @@ class Quantity:
 
 
 def with_unit(text: str, unit: str, sign: str = ", ") -> str:
-    """Return text, sign (a separator) and unit; text alone if the unit is "" or "1"."""
+    """Return text, the separator `sign` and unit; text alone for the unit "" or "1"."""
     return text if unit in {"", "1"} else f"{text}{sign}{unit}"
 
 

@@ -18,7 +18,7 @@ from hpcwhirl.scene.table import Table
 
 MOST_FRICTION = 1.0  # largest coefficient without a warning; dry metals: 0.1 to 0.8
 MOST_TIP_SPEED = 1000.0  # m/s, largest without a warning; engines, turbines: 300 to 600
-MOST_SLENDER = 0.5  # largest ratio of length to diameter of a film that counts as short
+MOST_SLENDER = 0.5  # largest ratio of a film's length to diameter that counts as short
 MOST_GAPS = 5.0  # largest motion of the casing by the pulse, in gaps, without a warning
 RPM = 30.0 / math.pi  # rpm per rad/s
 
@@ -107,8 +107,8 @@ _REMARKS = (
             MOST_SLENDER * 2.0 * np.asarray(get("engine.rotor.film_radius")),
         ),
         lambda get: f"film_length is {get('engine.rotor.film_length'):g} m, more than "
-        f"{MOST_SLENDER:g} of the film's diameter: its damping is that of a short "
-        "film, too large for this one",
+        f"{MOST_SLENDER:g} of the film's diameter: the damping is computed for a short "
+        "film, and too large for this one",
     ),
     _Remark(
         ("engine.casing.thickness", "engine.rotor.radius", "engine.casing.kind",
@@ -126,10 +126,10 @@ _LOAD = _Remark(
      *(f"engine.casing.{n}" for n in ("kind", "discretization", "thickness",
        "width", "density", "young", "support_frequency"))),
     _overloads,
-    lambda get: f"force is {get('force'):g} N for {get('pulse'):g} s: that alone "
+    lambda get: f"force is {get('force'):g} N for {get('pulse'):g} s: this pulse alone "
     f"moves the casing by some {_pushed(get):.2g} m, "
     f"{_pushed(get) / get('gap'):.0f} gaps, before it ends, a usual pulse by "
-    "about one; lower force or pulse",
+    "about one gap; lower force or pulse",
 )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from hpcwhirl.errors import shown
 from hpcwhirl.scene.contact_laws import RIGID, is_known, refused, rods_around
 from hpcwhirl.scene.schemes import STEPWISE, TURNING, either
 
-AS_THE_REST = -1.0  # value of a damping ratio for "that of the other modes"
+AS_THE_REST = -1.0  # value of a damping ratio for "the ratio of the other modes"
 NO_BLADE = -1  # value of lost_blade for "none"
 MOST_STEPS = 1e13  # largest number of steps of a case
 MOST_GAP = 10.0  # largest ratio of gap to tip radius
@@ -39,7 +39,7 @@ WHOLE = (  # (input of a rotor, value that it must have unless rotation is full)
 LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
 # inputs by which speed or gap change in time, and their values where they do not
 CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
-SPEED = ("acceleration", "speed_table")  # those of the speed
+SPEED = ("acceleration", "speed_table")  # inputs by which the speed changes
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,9 @@ class Unless(NamedTuple):
 
     Attributes
     ----------
-    told : text for the case in which it does not hold; {} stands for the inputs' values
-    inputs, holds : names of these inputs; function from their values to whether it does
+    told : text where the condition does not hold; {} stands for the inputs' values
+    inputs : names of the other inputs
+    holds : function from their values to whether the condition holds
     """
 
     told: str
@@ -130,11 +131,12 @@ def must_be(
     note: str = "",
     got: Callable[[Any], str] = shown,
 ) -> Rule:
-    """Return the rule that an input must be `usual` unless other inputs allow more.
+    """Return the rule that an input must be `usual` unless a condition holds.
 
     Parameters
     ----------
-    usual, name, unless : the value, the input's name, and what allows others
+    usual, name : the value, and the input's name
+    unless : condition under which the input may have other values
     so, note : parts of the message: what follows from the value; advice at the end
     got : function from the refused value to its text
     """
@@ -149,7 +151,7 @@ def must_be(
 
 
 def _scheme_of(names: Sequence[str], unless: Unless) -> Rule:
-    """Return the rule that a scheme must be one of `names`; see `must_be`."""
+    """Return the rule that the scheme must be one of `names`, unless `unless` holds."""
     return Rule(
         (*unless.inputs, "solver.scheme"),
         lambda *values: functools.reduce(
@@ -172,7 +174,7 @@ def _unchanged(rate: Any, table: Any, closure: Any, gaps: Any) -> Any:
 
 
 def _is(usual: Any) -> Callable[[Any], Any]:
-    """Return the function whether a value is `usual`."""
+    """Return the function that tells whether a value is `usual`."""
     return lambda value: value == usual
 
 
@@ -212,7 +214,7 @@ OF_ROTOR = (
     Rule(("mistuning", "blades"),
         lambda count, blades: (count == 0) | (count == blades),
         lambda count, blades:
-            f"mistuning must be [] or {blades} numbers, one a blade, got {count}"),
+            f"mistuning must be [] or {blades} numbers, one per blade, got {count}"),
     Rule(("disk_radius", "radius"),
         lambda rim, tip: rim < tip,
         lambda rim, tip: f"disk_radius must be < radius ({tip} m), got {rim}"),
@@ -247,8 +249,8 @@ OF_ENGINE = (
             (rotation == "none") | (own == AS_THE_REST) | (own >= least),
         lambda _, own, least: (
             f"rotor.suspension_damping must be >= damping ({least}), "
-            "or -1, where rotation is not none: the excess is due to a damper that "
-            f"does not rotate, got {own}")),
+            "or -1, where rotation is not none: its excess over damping is due to a "
+            f"damper that does not rotate, got {own}")),
     Rule(("file", "rotor.mistuning"),
         lambda file, count: (file == "") | (count == 0),
         lambda file, _:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 NOMINAL_BLADES = 22  # number of blades to which times of steps refer
-USUAL = 0.55, 1 / 7  # assumed: share of steps with contact, of blades that touch then
+USUAL = 0.55, 1 / 7  # assumed shares: steps with contact; blades that touch in these
 MOST_POINTS = 3  # most contact points per tip for which times of steps were measured
 
 
@@ -38,10 +38,11 @@ class StepTimes:
     pressed: tuple[float, float] | None = None
 
     def step(self, blades: Any, share: Any, touching: Any, points: Any = 1) -> Any:
-        """Return the mean time of a step, us, one or (cases,), like `blades`.
+        """Return the mean time of a step, us: a scalar or (cases,), like `blades`.
 
-        blades, share, touching : N; share of steps in contact; t in such a step
-        points : contact points per tip, n, one number or (cases,)
+        blades, share : N, and share of steps in contact
+        touching : t in a step in contact
+        points : contact points per tip, n, a scalar or (cases,)
         """
         still, pressed = (_factor(own, points) for own in (self.still, self.pressed))
         blades = blades if self.still else blades * points
@@ -53,7 +54,10 @@ class StepTimes:
 
 
 def _factor(of: tuple[float, float] | None, points: Any) -> Any:
-    """Return a + b n for n > 1 points per tip, else 1; of : (a, b), None: always 1."""
+    """Return a + b n for n > 1 points per tip, else 1.
+
+    of : (a, b); None: the factor is always 1
+    """
     first, each = of or (1.0, 0.0)
     several = points > 1
     return several * (first + each * points) + (1 - several)
@@ -77,18 +81,18 @@ class Scheme:
     order : order, in the time step, of the error of a free mode; infinite: no error
     nominal : s, computing time of a step with 22 blades and usual contact (`USUAL`)
         without effects of rotation, assumed before any measurement
-    folds : whether it may integrate one of several equal sectors alone; schemes that do
-        not fold serve as reference for those that do
+    folds : whether the scheme may integrate one of several equal sectors alone; schemes
+        that do not fold serve as reference for those that do
     settles : whether the rest of a run may be computed in closed form after a
         certificate that no contact can recur
     flies : whether the scheme jumps over steps in which no blade can touch
-    cyclic : whether it always uses the cyclic kernel; then other models are refused
+    cyclic : whether the scheme always uses the cyclic kernel, and refuses other models
     matrices : whether it integrates coordinates with M, D and K instead of modes
     stands : whether supports may differ by direction in the static frame, or have a
         film
     points : whether tips may have several contact points
     turns : s, the same as `nominal` with engine.rotation = "full" or "auto"
-    times : how that time depends on contact and blades, if all sectors are equal
+    times : how the time of a step depends on contact and blades, for equal sectors
     """
 
     name: str
@@ -115,13 +119,13 @@ class Scheme:
         touching: Any = None,
         points: Any = 1,
     ) -> Any:
-        """Return the assumed computing time of a step, s, one or (cases,).
+        """Return the assumed computing time of a step, s, a scalar or (cases,).
 
         rotation : engine.rotation
         blades : N, one number or (cases,)
         uneven : whether blades differ
         share : share of steps in contact
-        touching : blades, or points, that touch in such a step; None: `USUAL`
+        touching : blades, or points, that touch in a step in contact; None: `USUAL`
         points : contact points per tip, one number or (cases,); above `MOST_POINTS` the
             time is extrapolated
         """
@@ -166,6 +170,6 @@ MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)
 
 
 def either(names: Sequence[str]) -> str:
-    """Return names of schemes as a message lists what is allowed: 'a', 'b' or 'c'."""
+    """Return allowed names of schemes as text for a message: 'a', 'b' or 'c'."""
     *most, last = map(repr, names)
     return f"{', '.join(most)} or {last}"

@@ -62,7 +62,7 @@ class Range(TableModel):
     def _leads_somewhere(self) -> Self:
         got = shown(self.model_dump(exclude_unset=True))
         if (self.step is None) == (self.num is None):
-            raise ValueError(f"takes start, stop and either step or num, got {got}")
+            raise ValueError(f"needs start, stop and either step or num, got {got}")
         width = self.stop - self.start
         if self.step is not None and not (
             self.step and 0 <= width / self.step <= MOST_CASES
@@ -113,7 +113,7 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
     units = {each[1] for each in found.values() if each}
     told = [each for key, each in found.items() if key != "num"]
     if units and (len(units) > 1 or None in told):
-        msg = f"range {name} takes one unit for all its numbers, got {shown(given)}"
+        msg = f"range {name} must have one unit for all its numbers, got {shown(given)}"
         raise InputError(msg)
     plain = {key: float(each[0]) if each else given[key] for key, each in found.items()}
     where = f"range {name}"
@@ -130,7 +130,8 @@ def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> lis
     Raises
     ------
     InputError
-        for lists of unequal length, an input in both, or more than `MOST_CASES` cases
+        for zipped lists of unequal length, an input in both mappings, or more than
+        `MOST_CASES` cases
     """
     from hpcwhirl.scene.table import Axis, column_of
 

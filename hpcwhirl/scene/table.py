@@ -40,7 +40,7 @@ class OfCases(Sequence[Item]):
     @overload
     def __getitem__(self, case: slice) -> tuple[Item, ...]: ...
     def __getitem__(self, case: int | slice) -> Item | tuple[Item, ...]:
-        """Return the item of a case, or those of a slice."""
+        """Return the item of a case, or the items of a slice of cases."""
         chosen = range(len(self))[case]
         if isinstance(chosen, range):
             return tuple(map(self._of_case, chosen))
@@ -109,8 +109,8 @@ class Column:
 
     Attributes
     ----------
-    values : its values in all blocks, one block after the other
-    starts : (blocks,), first case of a block
+    values : values of the input in all blocks, one block after the other
+    starts : (blocks,), first case of each block
     first : (blocks,), index in `values` of each block's first value
     stride : (blocks,), number of successive cases with the same value
     length : (blocks,), number of values of the block
@@ -251,10 +251,10 @@ class Table(OfCases[Settings]):
         return tuple(dict.fromkeys(names))
 
     def first_of(self, names: Iterable[str]) -> Cases:
-        """Return cases with every combination of some inputs' values, ascending.
+        """Return cases that cover every combination of some inputs' values, ascending.
 
         For a single block, these are the cases at the first place of all other axes;
-        otherwise all cases.
+        otherwise all cases are returned.
         """
         if len(self.blocks) != 1:
             return np.arange(len(self))
@@ -285,7 +285,7 @@ class Table(OfCases[Settings]):
 
 
 def _column_in(block: Block, name: str) -> tuple[Values, int] | None:
-    """Return (values, stride) of an input in a block; None if it does not set it."""
+    """Return (values, stride) of an input in a block; None if the block lacks it."""
     for number, axis in enumerate(block):
         if name in axis.names:
             return axis.columns[axis.names.index(name)], block.stride(number)

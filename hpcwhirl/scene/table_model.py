@@ -55,7 +55,7 @@ def kind_of(field: Any) -> Any:
 
 
 def key_of(field: Any) -> Key:
-    """Return the `Key` of a field; `allowed` from type and limits if it has none."""
+    """Return the `Key` of a field; an empty `allowed` is made from type and limits."""
     told = next(told for told in field.metadata if isinstance(told, Key))
     return told if told.allowed else Key(told.meaning, _allowed(field))
 

@@ -91,8 +91,8 @@ def showing(asked: Sequence[str]) -> Iterator[None]:
 def shown_in(unit: str) -> tuple[str, float]:
     """Return the unit in which to show numbers of an SI unit, and the factor to it.
 
-    It is the first unit set by `showing` that measures the same quantity, where
-    `AS_SHOWN` stands for those of `PRACTICAL`; if there is none, the SI unit with
+    The unit is the first one set by `showing` that measures the same quantity, where
+    `AS_SHOWN` stands for the units of `PRACTICAL`; if none does, the SI unit with
     factor 1. Numbers without unit ("1") are never converted, and only an angular speed,
     rad/s, is shown in revolutions or cycles.
     """
@@ -167,7 +167,7 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
     Parameters
     ----------
     source, wanted : unit of cf_units; name of the target unit
-    refused : message of the ValueError if there is no such factor
+    refused : message of the ValueError if the units have no such factor
     """
     from cf_units import Unit
 

@@ -29,7 +29,7 @@ class Look:
     letter : letter that stands for the word
     marker : Matplotlib's marker of a point
     told : text in legends
-    line : colour of thin lines and dots on white, if the fill is too light for them
+    line : colour of thin lines and dots on white, if the fill is too light; "" if not
     """
 
     colour: str
@@ -47,7 +47,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Rule:
-    """A word and the conditions that must all hold for it."""
+    """A word, and the conditions that must all hold for a case to have it."""
 
     word: str
     needs: tuple[str, ...] = ()
@@ -92,7 +92,7 @@ ENUMS = {
 
 
 NO_REGIME = ("unstable", "overloaded")  # outcomes of cases without a regime
-OPEN = ("undecided", "divergent")  # may change in a longer run, see is_open
+OPEN = ("undecided", "divergent")  # regimes that may change in a longer run: is_open
 TOLD = {  # {outcome: message for a case}
     "overloaded": "the pulse itself, not growth, moved the tips to the amplitude "
     "limit; lower force or pulse, or raise amplitude_limit"
@@ -106,8 +106,8 @@ BEYOND_FILM = (  # message for a case that still has a word
 def word_of(status: str, outcome: str, regime: str) -> str:
     """Return the word of `SHOWN` that stands for a case in maps, tables and counts.
 
-    It is the regime or, without one, `overloaded`, `unstable`, `failed` (for any
-    reason) or `missing`.
+    The word is the regime; a case without a regime is `overloaded`, `unstable`,
+    `failed` (for any reason) or `missing`.
     """
     if status != "ok":
         return status if status == "missing" else "failed"
@@ -119,7 +119,7 @@ def word_of(status: str, outcome: str, regime: str) -> str:
 def is_open(row: Mapping[str, Any]) -> bool:
     """Return whether a longer run may give the case of a row another regime.
 
-    It may if the case is undecided, or divergent by growth alone, and ran to its end: a
+    True if the case is undecided, or divergent by growth alone, and ran to its end: a
     case that ended at the amplitude limit cannot continue.
     """
     return row.get("regime") in OPEN and row.get("stop") == "end"

@@ -55,7 +55,7 @@ def keep_names(folder: Path) -> None:
     Raises
     ------
     OSError
-        where that fails; not on a file system that cannot sync directories
+        if syncing fails; no error on a file system that cannot sync directories
     """
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
@@ -73,7 +73,7 @@ def make_folders(folder: Path) -> None:
     Raises
     ------
     OSError
-        where one of them cannot be made
+        where one of the directories cannot be made
     """
     missing = [place for place in (folder, *folder.parents) if not place.exists()]
     folder.mkdir(parents=True, exist_ok=True)
@@ -87,7 +87,7 @@ def telling(what: Path | str) -> Iterator[None]:
 
     Parameters
     ----------
-    what : the file, or "in DIRECTORY", as the message names it
+    what : the file, or "in DIRECTORY", for the message
 
     Raises
     ------
@@ -113,14 +113,14 @@ def replacing(
     ----------
     path : file to replace
     check : raises if this process may no longer publish, see `publish`
-    held : whether the temporary file is locked meanwhile, so that `sweep_idle` in
-        another process does not remove it
+    held : whether the temporary file is locked inside the block, so that `sweep_idle`
+        in another process does not remove it
     """
     part = part_of(path)
     try:
         with part.open("rb") if held else nullcontext() as file:
             if file is not None:
-                with suppress(OSError):  # no locks here: `sweep_idle` leaves it
+                with suppress(OSError):  # no locks: `sweep_idle` leaves the file, too
                     fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
             yield part
             publish(part, path, check)
@@ -162,7 +162,7 @@ def write_whole(
     Raises
     ------
     MissingFileError
-        where it cannot be written; the former content stays
+        where the file cannot be written; the former content stays
     """
     with telling(path):
         make_folders(path.parent)
@@ -191,7 +191,7 @@ def _remove_idle(item: os.DirEntry[str]) -> None:
     Raises
     ------
     OSError
-        where a process has a lock on it
+        where a process has a lock on the file
     """
     if time.time() - item.stat(follow_symlinks=False).st_mtime < YOUNG:
         return
@@ -206,7 +206,7 @@ def sweep(folder: Path, stem: str = "", older: float = float("inf")) -> None:
     Parameters
     ----------
     folder : directory in which files are removed, not in its subdirectories
-    stem : beginning of their names
+    stem : beginning of the names of these files
     older : remove only files last written before this time, s since 1970 by the clock
         of the file system
     """

@@ -48,12 +48,12 @@ def utf8(text: str) -> NDArray[np.bytes_]:
 
 
 class _Patient(io.FileIO):
-    """A file whose writes always seem to succeed; it keeps the first error."""
+    """A file whose writes always seem to succeed; `failed` keeps the first error."""
 
     failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write some bytes or keep the error; return their number in any case."""
+        """Write some bytes or keep the error; return their number in either case."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:
@@ -139,7 +139,7 @@ def dtype(quantity: Quantity) -> np.dtype[Any]:
 
 
 def missing(quantity: Quantity) -> float | int | bytes:
-    """Return the value that is stored if a case has none, such as NaN."""
+    """Return the value that is stored for a case without a value, such as NaN."""
     empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
     return empty.get(quantity.kind, b"")
 
@@ -192,7 +192,7 @@ def mark_words(data: h5py.Dataset, words: Sequence[str]) -> None:
 
 
 def define_axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
-    """Define an axis with given values, or with numbers from 0 if given its size."""
+    """Define an axis with given values, or, if `values` is its size, numbers from 0."""
     if isinstance(values, int):
         values = np.arange(values, dtype="i8")
     axis = group.create_dataset(name, data=values)
@@ -206,8 +206,8 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
     Parameters
     ----------
     path : file to write; on failure an older file stays
-    arrays : {path in the file such as `rotor/mass`: array}; its unit and meaning are
-        those of the last part of the path in `scene.quantities.ARRAYS`
+    arrays : {path in the file such as `rotor/mass`: array}; `scene.quantities.ARRAYS`
+        has unit and meaning under the last part of the path
     facts : {attribute: text or number}
     """
     try:

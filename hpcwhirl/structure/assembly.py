@@ -24,8 +24,8 @@ class CyclicStructure:
     centre : the two DoF of the centre (x, y in the structure's frame); empty if clamped
     centre_stiffness : N/m, k_o of the shaft's springs, or k_11 if the disk tilts
     mistuned : whether the sectors are not identical
-    tilt : shaft and inertia of a tilting disk, whose tilt DoF are not among the n; None
-        for shaft springs
+    tilt : shaft and inertia of a tilting disk, whose tilt DoF are not among the n DoF;
+        None for shaft springs
     """
 
     mass: Floats

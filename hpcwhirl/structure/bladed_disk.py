@@ -16,7 +16,7 @@ from hpcwhirl.structure.beams import Section, beam
 from hpcwhirl.structure.tilting import tilt_of
 
 NODE = 3  # DoF of a node: radial, tangential, rotation
-GHOST = 1e-6  # share of its mass and stiffness that a lost blade keeps
+GHOST = 1e-6  # share of mass and of stiffness that a lost blade keeps in the model
 MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
 
 
@@ -70,7 +70,7 @@ def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
 
 
 def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
-    """Return (length, section, transform) of the rim's chord from a root to the next.
+    """Return (length, section, transform) of the rim beam between successive roots.
 
     transform : (6, 6), from r, t, rotation of both roots to the beam's DoF
     """
@@ -118,7 +118,7 @@ def bladed_disk(rotor: Rotor) -> CyclicStructure:
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     if blades * size > MOST_DOF:
         msg = (
-            f"rotor.blades and rotor.elements must ask for at most {MOST_DOF} degrees "
+            f"rotor.blades and rotor.elements must lead to at most {MOST_DOF} degrees "
             f"of freedom, 3 blades (elements + 1), got {blades * size}"
         )
         raise InputError(msg)

@@ -1,7 +1,7 @@
 """The elastic casing in Fourier harmonics: closed form, no interpolation.
 
 Coordinates: w_0, w_1c, w_1s, ... w_Hs, then u_0, u_1c, ... u_Hs, with
-w(theta) = w_0 + sum_h w_hc cos(h theta) + w_hs sin(h theta), u alike; u tangential
+w(theta) = w_0 + sum_h w_hc cos(h theta) + w_hs sin(h theta), u likewise; u tangential
 with theta, w radial outward, static frame. If the casing varies along its axis, each
 axial function has such coordinates: first w of all functions, one after the other, then
 u of all functions, then their axial displacements, if any. With the axial place zeta, 0
@@ -29,7 +29,7 @@ class Uniform:
     ends = (-math.inf, math.inf)
 
     def at(self, stations: Floats) -> Floats:
-        """Return ones (s, 1), the values at axial places (s,)."""
+        """Return ones (s, 1): the value 1 at each of the axial places (s,)."""
         return np.ones((len(stations), 1))
 
 
@@ -78,7 +78,10 @@ class Stations:
         return self.places[0], self.places[-1]
 
     def at(self, stations: Floats) -> Floats:
-        """Return the values at axial places (m,), m: (m, s), constant past the ends."""
+        """Return the functions' values at axial places (k,), m: (k, s).
+
+        They are constant beyond the ends.
+        """
         hats = np.eye(self.count)
         columns = [np.interp(stations, self.places, hat) for hat in hats]
         return np.column_stack(columns)
@@ -150,7 +153,7 @@ class FourierOperator:
     def waves(self) -> Floats:
         """Return the rows that give cos and sin parts of w, (H + 1, 2, size).
 
-        If the casing varies along its axis, they give w in the plane zeta = 0.
+        If the casing varies along its axis, the rows give w in the plane zeta = 0.
         """
         out = np.zeros((self.harmonics + 1, 2, self.size))
         for h in range(self.harmonics + 1):
@@ -162,7 +165,7 @@ class FourierOperator:
     def lobes(self, k: int) -> Floats:
         """Return loads (size,) of a radial load p ~ cos(k theta) in the plane zeta = 0.
 
-        They are scaled so that the generalized force on the unit shape cos(k theta) is
+        Loads are scaled so that the generalized force on the unit shape cos(k theta) is
         1.
         """
         return self._in_the_middle(k, sine=False)

@@ -18,8 +18,8 @@ NODE = 4  # DoF per node: u, u', w, w'
 class RingOperator:
     """Contact operator of a ring of elements.
 
-    It gives the ring's displacements at angles and, transposed, the loads of forces
-    there: both use the same shape functions, so that they are work-conjugate.
+    It gives the ring's displacements at angles and, transposed, the nodal loads of
+    forces there: both use the same shape functions, and so are work-conjugate.
     """
 
     elements: int
@@ -69,8 +69,8 @@ class RingOperator:
     def waves(self) -> Floats:
         """Return matrices from the DoF to the harmonics of w, (H + 1, 2, 4 elements).
 
-        They give the cos and sin coefficients of harmonics 0 .. H = elements // 2,
-        integrated by the elements' Gauss points.
+        The matrices give the cos and sin coefficients of harmonics 0 .. H = elements
+        // 2, integrated by the elements' Gauss points.
         """
         angles, weights = self._points()
         radial, out = self.rows(angles)[0], []
@@ -83,7 +83,7 @@ class RingOperator:
     def lobes(self, k: int) -> Floats:
         """Return nodal loads (4 elements,) of a radial load p ~ cos(k theta).
 
-        They are scaled so that the generalized force on the unit shape cos(k theta) is
+        Loads are scaled so that the generalized force on the unit shape cos(k theta) is
         1.
         """
         angles, weights = self._points()

@@ -8,7 +8,7 @@ M u'' + (D + 2 Omega C) u' + (K + Omega^2 (K_g - M)) u = f + Omega^2 F_c
     K_g = integral of n(s) v' v', n the axial force per unit Omega^2
     F_c = integral of rho A N^T X, X the position of a point from the centre
 
-(u along a beam, v across, 90 degrees anticlockwise from it). Forces n follow from the
+(u along a beam, v across, 90 degrees anticlockwise from u). Forces n follow from the
 static response of the sector to F_c, centre held; within an element n' = -rho A X_s, so
 that they are exact on a blade: P(r) = integral of rho A s from r to the tip. A rigid
 rotation u_r then causes no forces, u_r (K_g - M) u_r = 0, and a rigid translation only
@@ -40,9 +40,9 @@ class Rotation:
     coriolis : C (n, n), kg, skew
     stiffening : K_g (n, n), kg: N/m per unit Omega^2
     load : F_c (n,), kg m: N per unit Omega^2, including the pull of a lost blade
-    swing : F_e (n,), kg m: N per unit of -dOmega/dt
+    swing : F_e (n,), kg m: N per unit of -dOmega/dt, load of an angular acceleration
     released : (n,), kg m: the pull of a lost blade at its root with opposite sign; zero
-        if none is lost
+        if no blade is lost
     """
 
     coriolis: Floats
@@ -111,7 +111,7 @@ def stiffening_of(length: float, section: Section, start: float, mean: float) ->
     Parameters
     ----------
     length, section : length, m, and section of the beam
-    start : m, coordinate of its first end along its axis, from the centre
+    start : m, coordinate of the beam's first end along its axis, from the centre
     mean : kg m, mean axial force per unit Omega^2
     """
     heights = Polynomial([section.thickness[0], np.diff(section.thickness)[0]])
@@ -154,8 +154,8 @@ def members(rotor: Rotor) -> list[Member]:
 def tensions(parts: list[Member], size: int) -> Floats:
     """Return the mean axial force of each member, kg m: N per unit Omega^2.
 
-    It is the force in the static response to F_c, equal in all sectors, with the centre
-    held. Mistuning of the blades' stiffness does not change it.
+    The forces are those of the static response to F_c, equal in all sectors, with the
+    centre held. Mistuning of the blades' stiffness does not change them.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def _added(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return C, K_g (wide, wide), F_c and F_e (wide,) of some beams of a sector.
 
-    forces : (beams,), kg m, mean axial force of each per unit Omega^2
+    forces : (beams,), kg m, mean axial force of each beam per unit Omega^2
     wide : number of DoF of the sector, the next sector's root and the centre
     """
     grids = np.zeros((wide, wide)), np.zeros((wide, wide))

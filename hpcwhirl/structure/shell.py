@@ -7,7 +7,7 @@ R / L and the displacements of a shell on shear diaphragms,
 w = W sin(p pi x / L) cos(h theta), v = V sin(p pi x / L) sin(h theta),
 u = U cos(p pi x / L) cos(h theta),
 
-radial outward, tangential with theta, axial. They leave w = v = 0 at both ends, and no
+radial outward, tangential with theta, axial. At both ends these have w = v = 0 and no
 axial force. Each (h, p) has three modes: one mostly radial, two that stretch the shell.
 """
 
@@ -51,7 +51,7 @@ def shell_matrices(
 
     Parameters
     ----------
-    casing : its `width` is the shell's length L
+    casing : inputs of the casing; `width` is the shell's length L
     radius : of the middle surface, m
     h, p : harmonic, from 0; axial half waves, from 1
 

@@ -177,7 +177,7 @@ def test_what_has_no_starts_is_refused(tables, why):
 def test_branches_and_wrong_options_are_refused():
     data = results(cubic, sample={"count": 8, "force": uniform(0.0, 2e3)})
     followed = data.assign(branch=data["force"]).assign_attrs(swept="force branch")
-    with pytest.raises(InputError, match="begin where others have ended"):
+    with pytest.raises(InputError, match="begin where other cases ended"):
         basins(followed)
     with pytest.raises(InputError, match="did you mean 'attractor'"):
         basins(data, "atractor")

@@ -195,11 +195,11 @@ def test_after_a_case_that_leaves_no_motion_a_branch_begins_anew():
         ({"branch": {"over": "speed", "starts": [310]}}, "starts must be values of"),
         ({"branch": {"over": "speed", "directions": "left"}}, "both"),
         ({"refine": {"over": "speed", "levels": 1}}, "words must be 'branch' with"),
-        ({"refine": ALONG | {"over": "friction"}}, "over must be that of [branch]"),
+        ({"refine": ALONG | {"over": "friction"}}, "over must be speed, as in"),
         ({"refine": ALONG | {"confirm": "draft"}}, "confirm must not be set with"),
         ({"twins": {"count": 2}}, "not with [twins]"),
         ({"cases": [{"speed": 1.0}]}, "not with [cases]"),
-        ({"sweep": {"speed": [300.0]}}, "its values must be 2 to 1000"),
+        ({"sweep": {"speed": [300.0]}}, "speed needs 2 to 1000 different values"),
         ({"scene": {"history": "speed 300"}}, "must be an input and its values"),
     ],
 )
@@ -210,7 +210,7 @@ def test_what_branches_cannot_do_is_refused(changed, words):
 
 
 def test_shards_and_extensions_are_refused(swept, tmp_path):
-    with pytest.raises(InputError, match=r"\[branch\] needs the case before each"):
+    with pytest.raises(InputError, match=r"\[branch\] begins each case where"):
         Design.of(TABLES).check_shards("no --shard")
     shutil.copytree(swept, tmp_path / "out")
     done = launch("campaign", tmp_path / "out", "--extend", "undecided", "--to", "1")

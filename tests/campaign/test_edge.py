@@ -122,11 +122,11 @@ PULSES = ["four_motions", "--low", "1", "--high", "2"]
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["four_motions"], "an edge needs two pulses of different words"),
+        (["four_motions"], "two pulses that lead to different words"),
         (["four_motions", "--low", "x"], "--low force must be a number"),
         ([*PULSES, "--look", "0"], "look must be > 0"),
         ([*PULSES, "--near", "1"], "near < far < 1"),
-        (["four_motions", "--at", "speed=1"], "--at chooses among the cases"),
+        (["four_motions", "--at", "speed=1"], "--at selects cases of a campaign"),
         ([".", "--at", "speed=1"], "results.h5"),
     ],
 )

@@ -138,7 +138,7 @@ def test_a_campaign_may_get_more_cases_and_inputs_to_sweep(run, tmp_path):
         ),
         (
             "engine.name = 'mostly-damped'\n",  # a slip
-            "'mostly-damped' is a label and sets no inputs: those of 'mostly_damped'",
+            "'mostly-damped' is a label and sets no inputs: the inputs of",
         ),
         (
             "engine.name = 'salvat2016'\n",

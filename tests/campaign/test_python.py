@@ -336,7 +336,7 @@ def test_a_version_is_compared_instead_of_the_source(tmp_path):
         assert data.one.to_numpy().tolist() == [1.0, 1.0]
     with pytest.raises(InputError, match=r"another measure: its version differs"):
         hpcwhirl.campaign(TABLES, version=2, **other)
-    with pytest.raises(InputError, match="there is none; got 2"):
+    with pytest.raises(InputError, match="only with measure, got 2"):
         hpcwhirl.campaign(TABLES, tmp_path / "other", version=2)
 
 

@@ -717,14 +717,14 @@ BAD = [
     ({"levels": 0}, "refines nothing"),
     ({"levels": 17}, "from 0 to 16, got 17"),
     ({"scale": "cubic"}, "linear, log, got 'cubic'"),
-    ({"scale": {"friction": "log"}}, "not among over"),
+    ({"scale": {"friction": "log"}}, "not an input of over"),
     ({"words": "outcome"}, "regime, whirl, both, attractor, branch, got 'outcome'"),
     ({"speckle": -1}, "0 for never, got -1"),
     ({"budget": 100}, "{cases = N} or {core_hours = H}"),
     ({"budget": {"cases": 29}}, "cases = 30, got 29"),
     ({"first": "quick"}, "draft, standard, reference, got 'quick'"),
     ({"confirm": "strict"}, "got 'strict'"),
-    ({"first": "draft", "confirm": "draft"}, "is what the first cases have already"),
+    ({"first": "draft", "confirm": "draft"}, "sets nothing that the first"),
     ({"resolutions": 1.0}, "did you mean 'resolution'"),
 ]  # fmt: skip
 

@@ -161,9 +161,9 @@ def test_saltelli_draws_differ_in_one_input_alone():
         ({"count": 4, "nodal_diameter": GAP}, "must be an input of real numbers"),
         ({"count": 4, "speed": GAP}, "speed is in [sweep] or [zip] and in [sample]"),
         ({"count": 4, "gap": GAP, "scene": {"gap": GAP}}, "unknown scene input"),
-        ({"count": 4, "method": "saltelli", "gap": GAP}, "inputs at least, got gap"),
+        ({"count": 4, "method": "saltelli", "gap": GAP}, "two drawn inputs, got gap"),
         ({"count": 64, "gap": {"distribution": "normal", "mean": 1e-4,
-                               "deviation": 1e-4}}, "or truncated_normal keep between"),
+                               "deviation": 1e-4}}, "truncated_normal keep draws"),
     ],
 )  # fmt: skip
 def test_a_wrong_table_is_one_line(table, told):

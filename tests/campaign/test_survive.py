@@ -125,7 +125,7 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     kept = states(out)
     refused = launch(*words)
     assert refused.returncode == 2
-    assert "remove it to go on" in refused.err
+    assert "remove it to continue" in refused.err
     (out / "STOP").unlink()
     assert states(out) == kept
 

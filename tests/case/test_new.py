@@ -133,7 +133,7 @@ def test_a_file_is_never_overwritten(tmp_path, capsys):
     path = tmp_path / "fan.toml"
     path.write_text("mine")
     assert main(["new", str(path)]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
     assert path.read_text() == "mine"
 
 
@@ -142,7 +142,7 @@ def test_a_file_is_never_overwritten(tmp_path, capsys):
     [
         (["--material", "titan"], "unknown material 'titan'; did you mean 'titanium'?"),
         (["--radius", "3 s"], "--radius must be in m"),
-        (["--radius", "wide"], "--radius must be a number, or one with a unit"),
+        (["--radius", "wide"], "--radius must be a number, with a unit or without"),
         (["--radius", "-1"], "radius must be a number > 0"),
         (["--radius", "0"], "radius must be a number > 0, got 0"),
         (["--gap=-0.1mm"], "gap must be a number > 0, got -0.0001"),

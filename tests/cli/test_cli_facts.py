@@ -131,7 +131,7 @@ def test_what_takes_energy_out_though_it_is_of_what_feeds_is_named(facts, capsys
     assert "took energy out" not in capsys.readouterr().out
     found["ledger"]["friction"] = -1e-3
     run_command._show(found)
-    assert "friction took energy out: below zero" in capsys.readouterr().out
+    assert "friction took energy out: negative entries" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("growth", [0.0, 1e-5])
@@ -372,7 +372,7 @@ def test_a_case_s_file_is_the_results_of_a_campaign_of_it(tmp_path, capsys, trac
     assert (tmp_path / "map/map.png").read_bytes().startswith(b"\x89PNG")
     capsys.readouterr()
     assert main(["report", str(one)]) == 2
-    assert "one.h5 is a file: it must be the directory" in capsys.readouterr().err
+    assert "one.h5 must be the directory" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["run", "model", "export-model"])

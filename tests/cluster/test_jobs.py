@@ -430,7 +430,7 @@ def test_core_hours_are_told_beside_the_time_limit(capsys, monkeypatch):
     told = f"nominally {low} (no contact) to {high} core-hours (always in contact), "
     assert err.startswith(f"hpcwhirl: {told}")
     assert err.endswith(
-        " on 32 ranks, campaign --pilot 20 measures it; --time 24:00:00\n"
+        " on 32 ranks, campaign --pilot 20 measures the cost; --time 24:00:00\n"
     )
     for day, told in ((1.5, "may not be enough"), (4.0, "is not enough")):
         low, *rest = (32 * 86400 * day * part for part in (0.5, 0.6, 1.0))

@@ -354,7 +354,7 @@ def test_model_tells_the_circle(capsys):
     assert main(["model", *settings]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert f"circles with {1e3 * circle_told['radius']:.4g} mm" in told
-    assert "it touches nothing" in told
+    assert "they touch nothing" in told
     assert main(["model", "--explain", *settings]) == 0
     assert "circle of the unbalance" in capsys.readouterr().out
 

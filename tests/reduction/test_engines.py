@@ -446,7 +446,7 @@ def test_mistuning_is_set_written_and_read_back():
 @pytest.mark.parametrize(
     ("value", "told"),
     [
-        ([0.1] * 3, "must be [] or 22 numbers, one a blade, got 3"),
+        ([0.1] * 3, "must be [] or 22 numbers, one per blade, got 3"),
         ([0.0] * 21 + [-1.0], "must be > -1.0, got -1.0"),
         ([0.0] * 21 + [np.nan], "finite"),
         ([0.0] * 21 + ["soft"], "a number, got 'soft'"),

@@ -543,7 +543,7 @@ TABLES = [
     ({"tips__angle": 0.1, "centre__angle": 0.0}, "a translation of tips and centre"),
     ({"tips__angle": [-i * 1.0 for i in range(N)]}, "anticlockwise"),
     ({"tips__radial": TIPS[0]}, "x, y or radial, tangential, got both"),
-    ({"centre__x": LAST, "centre__y": LAST + 1}, "they count from 0"),
+    ({"centre__x": LAST, "centre__y": LAST + 1}, "these numbers begin with 0"),
     ({"centre__x": -1}, f"be 0 to {LAST}, got -1"),
     ({"centre__y": True}, "whole numbers"),
     ({"centre__stiffness": -1.0}, "number >= 0"),
@@ -718,7 +718,7 @@ def test_what_is_read_is_not_overwritten(tmp_path, capsys):
     path = wheel(tmp_path, **compressed(tmp_path, ".h5"))
     held = (tmp_path / "k.h5").read_bytes()
     assert main(["import-model", str(path), "--out", str(tmp_path / "k.h5")]) == 2
-    assert "another file than" in capsys.readouterr().err
+    assert "which this command reads" in capsys.readouterr().err
     assert (tmp_path / "k.h5").read_bytes() == held
 
 

@@ -128,7 +128,7 @@ def test_traces_that_were_not_kept_are_one_clear_line(finished, tmp_path, capsys
     assert main([*words, *asked]) == 0
     lines = capsys.readouterr().out.splitlines()
     for name, line in zip(("contributions", "tips"), lines, strict=False):
-        assert re.search(f"^{name}: needs traces = full, .* none of tips$", line)
+        assert re.search(f"^{name}: needs traces = full; .* not keep tips$", line)
     assert [Path(li).name for li in lines[2:]] == ["orbit-0000.png", "orbit-0001.png"]
 
 
@@ -413,7 +413,7 @@ def test_figures_that_draw_nothing_are_wrong_input(finished, tmp_path, capsys):
     assert main(words) == 2
     told = capsys.readouterr()
     assert "needs traces = full" in told.out
-    assert "nothing drawn" in told.err
+    assert "could be drawn" in told.err
 
 
 def test_the_engine_has_shapes_and_a_campbell_diagram(finished, tmp_path):

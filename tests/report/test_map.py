@@ -272,8 +272,8 @@ def test_texts_and_lists_lie_on_an_axis_and_may_be_chosen(made):
     [
         ({"y": "gpa"}, "'gpa'; did you mean 'gap'"),
         ({"y": "pulse"}, "swept input 'pulse'"),
-        ({"x": "gap", "y": "gap"}, "only be one of --x, --y and --panel"),
-        ({"at": ("gap=3e-4",)}, "no case has it, known: 0.0001, 0.000128"),
+        ({"x": "gap", "y": "gap"}, "by only one of --x, --y and --panel"),
+        ({"at": ("gap=3e-4",)}, "no case has this value, known: 0.0001, 0.000128"),
         ({"at": ("speed",)}, "--at must be NAME=VALUE"),
         ({"at": ("gap=wide",)}, "must be a number, got 'wide'"),
         ({"colour": "growthrate"}, "did you mean 'growth_rate'"),

@@ -128,7 +128,7 @@ TOLD = {
     "solver.truncation": ("0", "modes", "harmonics", "families", "estimate"),
     "solver.plan": ('"lean"', "everything", "requires"),
     "solver.until": ('"end"', "certain", "proved", "decided", "twice"),
-    "solver.longest": ("20", "s", "at most", "decided"),
+    "solver.longest": ("20", "s", "largest", "decided"),
     "solver.modes": ("110", "fixed-interface", "Craig-Bampton"),
     "solver.amplitude_limit": ("0.1", "ends"),
     "output.traces": ('"orbit"', "summary", "full", "tips"),

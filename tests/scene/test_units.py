@@ -128,7 +128,7 @@ def test_drawn_inputs_and_resolutions_take_units():
 
 def test_a_range_of_two_units_is_refused():
     given = {"start": "1000 rpm", "stop": 500, "num": 3}
-    with pytest.raises(InputError, match="takes one unit for all its numbers"):
+    with pytest.raises(InputError, match="must have one unit for all its numbers"):
         Design.of({"sweep": {"speed": given}})
 
 

@@ -300,7 +300,7 @@ def test_figures_take_cases_by_their_inputs(folder, tmp_path, capsys):
     names = [line.rpartition("/")[2] for line in capsys.readouterr().out.split()]
     assert names == ["orbit-0004.png", "orbit-0005.png"]
     assert main([*words, "--at", "speed=410"]) == 2
-    assert "no case has it, known: 300, 400, 500" in capsys.readouterr().err
+    assert "no case has this value, known: 300, 400, 500" in capsys.readouterr().err
     where = ["--at", "speed=500", "--at", "gap=4e-4", "--at", "thickness=0.02"]
     assert main([*words, *where]) == 2
     assert "case 10 is failed: made up: it gave no result" in capsys.readouterr().err

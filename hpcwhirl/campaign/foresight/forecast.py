@@ -2,7 +2,7 @@
 
 The number of steps follows from the inputs. The time of a step, the overhead of a case
 beyond its steps, and the share of cases that end early are learned from the finished
-cases in the directory, such as those of a pilot; if there are none, the scheme's
+cases in the directory, such as those of a pilot; if no case has finished, the scheme's
 nominal time of a step is used. The range covers the uncertainty of this sample and
 `APART`, the relative difference between two runs.
 """
@@ -127,11 +127,11 @@ def forecast(
 
     Parameters
     ----------
-    design, directory : the campaign; its finished cases are learned from
+    design, directory : the campaign, from whose finished cases costs are learned
     shard : shard whose cases count; None: all cases
     extended : end times to which undecided cases are extended, s
     started, loaded : time from the start of this process until its inputs were checked,
-        and until it began to read them, s; None: the age of the process
+        and until it began to read its inputs, s; None: the age of the process
     """
     since, step = age(), time_steps(design)
     started = since if started is None else started
@@ -248,7 +248,7 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 def _beside(runs: Runs, pace: float) -> tuple[float, float]:
     """Return the time per case outside its kernel, and the first case's extra time, s.
 
-    Both are taken from the last run that recorded them; without one they are nominal.
+    Both are taken from the last run that recorded them; nominal if no run has.
     """
     shares = [share for share in runs.shares() if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
@@ -359,7 +359,7 @@ def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
 def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]:
     """Return number and interval, s, of samples, see `case.limits.step_counts`.
 
-    They are 0 and NaN for a case that has no time step and will fail.
+    Return 0 and NaN for a case that has no time step and will fail.
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))

@@ -42,7 +42,7 @@ class Beyond:
 
 
 class Known(NamedTuple):
-    """A case that has ended: its regime, or None, and its kernel time, s."""
+    """A case that has ended: its regime, None without one, and its kernel time, s."""
 
     word: Word | None
     seconds: float
@@ -119,8 +119,8 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
     """Return the number of refined cases of each fidelity, from nearest known regimes.
 
     The rule of refinement is applied as if every case had the regime of the nearest
-    known case. If known cases are spread evenly, the boundaries are about as long as
-    the real ones; if regimes are scattered, they are too short.
+    known case. If known cases are spread evenly, the resulting boundaries are about as
+    long as the real ones; if regimes are scattered, they are too short.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The table [branch]: sweeps in which each case begins where the one before ended."""
+"""The table [branch]: sweeps in which a case begins where the preceding one ended."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from hpcwhirl.scene.table import Axis
 BRANCH, HISTORY = "branch", "history"  # inputs of a case
 APART = ("zip", "cases", "sample", "twins")  # tables that exclude [branch]
 FIXED = (
-    "--extend and [branch] exclude each other, since each case begins where the one "
-    'before it has ended: use until = "decided" in [solver] instead'
+    "--extend and [branch] exclude each other, since each case begins where the "
+    'preceding one ended: use until = "decided" in [solver] instead'
 )
 
 
@@ -25,7 +25,7 @@ def axes_with_branches(
     grid: dict[str, list[Any]],
     zipped: dict[str, list[Any]],
 ) -> list[Axis]:
-    """Return a grid's axes, the one along branches last: a branch is contiguous.
+    """Return a grid's axes, the one along branches last, so that branches are unbroken.
 
     Parameters
     ----------
@@ -63,12 +63,12 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
     if values is None or not all(map(is_number, values)):
         names = [n for n, each in grid.items() if all(map(is_number, each))]
         msg = f"[branch] over must be a numeric input of [sweep], got {over}"
-        raise InputError(f"{msg}; there are {', '.join(names) or 'none'}")
+        raise InputError(f"{msg}; such inputs: {', '.join(names) or 'none'}")
     for name in (BRANCH, HISTORY):
         if name in grid:
-            raise InputError(f"[branch] sets {name}, which [sweep] must not do")
+            raise InputError(f"[branch] sets {name}: remove {name} from [sweep]")
     if not 2 <= len(set(values)) <= MOST_POINTS or len(set(values)) < len(values):
-        msg = f"[branch] over {over}: its values must be 2 to {MOST_POINTS}, each once"
+        msg = f"[branch] over {over}: {over} needs 2 to {MOST_POINTS} different values"
         raise InputError(f"{msg}, got {len(values)}")
     return sorted(values)
 

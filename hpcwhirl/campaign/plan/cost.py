@@ -62,7 +62,7 @@ class Costs:
         steps: Sequence[float] | Floats = (),
     ) -> None:
         self.nominal, self.places, self.steps = nominal, places, steps
-        self.factor = np.full(len(nominal), np.nan)  # seconds over nominal; NaN: none
+        self.factor = np.full(len(nominal), np.nan)  # time / nominal; NaN: unfinished
 
     @classmethod
     def unknown(cls) -> Costs:
@@ -228,9 +228,9 @@ def costs_of(
 
 
 def _nominal(get: Columns, share: float) -> Any:
-    """Return the nominal time of a step, s, one for all cases or (cases,).
+    """Return the nominal time of a step, s: a scalar for all cases, or (cases,).
 
-    get : name of an input -> its value for all cases, or (cases,)
+    get : function from an input's name to its value: one for all cases, or (cases,)
     share : share of steps in contact
     """
     schemes, rotations, blades, changes, lost = (
@@ -257,7 +257,7 @@ def _nominal(get: Columns, share: float) -> Any:
 
 
 def points_a_tip(get: Columns) -> Any:
-    """Return the number of contact points per tip, one for all cases or (cases,)."""
+    """Return the number of contact points per tip: one for all cases, or (cases,)."""
     files, place = np.unique(
         np.asarray(get("engine.file"), dtype=str), return_inverse=True
     )

@@ -182,11 +182,13 @@ class Design:
         late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
         needs = "[refine]" if self.grows else late
         if needs:
-            msg = f"{needs} needs the words of all cases: {none}; one job of more "
-            raise InputError(msg + "ranks does the same")
+            msg = (
+                f"{needs} needs the words of all cases: {none}; use one job with more "
+            )
+            raise InputError(msg + "ranks instead")
         if self.is_branched:
-            msg = f"[branch] needs the case before each: {none}; one job of more ranks "
-            raise InputError(msg + "does the same")
+            msg = "[branch] begins each case where the preceding one ended: "
+            raise InputError(f"{msg}{none}; use one job with more ranks instead")
 
     @property
     def is_branched(self) -> bool:
@@ -257,8 +259,10 @@ class Design:
         """
         file = self.file(case)
         if file and content_digest(file) != self.contents[file]:
-            msg = f"{FILE} {file} has changed since the campaign was begun: put it "
-            raise CaseError(msg + "back for --retry failed, or begin another campaign")
+            msg = (
+                f"{FILE} {file} has changed since the campaign was begun: restore the "
+            )
+            raise CaseError(msg + "file and --retry failed, or begin another campaign")
 
     def resolved(self, case: int) -> Case:
         """Return a resolved case; the last ones are cached.
@@ -427,7 +431,7 @@ def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
     if twins.of != "boundary":
         return
     if not at_boundary(rows, rows.names, np.arange(len(rows))).any():
-        msg = "[twins] of = boundary: no two cases differ in one number alone, as those"
+        msg = "[twins] of = boundary: no two cases differ in one number alone, as cases"
         raise InputError(msg + " of a [sweep] over numbers do")
 
 

@@ -20,7 +20,7 @@ from hpcwhirl.scene.input_names import full_name, is_number
 from hpcwhirl.scene.plain_data import check_kept
 from hpcwhirl.scene.quantities import WHOLE
 
-SAME = 1e-9  # relative round-off allowed when a resolution is reached
+SAME = 1e-9  # relative excess of a cell over the resolution that counts as round-off
 CLOSEST = 1e-9  # least relative difference of two values of an input
 Listed = Mapping[str, Sequence[Any]]
 
@@ -39,7 +39,7 @@ def first_inputs(
     Raises
     ------
     InputError
-        if it would override one of `settings` or a preset of [solver]
+        if `first` would override one of `settings` or a preset of [solver]
     """
     if refine is None or refine.first is None:
         return {}
@@ -116,8 +116,8 @@ def refined(
         msg = f"[refine] confirm {min(clash)}: the campaign sweeps this input"
         raise InputError(msg)
     if inputs and apply_settings(design.base, inputs) == design.base:
-        msg = f"[refine] confirm = {shown(table.confirm)} is what the first cases have "
-        raise InputError(msg + 'already: say first = "draft", for example')
+        msg = f"[refine] confirm = {shown(table.confirm)} sets nothing that the first "
+        raise InputError(msg + 'cases do not have: set first = "draft", for example')
     rule = Rule(  # along a branch a word changes once
         over,
         depths,
@@ -142,12 +142,12 @@ def _check_branch(table: Refine, branch: str) -> None:
         msg = f"[refine] words must be {shown(BRANCH)} with [branch], got "
         raise InputError(msg + shown(table.words))
     if table.over != (branch,):
-        msg = f"[refine] over must be that of [branch], {branch}, got "
+        msg = f"[refine] over must be {branch}, as in [branch], got "
         raise InputError(msg + ", ".join(table.over))
     for name in ("confirm", "budget"):
         if getattr(table, name) is not None:
             msg = f"[refine] {name} must not be set with [branch]: each case begins "
-            raise InputError(msg + "where one of the same branch has ended")
+            raise InputError(msg + "where another case of its branch has ended")
 
 
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
@@ -174,8 +174,8 @@ def _check_side(name: str, grid: Listed) -> None:
     values = grid[name]
     numbers = [v for v in values if is_number(v) and math.isfinite(v)]
     if len(numbers) < len(values) or len(set(values)) < 2:
-        msg = f"[refine] over {name}: it must have two or more different numbers in "
-        raise InputError(msg + f"[sweep], got {shown(list(values))}")
+        msg = f"[refine] over {name}: [sweep] must have two or more different numbers "
+        raise InputError(msg + f"of {name}, got {shown(list(values))}")
 
 
 def _depths(
@@ -222,7 +222,7 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
         if name in WHOLE and step != step.to_integral_value():
             most = max(d for d in range(depth) if (high - low) % 2**d == 0)
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
-            raise InputError(msg + f"fractions, at most {most} to whole numbers")
+            raise InputError(msg + f"fractions; use at most {most} for whole numbers")
         if step < Decimal(CLOSEST) * max(abs(low), abs(high)):
             msg = f"[refine] over {name}: {depth} levels from {low} to {high} lead to "
             raise InputError(msg + "values that are the same but for round-off")

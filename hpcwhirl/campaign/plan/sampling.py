@@ -120,7 +120,7 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
     if twice:
         raise InputError(f"{min(twice)} is in [sweep] or [zip] and in [sample]")
     if BLADES in swept and any(map(takes_list, sample.laws)):
-        msg = f"[sample] draws a number for each blade: {BLADES} cannot be swept"
+        msg = f"[sample] draws one number per blade: {BLADES} cannot be swept"
         raise InputError(msg)
     _check_twin(sample, base)
     if len(rows) * sample.each > MOST_CASES:
@@ -134,8 +134,8 @@ def _check_twin(sample: Sample, base: Scene) -> None:
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
-            msg = f"[sample] {TUNED} needs equal modes, time_step in all cases: {name} "
-            msg += f"must be 0, got {value:g}, which may choose others when tuned"
+            msg = f"[sample] {TUNED} needs the same modes and time_step in all cases: "
+            msg += f"{name}, which chooses them case by case, must be 0, got {value:g}"
             raise InputError(msg)
 
 
@@ -148,5 +148,5 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
         if sample is None:
             raise
         draw = many.first_wrong() % sample.each
-        msg = f"[sample] draw {draw} is not allowed: {failed}; uniform "
-        raise InputError(msg + "or truncated_normal keep between bounds") from None
+        msg = f"[sample] draw {draw} gives an invalid input: {failed}; uniform and "
+        raise InputError(msg + "truncated_normal keep draws within bounds") from None

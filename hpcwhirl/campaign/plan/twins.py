@@ -35,12 +35,12 @@ class Twins(TwinsTable):
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
-        """Return the scene of a twin of a case; it keeps no traces.
+        """Return the scene of a twin of a case; a twin keeps no traces.
 
         Parameters
         ----------
         scene : the case
-        content : digest of its engine file, see `scene.digest`
+        content : digest of the case's engine file, see `scene.digest`
         number : number of the twin, 1 .. count
         """
         values, motion = flatten(scene), identity(scene, content)
@@ -57,7 +57,7 @@ def identity(scene: Scene, content: str) -> str:
     Inputs that set how long undecided cases continue and which traces are kept have no
     influence, so that a case with other values of them has the same twins.
 
-    content : digest of its engine file, see `scene.digest`
+    content : digest of the case's engine file, see `scene.digest`
     """
     return digest(apply_settings(scene, ASIDE), content)
 
@@ -96,7 +96,7 @@ def twins_of(document: Mapping[str, Any]) -> Twins | None:
 
 
 def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse a relative spread of an input that is 0: twins would equal their case.
+    """Refuse a relative spread of an input whose value is 0: twins would equal cases.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
         zero = [place for place, v in enumerate(listed(column.values)) if v == 0.0]
         if zero:
             case = column.case_of(zero[0])
-            msg = f"[twins] spread {name}: it is 0 in case {case}, and a relative "
+            msg = f"[twins] spread {name}: {name} is 0 in case {case}, and a relative "
             raise InputError(msg + "change of 0 has no effect: spread another input")
 
 

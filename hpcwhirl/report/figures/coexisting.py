@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 LOOKS = {"up": (">", "-"), "down": ("<", "--")}  # marker and line of a direction
 AT_REST = 1e-9  # mm, orbit radius drawn for a centre at rest
-SETTLED = 0.5  # last fraction of the motion, whose orbit is drawn
+SETTLED = 0.5  # last fraction of the followed motion, of which the orbit is drawn
 ROOM = 3.0  # ratio of the end of the axis of radii to the largest radius on the edge
 PANELS = 6  # largest number of panels: points of the sweep with the largest entropy
 
@@ -149,7 +149,7 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
 
     If two inputs differ between starts, these are the axes, and each point of the sweep
     has a panel, at most the six points with the largest entropy. If one input differs,
-    the axes are the first swept input and this one.
+    the axes are the first swept input and this input.
 
     Parameters
     ----------

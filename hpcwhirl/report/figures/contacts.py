@@ -1,4 +1,4 @@
-"""Figures of contact: over time and casing, along the chord, and the layer it wears."""
+"""Figures of contact: over time and casing, along the chord, and wear of a layer."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ MOST_ROWS = 400  # largest number of rows of the map, along time
 def _shown(
     found: Touches, row: Mapping[str, Any], *, transient: bool
 ) -> tuple[float, Touches]:
-    """Return (start of the time shown, s; contacts from then on); refuse none."""
+    """Return (start of the time shown, s; contacts since then); refuse no contact."""
     start = 0.0 if transient else row["end_time"] - row["window"]
     shown = found.time >= start
     if not shown.any():
-        where = "" if transient else " in the window; --transient shows earlier ones"
+        where = "" if transient else " in the window; --transient shows earlier times"
         raise InputError(f"no contact{where}")
     return start, Touches._make(part[shown] for part in found)
 
@@ -74,7 +74,7 @@ def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
     model = resolve(cases.scene(case)).model
     points = model.rotor.points
     if points is None:
-        msg = "engine.file has changed: it now has one contact point per tip"
+        msg = "engine.file has changed, and now has one contact point per tip"
         raise InputError(msg)
     flat = impulse.reshape(len(impulse), -1)
     found = touches(traces["time"], flat, row["speed"], model.angles)

@@ -270,7 +270,7 @@ def _waves(axes: Any, waves: Waves, speeds: Floats) -> None:
 
 
 def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
-    """Draw the waves as they are without the effects of rotation, dotted."""
+    """Draw the waves of the rotor without the effects of rotation, dotted."""
     other = None if case.model.rotor.spin is None else beside(case)
     if other is None:
         return
@@ -295,9 +295,9 @@ def _harmonics(axes: Any, first: float, orders: int) -> None:
 
 
 def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
-    """Mark the coincidences of 1F, and those with n = 1 of other families.
+    """Mark the coincidences of 1F, and with n = 1 also those of other families.
 
-    With full rotation only those of Eq. 13 and its super-harmonics are marked.
+    With full rotation only coincidences of Eq. 13 and its super-harmonics are marked.
     """
     table, k = modal_table(case.model), case.given.nodal_diameter
     casing = first_family(table, "casing")
@@ -325,7 +325,7 @@ def _marked(
     first: float,
     span: Floats,
 ) -> None:
-    """Mark coincidences; write the speed beside the first and the last in the axes."""
+    """Mark coincidences; write the speeds of the first and the last one in the axes."""
     named = [int(row["order"]) for row in seen if row["side"] == -1]
     told = {"label": "a wave meets ±n ω$_c$"} if family == "1F" else {}
     for row in seen:
@@ -380,8 +380,8 @@ def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) ->
 def rotating_top(cases: Results, line: Sequence[int]) -> float:
     """Return the end of a frequency axis in the rotating frame, Hz.
 
-    It lies above the suspension and both bending families of the blades, but not above
-    the Nyquist frequency.
+    The end lies above the suspension and both bending families of the blades, but not
+    above the Nyquist frequency.
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
@@ -391,7 +391,8 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 def centre_top(cases: Results, line: Sequence[int]) -> float:
     """Return the end of a cascade's axis for the centre in the static frame, rad/s.
 
-    It covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and Omega.
+    The axis covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and
+    Omega.
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [

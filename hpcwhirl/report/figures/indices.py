@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 ORDERS = {"first": "alone (first order)", "total": "with others (total)"}
 LOOKS = {"first": "#2F6DB3", "total": "#F0AE45"}
 MOST_BARS = 6  # points of a sweep up to which bars are drawn, else lines
-MOST_LINES = 7  # largest number of inputs with lines, those of the largest indices
+MOST_LINES = 7  # largest number of inputs with lines: those with the largest indices
 HIGH = 0.38  # height of a bar, in rows
 
 
@@ -57,7 +57,7 @@ def draw_sensitivity(
         return []
     found, over = found.sel(quantity=told), varied(found)
     if len(over) > 1:
-        msg = f"indices are drawn over one swept input, not {' and '.join(over)}: say "
+        msg = f"indices are drawn over one swept input, not {' and '.join(over)}: add "
         raise InputError(msg + f"--at {over[-1]}=VALUE")
     if over and found.sizes["point"] > MOST_BARS:
         figure = _lines(data, found, over[0])
@@ -125,7 +125,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """If a quantity has no index, write the reason into its panel."""
+    """Write into the panel of a quantity without indices why it has none."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

@@ -28,12 +28,12 @@ from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
 
-# Largest number of figures of a kind; cases that the user names all get theirs.
+# Largest number of figures of a kind; all cases that the user names get their figures.
 MOST_CASES = 12
 # traces that only `traces = "full"` keeps
 FULL = {"tips", "blade_impulse", "point_impulse", "stress", "worn"}
-SPECIAL = {  # {trace: message on what it needs in addition to `traces = "full"`}
-    "point_impulse": "needs an engine.file of several contact points a tip",
+SPECIAL = {  # {trace: message on what the trace needs in addition to `traces = "full"`}
+    "point_impulse": "needs an engine.file with several contact points per tip",
     "stress": "needs an engine.file with rotor/stress, and a scheme other than exact",
     "worn": "needs a layer that wears: engine.casing.contact_law",
 }
@@ -46,7 +46,7 @@ class Kind:
     Attributes
     ----------
     draw : function (results, line or case) -> figure
-    needs : traces that it requires
+    needs : traces that the figure requires
     of : what a figure shows: a case; a line of cases that differ only in speed; the
         branches that share all other inputs; or the engine (one figure)
     asked : whether figures of this kind are drawn only if the kind is named
@@ -70,7 +70,7 @@ def _shapes(results: Results, line: list[int]) -> Any:
 
 
 def _over_speed(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function of `Kind.draw` from one of a scene and the speeds."""
+    """Return a function as `Kind.draw` from a function of a scene and the speeds."""
 
     def drawn(results: Results, line: list[int]) -> Any:
         return draw(results.scene(line[0]), results["speed"][results.finished()])
@@ -123,11 +123,11 @@ def draw_figures(
 
     Parameters
     ----------
-    results : those of a campaign
+    results : results of a campaign
     out : directory of the figures
     kinds : names of `KINDS`; None: all that suit the campaign and whose `Kind.asked` is
         false
-    only : cases for which figures of one case are drawn; None: all
+    only : cases for which figures of one case are drawn; None: all finished cases
     transient : also show the time before the window
     units : units in titles and on axes, see `scene.units.showing`
     """
@@ -199,7 +199,7 @@ def _lacking(results: Results, kind: Kind) -> str:
     if len(lacking) == 1 and lacking[0] in SPECIAL and "tips" in results.kept:
         return SPECIAL[lacking[0]]
     level = "full" if FULL & {*lacking} else "orbit"
-    return f"needs traces = {level}, the campaign kept none of {', '.join(lacking)}"
+    return f"needs traces = {level}; the campaign did not keep {', '.join(lacking)}"
 
 
 def _wanted(
@@ -221,7 +221,7 @@ def _wanted(
     if len(lines) > MOST_CASES:
         return (
             f"one figure for each of {len(lines)} combinations of the other inputs, "
-            f"at most {MOST_CASES}: say which with --at or --case"
+            f"at most {MOST_CASES}: choose some with --at or --case"
         )
     aside = aside_of(results) if kind.of == "branches" else ()
     return {
@@ -232,7 +232,7 @@ def _wanted(
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:
-    """Draw the figure of a line or a case; return its path, or why there is none."""
+    """Draw the figure of a line or a case; return its path, or why it was not drawn."""
     kind = KINDS[name]
     try:
         more = {"transient": transient} if kind.transient else {}

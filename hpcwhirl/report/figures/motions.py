@@ -21,9 +21,9 @@ from hpcwhirl.store.reading.results_file import Results
 Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
-TURNED = np.radians(15.0)  # turn of the path at a sample above which it is coarse
+TURNED = np.radians(15.0)  # turn of the path at a sample above which the path is coarse
 DECADES = 6  # decades of the axis of energies
-WINDOW = "window of the words"  # not "steady state": divergent orbits have it, too
+WINDOW = "window of the words"  # not "steady state": also drawn for divergent orbits
 
 
 def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
@@ -33,7 +33,7 @@ def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return which samples lie in the window by which a case is judged, (n,)."""
+    """Return which samples lie in the window that decides a case's words, (n,)."""
     return np.asarray(time > row["end_time"] - row["window"])
 
 
@@ -90,7 +90,7 @@ def is_coarse(path: Floats) -> bool:
 def draw_orbit(
     axes: Any, path: Floats, late: NDArray[np.bool_], gap: float, *, transient: bool
 ) -> None:
-    """Draw an orbit; set the label of the axes to the unit of length chosen for it.
+    """Draw an orbit; label the axes with the unit of length chosen for the orbit.
 
     The circle of the gap is left out if it is over 20 times larger than the orbit.
 

@@ -30,17 +30,17 @@ class Row:
 
     Attributes
     ----------
-    axis, label : what is varied, and the setting's name
+    axis, label : name of what is varied, and name of the setting
     cost : ratio of the computing time of all scenes to that with their own settings
     spread : range of the times of repeats, divided by their median
     agree, runs : number of runs with the words of the reference, and of all runs
-    errors : {variable: (median over the scenes, largest)}, relative
+    errors : {variable: (median over the scenes, largest)}, relative errors
     score : median over the scenes of the largest error of each scene
     ledger : largest |ledger_error|
     refused : messages of scenes that do not allow the setting
     unstable : whether a run was unstable
-    front : whether the setting is on the Pareto front: none is at least as good in
-        cost, words and score
+    front : whether the setting is on the Pareto front: no other setting is at least as
+        good in cost, words and score
     """
 
     axis: str
@@ -62,8 +62,7 @@ def table_of(facts: Facts) -> list[Row]:
 
     Parameters
     ----------
-    facts : from `benchmark.tradeoff.Tradeoff.facts`; the first setting is the scene's
-        own
+    facts : from `benchmark.tradeoff.Tradeoff.facts`; the first setting is "as given"
     """
     found: dict[tuple[str, str], list[Facts]] = {}
     for row in facts["compared"]:

@@ -18,10 +18,10 @@ from hpcwhirl.structure import bladed_disk
 
 Floats = NDArray[np.float64]
 NODE = 3  # DoF of a node: radial, tangential, rotation
-LARGEST = 0.2  # largest drawn displacement, tip radii
+LARGEST = 0.2  # largest drawn displacement, in tip radii
 MIN_BLADES = 3
 HUB = 10.0  # additional amplification of the centre
-AROUND, SWING = 1.22, 0.12  # the casing's drawn radius and its motion, tip radii
+AROUND, SWING = 1.22, 0.12  # drawn radius and amplitude of the casing, in tip radii
 ACROSS = 4  # panels in a row
 BLUE, ORANGE, PALE = "#08306b", "#D55E00", "#CCCCCC"
 
@@ -35,7 +35,8 @@ def draw_shapes(
     ----------
     rotor : rotor with equal blades
     diameters : nodal diameters k, one panel each
-    model : model of rotor and casing; its casing's first mode of each k is drawn, too
+    model : model of rotor and casing; the casing's first mode of each k is drawn, too;
+        None: no casing
     """
     whole = bladed_disk(rotor.model_copy(update={"centre": "free"}))
     own = modal_model(whole, 0.0)
@@ -103,7 +104,7 @@ def _shape(axes: Any, rotor: Rotor, shape: Floats) -> None:
 def _casing(axes: Any, radius: float, model: Model, k: int) -> float | None:
     """Draw the casing's first mode of harmonic k around the rotor.
 
-    Return its frequency, Hz, or None, without drawing, if there is no such mode.
+    Return its frequency, Hz; None, and nothing is drawn, if there is no such mode.
     """
     casing, ring = model.casing, model.ring
     if casing is None or ring is None:

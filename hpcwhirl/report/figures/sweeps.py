@@ -42,9 +42,9 @@ from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
 
 Floats = NDArray[np.float64]
-STEADY_AFTER = 5.0  # revolutions, as the paper's Figs. 6 and 7
+STEADY_AFTER = 5.0  # revolutions left out of spectra, as in the paper's Figs. 6 and 7
 FEW_TURNS = 50  # revolutions, up to which dots are larger
-PLAIN = 10.0  # largest |work / losses| for which the axis is linear
+PLAIN = 10.0  # largest |work / losses| up to which the axis is linear
 DECADES = 4.0  # decades of amplitude shown below the largest one
 AT_REST = 1e-9  # mm, amplitude up to which a structure counts as at rest
 COLUMNS = 120  # largest number of spectra
@@ -58,7 +58,7 @@ def _mesh(
 ) -> Any:
     """Draw amplitudes (m, speeds), mm, on a logarithmic scale of `DECADES` decades.
 
-    If none exceeds `least`, a text says that the structure is at rest.
+    If no amplitude exceeds `least`, a text says that the structure is at rest.
     """
     largest = float(np.nanmax(amplitude, initial=0.0))
     if largest <= least:
@@ -77,8 +77,8 @@ def frequency_spectra(
 ) -> dict[str, list[tuple[Floats, Floats]]]:
     """Return {"tip": spectra, "centre": spectra}, (Hz, m) of each case of a line.
 
-    They are spectra, after revolution 5, of the tangential displacement of blade 0's
-    tip and of x_o, both in the rotating frame.
+    Spectra are of the tangential displacement of blade 0's tip and of x_o, both after
+    revolution 5 and in the rotating frame.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def frequency_spectra(
     for case in line:
         traces, row = cases.traces(case), cases.rows[case]
         part = after_revolutions(traces["time"], row["speed"], STEADY_AFTER)
-        if len(traces["time"][part]) < 16:  # the run ended too early: take all of it
+        if len(traces["time"][part]) < 16:  # the run ended too early: take all samples
             part = slice(0, None)
         signals = {
             "tip": traces["tips"][part, 0, 1],
@@ -205,8 +205,9 @@ def draw_bifurcation(
 def draw_growth(cases: Results, line: list[int]) -> Any:
     """Return a figure of growth rates, measured and linear, and of energy input.
 
-    Linear theory holds the contacts of nodal diameter k closed, or takes them as the
-    springs with which motion grows fastest; only roots with |omega| < `SLOW` count.
+    Linear theory holds the contacts of nodal diameter k closed, or replaces them by
+    springs of the stiffness with which motion grows fastest; only roots with |omega| <
+    `SLOW` count.
     """
     rows = [cases.rows[i] for i in line]
     linear = [_linear(cases, i) for i in line]
@@ -282,7 +283,7 @@ def spectra_over(
 
 
 def draw_waterfall(cases: Results, case: int) -> Any:
-    """Return a figure of the centre's spectra over time and, if it changes, speed.
+    """Return a figure of the centre's spectra over time and over a speed that changes.
 
     The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
     lines the times and speeds at which a critical speed is crossed.
@@ -334,8 +335,8 @@ def _mesh_over(
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
     """Return the highest |omega| to draw, rad/s, between 1.2 and 3 times `speed`.
 
-    Within these limits it is the highest |omega| with an amplitude above 1/1000 of the
-    largest one.
+    Within these limits, the result is the highest |omega| with an amplitude above
+    1/1000 of the largest one.
     """
     seen = (amplitude > 1e-3 * amplitude.max(initial=0.0)).any(axis=0)
     highest = float(np.abs(omega[seen]).max(initial=0.0))
@@ -356,7 +357,7 @@ def _over_time(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) ->
 
 
 def _over_speed(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> None:
-    """Draw the spectra over speed; at speeds passed repeatedly, those passed last."""
+    """Draw the spectra over speed; at a speed passed repeatedly, the last spectrum."""
     middles, omega, amplitude = spectra
     speeds, last = np.unique(speed_at(case.scene, middles)[::-1], return_index=True)
     most = _top(omega, amplitude, float(np.abs(speeds).max()))

@@ -21,21 +21,21 @@ Floats = NDArray[np.float64]
 MOST_COLUMNS = 600  # largest number of cells of a map along time
 DIRECTIONS = "radial", "tangential"
 MEGA = 1e-6  # MPa in a Pa
-MOST_LINES = 10  # points that are drawn, those with the largest stress
+MOST_LINES = 10  # largest number of points drawn: those with the largest stress
 
 
 def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
     """Return maps of the tips' displacements, rotating frame, over time and blade.
 
     With several contact points per tip, two more maps show the chord of the blade that
-    moves most. A cell shows the sample of largest magnitude among those in it.
+    moves most. A cell shows the sample of largest magnitude among the cell's samples.
     """
     traces, row = cases.traces(case), cases.rows[case]
     shown = in_window(traces["time"], row) | transient
     points = resolve(cases.scene(case)).model.rotor.points
     moved = traces["point_tips"][shown] if points else traces["tips"][shown, :, None]
     if not np.abs(moved).max(initial=0.0) > 0.0:
-        where = "" if transient else " in the window; --transient shows earlier ones"
+        where = "" if transient else " in the window; --transient shows earlier times"
         raise InputError(f"no displacement of a tip{where}")
     least = np.abs(moved).max(axis=0).max(axis=(1, 2))
     blade, middle = int(least.argmax()), points.reference if points else 0
@@ -103,7 +103,7 @@ def _label_chord(axes: Any, points: TipPoints, blade: int) -> None:
 
 
 def _mark_gap(bar: Any, row: Mapping[str, Any], look: Mapping[str, Any]) -> None:
-    """Mark the gap on the colour bar of radial displacements, if it is on it."""
+    """Mark the gap on the colour bar of radial displacements, if within its range."""
     gap = look["factor"] * row["gap"]
     if 0.0 < gap <= look["end"]:
         bar.ax.axhline(gap, c="k", ls="--", lw=1.0)
@@ -128,7 +128,7 @@ def draw_stress(cases: Results, case: int, *, transient: bool = False) -> Any:
     traces, row = cases.traces(case), cases.rows[case]
     own = resolve(cases.scene(case)).model.rotor.stress
     if own is None or len(own.names) != traces["stress"].shape[2]:
-        raise InputError("engine.file has changed: it now has other named points")
+        raise InputError("engine.file has changed, and now has other named points")
     shown = in_window(traces["time"], row) | transient
     time, stress = traces["time"][shown], MEGA * traces["stress"][shown]
     most = np.abs(stress).max(axis=0)  # (N, P)

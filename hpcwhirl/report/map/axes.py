@@ -15,7 +15,7 @@ WIDEST = 5.0  # ratio of largest to least value from which an axis may be logari
 MOST_TICKS = 14  # number of values up to which each has a tick
 LONGEST = 26  # largest number of characters of a text on an axis
 WIDE, HIGH = 6.5, 13.0  # points, width of a letter and height of a line
-TOLD = 0.6  # least fraction of levels with room for a tick; below, there are no ticks
+TOLD = 0.6  # least fraction of levels with room for a tick; below this, no ticks
 ALONE = 0.5  # half the width of a cell without neighbours, relative to its value
 
 
@@ -70,7 +70,7 @@ class Axis:
         return points * np.diff(edges) / np.ptp(edges)
 
     def ticks(self, points: float, *, upright: bool) -> tuple[Floats, tuple[str, ...]]:
-        """Return the levels with a tick, and their texts; none if there is no room.
+        """Return the levels with a tick, and their texts; empty without room for ticks.
 
         Parameters
         ----------
@@ -124,7 +124,8 @@ def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
 def scale_of(levels: Floats) -> str:
     """Return "log" or "linear", the scale on which ascending levels are more even.
 
-    It is linear for fewer than 3 levels, or if their ratio is less than `WIDEST`.
+    The scale is linear for fewer than 3 levels, or if the ratio of the largest to the
+    least is below `WIDEST`.
     """
     if len(levels) < 3 or levels[0] <= 0 or levels[-1] < WIDEST * levels[0]:
         return "linear"
@@ -166,7 +167,7 @@ def no_axis(count: int) -> Axis:
 
 
 def short_names(texts: list[str]) -> tuple[str, ...]:
-    """Return texts short enough for an axis, numbered if one of them is shortened."""
+    """Return texts short enough for an axis; if any is shortened, all get numbers."""
     if all(len(text) <= LONGEST for text in texts):
         return tuple(texts)
     return tuple(

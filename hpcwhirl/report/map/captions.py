@@ -57,7 +57,7 @@ def title_of(data: xarray.Dataset, picture: Picture, width: float) -> str:
     shown = {*picture.panels[0], picture.x.name, picture.y.name}
     names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
     parts = shared(data, names, picture.case)
-    if "duration" not in shown:  # extended cases may have others
+    if "duration" not in shown:  # extended cases may have other durations
         end = np.unique(data["duration"].to_numpy()[picture.case])
         parts.append(" to ".join(value_text(t) for t in np.unique(end[[0, -1]])) + " s")
     if data.attrs.get("preset"):
@@ -84,7 +84,7 @@ def shared(
 
 
 def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
-    """Return a note on how many cases keep their word in all twins; [] if no twins."""
+    """Return notes on the share of cases that all twins agree with; [] if no twins."""
     if COUNT not in data:
         return []
     found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
@@ -97,7 +97,7 @@ def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
 
 
 def _confirming(data: xarray.Dataset) -> str:
-    """Return a note on the preset that confirms boundaries, "" if none does."""
+    """Return a note on the preset that confirms boundaries, "" if there is none."""
     if "fidelity" not in data or not (data["fidelity"] == 1).any():
         return ""
     second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]

@@ -31,7 +31,7 @@ INK = "#000000"
 HATCHED = "#8A8A8A"
 HATCHES = {"missing": "////", "failed": "xxx", "unstable": "+++", "overloaded": "..."}
 UNSURE = "\\\\\\\\", "#3A3A3A"  # hatch of cases whose word too few of their twins have
-TINT = "#FFFFFF70"  # colour laid over these cases
+TINT = "#FFFFFF70"  # colour laid over cases with the hatch `UNSURE`
 ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
     "sustained": ("#F2DC3A", "#6B9E1F", "#C9A800", "#B6D97A", "#7A6A00", "#F7EFA0"),
     "divergent": ("#C63D0F", "#8E1B4A", "#F08A5D", "#5E1208", "#E05A8A", "#A86A3D"),
@@ -45,7 +45,7 @@ class Colours:
     Attributes
     ----------
     name, label : quantity shown, and its name with unit
-    kind : (n,), word that gives a case its colour; "" if its number does
+    kind : (n,), word that gives a case its colour; "" if a number gives it
     number : (n,), number that gives a case its colour; None if words do
     looks : {word: look}, of all possible words
     """
@@ -68,7 +68,7 @@ class Colours:
     def hatch(self, word: str) -> tuple[str, str] | None:
         """Return (pattern, colour) of a word's hatch; None if the word is not hatched.
 
-        On a map of words only `missing` is hatched: the others have a colour.
+        On a map of words only `missing` is hatched: other words have a colour.
         """
         if word not in HATCHES or (self.number is None and word != "missing"):
             return None
@@ -189,7 +189,8 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
             return variable_of(name, known, "number")
         except InputError:
             hint = nearest(name, ["regime", "whirl", "attractor", *known])
-            msg = f"unknown '{name}'{hint or ': regime, whirl, attractor or a number'}"
+            what = ": use regime, whirl, attractor or a variable with numbers"
+            msg = f"unknown '{name}'{hint or what}"
             raise InputError(msg) from None
 
     values = numbers(text, replace(source, variable=variable), "--colour")

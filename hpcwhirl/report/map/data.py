@@ -31,7 +31,7 @@ from hpcwhirl.store.results.cells import Refined
 if TYPE_CHECKING:
     import xarray
 
-AUTOMATIC = 12  # largest number of panels if none are named
+AUTOMATIC = 12  # largest number of panels if the user names no input of panels
 MOST_PANELS = 60
 FEW = 12  # largest number of values of an input that has a panel for each value
 Columns = dict[str, NDArray[Any]]
@@ -40,7 +40,7 @@ Cells = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Wish:
-    """Options of a map; those not given are chosen automatically.
+    """Options of a map; options not given are chosen automatically.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Wish:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Units in which numbers are shown; of each quantity the first one counts."""
+        """Units in which numbers are shown; the first unit of each quantity counts."""
         return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
@@ -151,7 +151,7 @@ def with_cells(
 ) -> Picture:
     """Return a picture with the cells of a refined campaign.
 
-    It is returned unchanged if no axis is a refined input.
+    The picture is returned unchanged if no axis is a refined input.
     """
     if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
         return picture
@@ -160,7 +160,7 @@ def with_cells(
 
 
 def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
-    """Return an axis scaled as [refine] says, or else as its coarse values suggest."""
+    """Return an axis with the scale of [refine], else one that suits coarse values."""
     if axis.name not in refined.over:
         return axis
     coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
@@ -208,7 +208,7 @@ def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
     taken = {variable_of(n, inputs) for n in wish.panels}
     both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
     if len(both) > 1 or (asked[0] and asked[0] == asked[1]):
-        raise InputError(f"{both[0]} can only be one of --x, --y and --panel")
+        raise InputError(f"{both[0]} must be named by only one of --x, --y and --panel")
     open_to = [n for n in varied(inputs) if n not in {*asked, *taken}]
     order = _by_levels(inputs, open_to)
     x = asked[0] or ("speed" if "speed" in open_to else (order or [""])[0])
@@ -219,7 +219,7 @@ def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
 
 
 def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
-    """Return inputs sorted: numbers before texts, those with most values first."""
+    """Return inputs sorted: numbers before texts, then by falling number of values."""
 
     def key(name: str) -> tuple[bool, int]:
         values = inputs[name]
@@ -280,7 +280,7 @@ def span(values: NDArray[Any]) -> str:
 
 
 def _hidden(inputs: Columns, names: Sequence[str]) -> int:
-    """Return the number of cases whose named inputs equal those of an earlier case."""
+    """Return the number of cases with the same named inputs as an earlier case."""
     keys = [inputs[n].tolist() for n in names if n]
     count = len(next(iter(inputs.values()), np.zeros(1)))
     return count - len(set(zip(*keys, strict=True))) if keys else count - 1
@@ -298,12 +298,12 @@ def _check_panels(
     if count > most:
         wanted = " or ".join(f"--at {n}={_some(inputs[n])}" for n in panels)
         msg = f"{count} panels of {' and '.join(panels)} are too many, at most {most}: "
-        raise InputError(msg + f"say {wanted}")
+        raise InputError(msg + f"add {wanted}")
     hidden = _hidden(inputs, [*axes, *panels])
     if hidden:
         shown = " and ".join(filter(None, axes)) or "inputs"
-        msg = f"{hidden} cases have the same {shown} as "
-        raise InputError(msg + "others and would be hidden: choose other axes or --at")
+        msg = f"{hidden} cases have the same {shown} as other cases "
+        raise InputError(msg + "and would be hidden: choose other axes or --at")
 
 
 def _some(values: NDArray[Any]) -> str:

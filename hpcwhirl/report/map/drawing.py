@@ -24,7 +24,7 @@ RASTER = 480, 320  # cells along x and y that show the nearest of scattered case
 FAINT = 0.45  # opacity of this raster, behind the points
 NO_CELL = -1
 NARROW = 9.0  # points, width of a letter or a marker
-MOST_DRAWN = 2000  # largest number of vector shapes in an SVG; more become an image
+MOST_DRAWN = 2000  # largest number of vector shapes in an SVG; more are rasterized
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -54,12 +54,12 @@ class Part:
 
     @property
     def kind(self) -> NDArray[np.str_]:
-        """Return the words of these cases, "" if a number is shown."""
+        """Return the words of the part's cases, "" if a number is shown."""
         return self.colours.kind[self.rows]
 
     @property
     def number(self) -> Floats:
-        """Return the numbers of these cases, NaN if a word is shown."""
+        """Return the numbers of the part's cases, NaN if a word is shown."""
         if self.colours.number is None:
             return np.full(len(self.rows), np.nan)
         return np.where(self.kind == "", self.colours.number[self.rows], np.nan)
@@ -72,7 +72,7 @@ class Mesh:
     Attributes
     ----------
     x, y : (m + 1,) and (k + 1,), edges of the cells
-    case : (k, m), index of a case among those of the part; `NO_CELL` for none
+    case : (k, m), index of a case among those of the part; `NO_CELL`: no case
     """
 
     x: Floats
@@ -110,7 +110,7 @@ def raster_of(part: Part) -> Mesh:
 
 
 def limits_of(axis: Axis) -> tuple[float, float]:
-    """Return the ends of an axis of scattered cases, somewhat beyond the outer ones."""
+    """Return the ends of an axis, a little beyond the outermost scattered cases."""
     at = np.unique(axis.scaled())
     more = 0.02 * np.ptp(at) or 0.5
     if len(at) <= FEW_LEVELS:  # as for the cells of a grid
@@ -178,7 +178,7 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
 
 
 def _codes(words: Sequence[str], kind: NDArray[np.str_]) -> Ints:
-    """Return the index of each case's word, `NO_CELL` for none."""
+    """Return the index of each case's word, `NO_CELL` for a case without one."""
     place = {word: i for i, word in enumerate(words)}
     return np.array([place.get(word, NO_CELL) for word in kind.tolist()], dtype=np.intp)
 

@@ -24,8 +24,9 @@ from hpcwhirl.store.reading.reader import open_results
 if TYPE_CHECKING:
     import xarray
 
-TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")  # of a case
-WIDTH, HEIGHT, ABOVE = 800, 460, 110  # pixels: a panel; title and legend above
+# numbers shown for the case under the pointer
+TOLD = ("growth_rate", "orbit_radius", "line_frequency", "word_share")
+WIDTH, HEIGHT, ABOVE = 800, 460, 110  # pixels: size of a panel; height of the heading
 LETTERS = 7.0  # in, width for `captions.title_of`
 POINT = 9  # pixels, size of a point
 

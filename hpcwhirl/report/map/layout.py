@@ -35,7 +35,7 @@ READABLE = 0.5  # share of the cells in which a letter must fit
 WIDEST, LOWEST = 9.5, 5.6  # in, width and height of a single panel
 PAGE = 13.0  # in, width of all columns together
 A_LEVEL = 1.1  # in, width of a level on an axis with few levels
-MOST_DECADES = 3.0  # of an axis whose numbers are written without exponents
+MOST_DECADES = 3.0  # largest number of decades of an axis without exponents
 BESIDE = 0.9, 0.45  # in, width and height that ticks and labels of a panel take
 
 
@@ -142,9 +142,9 @@ def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
         "whirl",
         "motion",
         "attractor",
-    }:  # shares are known of regimes only
+    }:  # shares of twins are known for regimes only
         return []
-    if picture.scattered and picture.free:  # there are only points
+    if picture.scattered and picture.free:  # the panel has points, but no cells
         return []
     unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
     for number, axes in enumerate(panels[: len(picture.panels)]):

@@ -1,8 +1,8 @@
 """The limit up to which cases are damped, drawn over the other swept inputs.
 
-Over one input, a bar joins the last damped case and the next one, which has another
-word; over two, colours show the last damped value. Triangles mark lines of cases that
-are all damped, and lines whose first case is not damped.
+Over one input, a bar joins the last damped case and the next case, which has another
+word; over two inputs, colours show the last damped value. Triangles mark lines of cases
+that are all damped, and lines whose first case is not damped.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def draw_limits(
     data : results
     found : the limit on each line of cases
     over : the input whose limits are drawn
-    point : present value of that input, to divide limits by; None: limits in its unit
+    point : present value of that input, by which limits are divided; None: not divided
     path : file to write
 
     Raises
@@ -57,7 +57,7 @@ def draw_limits(
     if texts or not 1 <= len(varied) <= MOST_AXES:
         told = ", ".join(varied) or "none"
         msg = f"--plot needs one or two other swept inputs of numbers, got {told}"
-        raise InputError(f"{msg}: choose others with --at")
+        raise InputError(f"{msg}: choose values of other inputs with --at")
     label, factor = label_of(data, over)
     if point is not None:
         label, factor = f"{name_of(over)} / the present value", 1.0 / point
@@ -83,9 +83,10 @@ def _bars(
     found: Sequence[FirstChange],
     ends: Floats,
 ) -> None:
-    """Draw each limit, as the interval that contains it, over one input.
+    """Draw each limit, as the interval that contains it, over the input `name`.
 
-    ends : (lines, 2), last damped value and next value; NaN for none
+    ends : (lines, 2), last damped value and next value of the limited input; NaN where
+        a line has none
     """
     label, factor = label_of(data, name)
     x = factor * np.array([f.fixed[name] for f in found], dtype=float)
@@ -112,7 +113,10 @@ def _map(
     ends: Floats,
     label: str,
 ) -> None:
-    """Draw the last damped value over two inputs; `ends` as in `_bars`."""
+    """Draw the last damped value of the input `label` over the two inputs `names`.
+
+    ends : as in `_bars`
+    """
     told = [label_of(data, name) for name in names]
     grids = [np.unique([f.fixed[name] for f in found]) for name in names]
     values = np.full((len(grids[1]), len(grids[0])), np.nan)

@@ -39,7 +39,7 @@ KEY = "Description"  # entry of a PNG's metadata with the map's options
 class Drawing:
     """A drawn map: figure, content and options.
 
-    If the map shows shares of regimes, `shares` has them, and `picture` is None.
+    If the map shows shares of regimes, these are in `shares`, and `picture` is None.
     """
 
     figure: Any
@@ -150,7 +150,7 @@ def _drawing_of_shares(data: xarray.Dataset, wish: Wish, results: Path) -> Drawi
 def save_map(drawing: Drawing, out: Path) -> list[Path]:
     """Write a map as PNG and SVG, each atomically; return their paths.
 
-    They are named by `stem_of`.
+    The files are named by `stem_of`.
     """
     told = {KEY: json.dumps(asdict(drawing.wish))}
     stem = stem_of(drawing.wish)
@@ -162,7 +162,7 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
 
 
 def wish_of(path: Path) -> Wish | None:
-    """Return the options stored in a map's PNG; None if there are none."""
+    """Return the options stored in a map's PNG; None if the file has none."""
     from PIL import Image, UnidentifiedImageError
 
     try:

@@ -29,7 +29,7 @@ BARS = 0.55  # width of a bar, relative to the distance between bars
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
-    """Return whether a map shows shares: inputs were drawn, and `wish` names none.
+    """Return whether a map shows shares: inputs were drawn, `wish` names none of them.
 
     If two inputs were drawn and none was swept, the map shows cases over these two.
     """
@@ -100,7 +100,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
     """
     (figure, axes), over = new_figure((8.0, 4.2)), varied(found)
     if len(over) > 1:
-        msg = f"shares are drawn over one swept input, not {' and '.join(over)}: say "
+        msg = f"shares are drawn over one swept input, not {' and '.join(over)}: add "
         raise InputError(msg + f"--at {over[-1]}=VALUE")
     if over:
         _areas(axes, found, over[0], *label_of(data, over[0]))

@@ -72,7 +72,7 @@ def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
 def boxes_of(
     part: Part, picture: Picture, refined: Refined
 ) -> tuple[Ints, Floats, Ints]:
-    """Divide each cell into parts, those nearest to each corner, and return the parts.
+    """Divide each cell into the parts nearest to each corner, and return the parts.
 
     Returns
     -------
@@ -170,7 +170,7 @@ def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
 
 
 def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
-    """Draw boundaries: lines for two refined inputs, bars for one."""
+    """Draw boundaries: lines for two refined inputs, bars for one refined input."""
     panels = np.unique(refined.panel_of[picture.case[part.rows]])
     if {*refined.over} == {part.x.name, part.y.name}:
         lines = _lines(part, refined, panels)

@@ -1,8 +1,8 @@
-"""The page as one file with styles, scripts and data; nothing else is loaded.
+"""The page as one file with styles, scripts and data; it loads no other file.
 
 Data from inputs enter the page in two ways only: as JSON without ``<``, which the
 script inserts as text, and as base64. A content security policy in the head forbids
-network access, and all scripts except those whose digests it lists.
+network access, and all scripts except those whose digests the policy lists.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ HEAD_BYTES = 4096  # beginning of the page that contains the line with the diges
 def write_page(directory: Directory, out: Path | None = None) -> Path:
     """Write the page of a finished campaign and return its path.
 
-    out : the file; `report.html` in the directory if None
+    out : the file to write; None: `report.html` in the directory
     """
     results = Results(directory.results)
     if not len(results):
@@ -45,7 +45,7 @@ def write_page(directory: Directory, out: Path | None = None) -> Path:
 
 
 def is_stale(directory: Directory) -> bool:
-    """Return whether there is a page, and it shows older results."""
+    """Return whether a page exists and shows older results."""
     try:
         with open_regular(directory.page) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))

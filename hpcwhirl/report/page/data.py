@@ -32,7 +32,7 @@ FACTS = (
     "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
     "libraries", "preset", "preset_loses",
 )  # fmt: skip
-LEFT_OUT = ("message", "rank")  # results' columns that the page's table does not have
+LEFT_OUT = ("message", "rank")  # columns of results that the page's table lacks
 CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
 DERIVED = {  # {name: (expression, unit, meaning)}
     "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius / gap"),
@@ -116,7 +116,7 @@ def _refined(results: Results) -> dict[str, Any] | None:
 
 
 def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
-    """Return {SI unit: (unit shown, factor)} of the columns where the two differ."""
+    """Return {SI unit: (unit shown, factor)} of columns where the two units differ."""
     units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
     return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
 
@@ -165,7 +165,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 def _commands(results: Results) -> dict[str, Any]:
     """Return the parts that the commands of all cases share, and whole commands.
 
-    `commands`, {case: whole command}, has the cases to which these parts do not apply.
+    `commands`, {case: whole command}, has cases whose commands lack these parts.
     """
     plan, swept = results.plan, frozenset(results.plan.swept)
     shared = given_inputs(

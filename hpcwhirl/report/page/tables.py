@@ -1,6 +1,6 @@
 """Tables of a page: folds of branches, limits of damped starts, shares of motions.
 
-They show which motions coexist, which the word of a single case cannot show.
+The tables show which motions coexist, which the word of a single case cannot show.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _of_starts(results: Results) -> Iterator[Told]:
                 yield from _of_strength(data, name)
         try:
             starts = starts_of(data)
-        except InputError:  # of a refined map, or of drawn engines
+        except InputError:  # starts of a refined map, or of drawn engines
             return
         if np.bincount(starts.point).min() >= FEWEST:
             yield _of_shares(data)

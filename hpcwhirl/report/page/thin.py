@@ -2,8 +2,8 @@
 
 A record consists of a few numbers and curves and has one size for all cases; values of
 curves have 16 bits. Coordinates of the orbit are integer multiples of a fraction of the
-largest one. Values that span decades are stored as a sign and the logarithm of their
-ratio to the largest, in 32,767 steps of 0.085 %, down to a ratio of 2^-40.
+largest coordinate. Values that span decades are stored as a sign and the logarithm of
+their ratio to the largest, in 32,767 steps of 0.085 %, down to a ratio of 2^-40.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hpcwhirl.analysis.spectrum import full_spectrum
 
 Floats = NDArray[np.float64]
 Traces = dict[str, Floats]
-TARGET = 4_200_000  # bytes of all records of a page, unless each would be too small
+TARGET = 4_200_000  # bytes of all records of a page, unless records become too small
 THINNEST, FINEST = 600, 12_000  # bytes of a record, smallest and largest
 MOST_RECORDS = 20_000
 LARGEST, LEAST = 1e38, 1e-37  # limits of single precision
@@ -70,7 +70,7 @@ def record_of(
 
     Parameters
     ----------
-    traces : `time` and those in `NEEDED`; centre (n, 2), m, static frame
+    traces : `time` and the traces `NEEDED`; centre (n, 2), m, static frame
     speed : Omega, rad/s
     window : length of the window of the words, s
     line : strongest line, rad/s, forward positive
@@ -179,7 +179,7 @@ def _lines(
 ) -> tuple[float, Floats]:
     """Return a limit, rad/s, and the largest line, m, in each interval, (most,).
 
-    The intervals divide the spectrum from -limit to limit; NaN for no line.
+    The intervals divide the spectrum from -limit to limit; NaN in one without a line.
     """
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():

@@ -1,4 +1,4 @@
-"""Optional variables of results, by the inputs of a plan; `amplification`."""
+"""Optional variables that the inputs of a plan add to results; `amplification`."""
 
 from __future__ import annotations
 
@@ -63,8 +63,9 @@ def _others(row: Mapping[str, Any]) -> str:
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
     """Return {"amplification": blade amplitude of a case / that of its tuned case}.
 
-    {} if either case has no blade amplitude or reached the amplitude limit, if the
-    tuned case is at rest, or if their entries `MODEL` differ, as by `truncation`.
+    Return {} if either case has no blade amplitude or reached the amplitude limit, if
+    the tuned case is at rest, or if entries `MODEL` of the two differ, as by
+    `truncation`.
 
     Parameters
     ----------

@@ -21,7 +21,8 @@ STOP = "STOP"  # a file that a user makes
 class Directory:
     """The directory of a campaign, which need not exist.
 
-    It is made where a user names a path; functions take it, or the part that they need.
+    The object is made where a user names a path; functions take the object, or the part
+    that they need.
 
     Attributes
     ----------
@@ -68,12 +69,14 @@ class Directory:
             raise InputError(f"--out {self}: {place} cannot be written")
 
     def put_aside(self) -> Directory | None:
-        """Rename the directory, with a number added; return the new one or None.
+        """Rename the directory by adding a number; return the new one.
+
+        Without a plan in the directory, nothing is renamed, and the result is None.
 
         Raises
         ------
         InputError, MissingFileError
-            if it is the working directory, or cannot be renamed
+            if the directory is the working directory, or cannot be renamed
         """
         if not self.plan.path.exists():
             return None

@@ -26,7 +26,7 @@ class Told(NamedTuple):
     case : number in the plan; -1 for twins, later stages and cases of other plans
     status, outcome, regime : words
     open : whether the regime may change in a longer run
-    ended : s since 1970; NaN if unknown
+    ended : time at which the computation ended, s since 1970; NaN if unknown
     seconds : computing time, s; NaN if unknown
     marched : steps, see `marched`; NaN if unknown
     """
@@ -42,7 +42,7 @@ class Told(NamedTuple):
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
-    """Return the number of steps integrated, up to the certificate if any, (rows,).
+    """Return the number of steps integrated, all or those before the certificate.
 
     Parameters
     ----------
@@ -56,12 +56,12 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
 
 
 def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
-    """Yield (name of the journal, columns of some of its records), the oldest first.
+    """Yield (name of the journal, columns of a batch of its records), the oldest first.
 
     Parameters
     ----------
-    journals : those of a campaign
-    digests : digests of its planned cases
+    journals : journals of a campaign
+    digests : digests of the planned cases
     """
     known = CaseIndex(digests)
     for rows in journals.rows():
@@ -126,8 +126,8 @@ class CaseIndex:
 
         The record of a twin belongs to the case that is perturbed.
 
-        If the journal's case numbers refer to this plan, these are returned, and no
-        digests are compared.
+        If the journal's case numbers refer to this plan, these numbers are returned,
+        and no digests are compared.
         """
         case, plan = rows.numbers("case", -1), rows.header.plan
         if isinstance(self.digests, CaseDigests) and plan == self.digests.identity:

@@ -86,8 +86,8 @@ class Ended:
     Attributes
     ----------
     plan : plan of the directory
-    over, ok : (cases,), whether each case of the plan, at its planned duration, has
-        ended, and whether it gave a result; in a refined plan, of the coarse cases
+    over, ok : (cases,), whether each case of the plan, in a refined plan each coarse
+        case, has ended at its planned duration, and whether it gave a result
     seconds, marched : (cases,), computing time, s, and integrated steps, see
         `columns.marched`; NaN for cases without a result
     told : {digest: completion}; for a plain plan (`is_plain`), only for the digests
@@ -151,7 +151,7 @@ class Ended:
         ----------
         record : the record
         case : number of its case; -1 for twins, later stages and cases of other plans
-        again : whether its job must be computed again, and so counts as not done
+        again : whether the record's job must be computed again: it counts as not done
         """
         name, end = record["digest"], completion_of(record)
         place = job_of(record, self.plan)
@@ -171,7 +171,7 @@ class Ended:
 
 
 def stages_of(plan: Manifest) -> Stages:
-    """Return the `Stages` of a plan: their number, and how many each case skips."""
+    """Return the `Stages` of a plan: the last one, and how many each case skips."""
     if not plan.extended:
         return Stages()
     columns = Many(digests_of(plan).base, plan.table)
@@ -196,7 +196,7 @@ def ended_in(
 
     Parameters
     ----------
-    journals, plan : those of the campaign
+    journals, plan : journals and plan of the campaign
     asked : digests whose completions are wanted in `Ended.told`
     again : returns whether the job of a record must be computed again; None: never
     """

@@ -37,8 +37,8 @@ class Running:
 
     Parameters
     ----------
-    notes : those of the campaign
-    run, rank : numbers as in the name of its journal
+    notes : notes of the campaign
+    run, rank : number of the run, and rank of this process, as in its journal's name
     """
 
     def __init__(self, notes: Notes, run: int, rank: int) -> None:
@@ -54,7 +54,7 @@ class Running:
     def begin(self, digests: Iterable[str]) -> None:
         """Write a note on the cases that are computed from now on.
 
-        It is not synced: it must survive the process, not the machine.
+        The note is not synced: it must survive the process, not the machine.
         """
         line = sealed(self._who | {"digests": list(digests), "since": time.time()})
         # If the disk is full, the campaign stops when it writes its next result.
@@ -70,7 +70,7 @@ class Running:
         os.pwrite(self._file.fileno(), bytes(size), 0)  # a full disk shows only here
         try:
             return mmap(self._file.fileno(), size)
-        except (OSError, ValueError):  # ValueError: the file is shorter than that
+        except (OSError, ValueError):  # ValueError: the file is shorter than `size`
             return bytearray(size)
 
     def __enter__(self) -> Self:
@@ -93,7 +93,7 @@ class Note:
     ----------
     rank, host, pid : rank, host and number of the process
     digests : digests of the cases: one, or several while kernels are compiled
-    since : start, s since 1970; None if unknown
+    since : start of these cases, s since 1970; None if unknown
     ticks : start of the process, see `process.begun`; None if unknown
     """
 
@@ -106,13 +106,13 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether its process is dead; False if it ran on another host."""
+        """Whether the note's process is dead; False if it ran on another host."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
 
 def _note(path: Path) -> Note | None:
-    """Return the note in a heartbeat file; None if it holds no complete one."""
+    """Return the note in a heartbeat file; None if the file has no complete note."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}
@@ -155,7 +155,7 @@ class Notes:
     def sweep(self, older: float) -> None:
         """Remove incomplete notes of dead processes.
 
-        They name no case, so `forget` would never remove them.
+        Such notes name no case, so `forget` would never remove them.
 
         older : remove only notes last written before this time, s since 1970 by the
             clock of the file system

@@ -152,7 +152,7 @@ class Journal:
 
     Parameters
     ----------
-    journals : those of the campaign
+    journals : journals of the campaign
     run : number of this run, so that no file is ever written by two runs
     rank : rank of this process
     plan : identity of the plan to which case numbers refer; "": unknown
@@ -187,7 +187,7 @@ class Journal:
         self._end = self._blocks.seek(0, os.SEEK_END)
 
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        """Add a finished case; write its group if that is due.
+        """Add a finished case; write the group of waiting cases if that is due.
 
         Raises
         ------
@@ -205,7 +205,7 @@ class Journal:
         self.keep_due()
 
     def keep_due(self) -> None:
-        """Write the waiting cases if that is due; else return at once.
+        """Write the waiting cases if a group is due; else return at once.
 
         Raises
         ------
@@ -222,8 +222,8 @@ class Journal:
         Raises
         ------
         MissingFileError
-            where they cannot be written; earlier groups stay complete, and so do the
-            waiting cases before the first one that does not fit on the disk
+            where the cases cannot be written; earlier groups stay complete, and so do
+            the waiting cases before the first one that does not fit on the disk
         """
         group = self._group
         if not group:

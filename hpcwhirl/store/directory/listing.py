@@ -14,8 +14,8 @@ NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 def listed(folder: Path, ending: str) -> list[Path]:
     """Return the files of a directory sorted by run and rank; [] if it does not exist.
 
-    They are compared as numbers, since as text 10000 comes before 9999. Names without
-    numbers come first.
+    Runs and ranks are compared as numbers, since as text 10000 comes before 9999. Names
+    without numbers come first.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def listed(folder: Path, ending: str) -> list[Path]:
     Raises
     ------
     MissingFileError
-        where it cannot be listed, which must not be taken for an empty directory
+        where the directory cannot be listed, which must not be taken for an empty one
     """
     try:
         names = os.listdir(folder)  # noqa: PTH208 - glob is silent where it may not look

@@ -48,8 +48,8 @@ class Manifest:
     swept : dotted names of the swept inputs
     digests : digest of each case; the file holds only what `CaseDigests` needs
     settings : {swept input: value} of each case; the file holds them as a `Table`
-    version, format : version of the program; format number of this file
-    refine : the rule by which further cases follow from words; empty for none
+    version, format : version of the program; format number of the file
+    refine : the rule by which further cases follow from words; {} without [refine]
     extended : end times to which undecided cases were extended, s, ascending
     twins : table [twins], empty for none
     """
@@ -117,8 +117,8 @@ class PlanFile:
         Raises
         ------
         MissingFileError, StoreError
-            if there is no plan, or it is damaged: its checksum, the SHA-256 of the rest
-            of the file, must be present and correct
+            if the plan is missing or damaged: its checksum, the SHA-256 of the rest of
+            the file, must be present and correct
         """
         try:
             text = read_regular(self.path)
@@ -145,7 +145,7 @@ class PlanFile:
             msg = f"{begun} by hpcwhirl {old.version}, this is {new.version}: {own}"
             raise InputError(msg)
         if not set(old.swept) <= set(new.swept):
-            msg = f"{self.folder} sweeps {', '.join(old.swept)}; this sweeps "
+            msg = f"{self.folder} sweeps {', '.join(old.swept)}; this campaign sweeps "
             raise InputError(msg + f"{', '.join(new.swept) or 'nothing'}: {own}")
         own_kinds = [name for name in BEYOND if name in old.base]
         for name in dict.fromkeys([*new.base, *own_kinds]):
@@ -231,7 +231,7 @@ def _check_twins(
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:
-    """Return the name of a swept engine file whose content has changed, "" for none."""
+    """Return the name of a swept engine file whose content has changed, else ""."""
     digests = old.digests, new.digests
     was, now = (d.reads if isinstance(d, CaseDigests) else {} for d in digests)
     changed = (file for file in was if now.get(file, was[file]) != was[file])

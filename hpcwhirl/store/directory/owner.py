@@ -2,9 +2,9 @@
 
 A claim is a file in `owners/`. A process first makes its claim and then reads all
 others; if one of them excludes it, the process removes its own claim and waits. Since
-each process reads after making its claim, at most one of two goes on. This needs
-neither locks nor links, only that other processes see a new file. Names are never used
-twice, so that removing a dead claim cannot remove a living one.
+each process reads after making its claim, at most one of two processes goes on. This
+needs neither locks nor links, only that other processes see a new file. Names are never
+used twice, so that removing a dead claim cannot remove a living one.
 
 Whether a process of the same machine is alive can be looked up. A claim of another
 machine counts as alive while its time stamp changes, and as dead `STALE` seconds after
@@ -39,7 +39,7 @@ CAMPAIGN, RESULTS = "campaign", "results"
 NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
 PULSE = 15.0  # s between signs of life
 STALE = 120.0  # s without a sign of life: a claim of another machine counts as dead
-GRACE = 10.0  # s that the process of another claim may take to end, then an error
+GRACE = 10.0  # s to wait for a living run to end before this run is refused
 SOON = 2.0  # s of waiting after which a line names the other process
 PAUSE = 0.02, 0.3  # s between checks, shortest and longest
 MOST_BYTES = 10_000  # largest size of a claim's file
@@ -76,7 +76,7 @@ class Owner:
     ----------
     path : file of the claim
     changed : last sign of life, ns since 1970 by the clock of the file system
-    known : {host, machine, pid, ticks, since, command}; empty if damaged
+    known : host, machine, pid, ticks, since, command; {} if the claim is damaged
     """
 
     path: Path
@@ -85,7 +85,7 @@ class Owner:
 
     @property
     def here(self) -> bool:
-        """Whether its process is on this machine."""
+        """Whether the claim's process is on this machine."""
         return self.known.get("machine") == machine()
 
     def __str__(self) -> str:
@@ -102,7 +102,7 @@ class Claim:
 
     Parameters
     ----------
-    claims : those on the directory
+    claims : all claims on the directory
     kind : `CAMPAIGN`, `RESULTS` or a `shard_claim`
     """
 
@@ -152,7 +152,7 @@ class Claim:
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and those directories made for it that are empty."""
+        """Remove the claim, and the empty ones of the directories made for it."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -169,7 +169,7 @@ class Claim:
         return self.path.exists()
 
     def check(self) -> None:
-        """Raise if another process has taken over, so that nothing is published.
+        """Raise if another process has taken over the directory; publish nothing then.
 
         A process that was suspended for longer than `STALE` does not know that it has
         lost the directory. Only the time between two system calls is not protected.
@@ -242,7 +242,7 @@ class Asking:
             return not is_alive(other.known["pid"], other.known["ticks"])
         first = self._seen.setdefault(other.path, (other.changed, time.monotonic()))
         seen_for, self._now = time.monotonic() - first[1], now
-        if self.take_over and (other.known or seen_for > GRACE):  # it is complete
+        if self.take_over and (other.known or seen_for > GRACE):  # complete, or damaged
             return True
         if other.changed != first[0]:
             return False
@@ -258,7 +258,7 @@ class Asking:
         Raises
         ------
         InputError
-            naming the run that computes there
+            naming the run that computes in the directory
         """
         waited = time.monotonic() - self._begun
         if not self._told and waited >= SOON:
@@ -269,7 +269,7 @@ class Asking:
         alive = [other for other in others if self.is_alive(other)]
         if claim.kind == RESULTS or waited < GRACE or not alive:
             return
-        mend = "wait until it has ended, or end it"
+        mend = "wait until that process has ended, or end it"
         if not alive[0].here:
             age = max(self._now - alive[0].changed, 0) / 1e9
             mend += f"; its last sign of life is {age:.0f} s old, it counts as dead "
@@ -293,13 +293,13 @@ class Claims:
         Parameters
         ----------
         kind : `CAMPAIGN` or a `shard_claim`, refused while another run is alive; or
-            `RESULTS`, which waits until other processes have written theirs
-        asking : options; None: silent
+            `RESULTS`, which waits until other processes have written their results
+        asking : options; None: the defaults, without output
 
         Raises
         ------
         InputError
-            where another run computes there, naming it
+            naming another run that computes in the directory
         MissingFileError
             where the directory cannot be written
         """

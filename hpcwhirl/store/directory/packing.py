@@ -17,11 +17,11 @@ TYPE = "<f8"
 
 
 def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
-    """Return ({bytes, crc, shapes}, data): header for `unpacked`, and the bytes.
+    """Return (header, data): bytes, crc and shapes for `unpacked`, and the bytes.
 
     Parameters
     ----------
-    arrays : {name: of any shape}; the order is kept
+    arrays : {name: array of any shape}; the order is kept
     """
     data = b"".join(np.asarray(a, dtype=TYPE).tobytes() for a in arrays.values())
     shapes = {name: list(array.shape) for name, array in arrays.items()}
@@ -31,7 +31,7 @@ def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], b
 def unpacked(
     head: Mapping[str, Any], data: bytes
 ) -> dict[str, NDArray[np.float64]] | None:
-    """Return {name: read-only array}; None if the data are damaged."""
+    """Return {name: read-only array} of packed data; None if these are damaged."""
     if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         return None
     out: dict[str, NDArray[np.float64]] = {}

@@ -14,8 +14,8 @@ DEAD = {"Z", "X", "x"}  # states in /proc of a process that has ended
 def machine() -> str:
     """Return an identity shared by the processes that see each other's process numbers.
 
-    It consists of the boot's number and the name space of process numbers: two machines
-    may have one name, and two containers may share a machine.
+    The identity consists of the boot's number and the name space of process numbers:
+    two machines may have one name, and two containers may share a machine.
     """
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
@@ -28,15 +28,15 @@ def machine() -> str:
 def begun(pid: int) -> int | None:
     """Return the start of a process of this machine, in clock ticks since the boot.
 
-    It distinguishes a process from a later one with the same number. None if there is
-    no such process, or its start is unknown.
+    The start distinguishes a process from a later one with the same number. None if no
+    such process exists, or its start is unknown.
     """
     state = _state(pid)
     return int(state[19]) if state else None
 
 
 def is_alive(pid: int, ticks: int | None = None) -> bool:
-    """Return whether a process of this machine exists; a suspended one does.
+    """Return whether a process of this machine exists, running or suspended.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def is_alive(pid: int, ticks: int | None = None) -> bool:
     except OSError:  # a process of another user, which may be hidden
         foreign = True
     state = _state(pid)
-    if state is None:  # hidden, not Linux, or it has just ended
+    if state is None:  # the process is hidden or has just ended, or this is not Linux
         return foreign or not Path("/proc/self/stat").exists()
     return state[0] not in DEAD and (ticks is None or int(state[19]) == ticks)
 

@@ -55,9 +55,9 @@ class Rows:
     Attributes
     ----------
     journal : file of the journal
-    header : its header
+    header : header of the journal
     slots : (records,), structured array with the dtype of the header's layout
-    starts : (records,), byte at which each begins
+    starts : (records,), byte at which each record begins
     texts : {index of a record: entries for which the layout has no binary field}
     """
 
@@ -117,7 +117,7 @@ class Rows:
         return found
 
     def numbers(self, name: str, empty: float) -> Array:
-        """Return the numbers of a field, (records,); `empty` where there is none."""
+        """Return the numbers of a field, (records,); `empty` for a record without."""
         out = np.full(len(self), empty)
         has = self.has(name)
         if has.any():
@@ -129,7 +129,7 @@ class Rows:
         return out
 
     def words(self, name: str) -> NDArray[np.object_]:
-        """Return the words of a field, (records,); "none" where there is none."""
+        """Return the words of a field, (records,); "none" for a record without."""
         has, own = self.has(name), self.header.layout.words.get(name, ())
         known = np.array([*map(str, own), "none"], dtype=object)
         codes = self.slots[name] if len(own) else len(own)
@@ -152,7 +152,7 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
     Raises
     ------
     MissingFileError
-        where it cannot be read: its cases must not be lost silently
+        where the journal cannot be read: its cases must not be lost silently
     """
     try:
         with open_regular(path) as file:
@@ -178,7 +178,7 @@ def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
     Raises
     ------
     StoreError, MissingFileError
-        where they no longer exist
+        where the records no longer exist
     """
     layout, parts = header.layout, []
     try:
@@ -323,7 +323,7 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
         rows.has("traces.offset") & rows.has("traces.bytes") & rows.has("traces.crc")
     )
     end = rows.numbers("traces.offset", 0) + rows.numbers("traces.bytes", 0)
-    if sizes.get(name, -1) < end[traced].max():  # it may have grown
+    if sizes.get(name, -1) < end[traced].max():  # the file may have grown
         sizes[name] = _size(rows.journal.parent.parent / "traces" / name)
     good[traced] = (whole & (end <= sizes[name]))[traced]
     for record in traced.tolist():
@@ -340,7 +340,7 @@ def samples_of(text: Record) -> int | None:
 
 
 def _size(traces: Path) -> int:
-    """Return the size of a trace file in bytes, 0 if there is none."""
+    """Return the size of a trace file in bytes, 0 if the file does not exist."""
     try:
         state = traces.stat()
         return state.st_size if stat.S_ISREG(state.st_mode) else 0

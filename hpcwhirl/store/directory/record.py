@@ -2,9 +2,9 @@
 
 A journal is a header, written twice, and slots of equal size. The header lists the
 fields of the records (table, name, kind and words of each), the identity of the plan to
-which case numbers refer, and the file of the traces. Each copy of it is a magic number,
-its length, its CRC-32 and JSON. So a program with other fields or words reads the
-journal correctly, and damage to one copy costs nothing.
+which case numbers refer, and the file of the traces. Each copy of the header is a magic
+number, the length and CRC-32 of its JSON, and that JSON. So a program with other fields
+or words reads the journal correctly, and damage to one copy costs nothing.
 
 A slot is a tag (the CRC-32 of the header's JSON), the CRC-32 of the rest, two numbers
 and a body. The body of a record has one bit for each field, set if the record has a
@@ -163,7 +163,7 @@ def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, 
 
 
 def read_header(data: bytes) -> tuple[Header, int] | None:
-    """Return the first undamaged header in some bytes, and its end; None for none."""
+    """Return the first undamaged header in some bytes, and its end; None: no header."""
     place = -1
     while (place := data.find(MAGIC, place + 1)) >= 0:
         begin = place + COPY.size
@@ -242,7 +242,7 @@ def _text_of(left: Record) -> bytes:
 
 
 def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts a value for a field; it raises if it cannot.
+    """Return the function that converts a value for a field, or raises if it cannot.
 
     kind : "f8", "i8", "hex", "text", or "word", stored as its index in `words`
     """

@@ -52,7 +52,7 @@ def full_plan(directory: Directory) -> Manifest:
     Raises
     ------
     MissingFileError, StoreError
-        where it is no campaign directory, or its plan is damaged
+        where the directory has no plan, or the plan is damaged
     """
     plan = directory.plan.read()
     if not plan.refine:
@@ -145,7 +145,7 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
 def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
     """Return the variables of refinement for each case, {variable: (cases,)}.
 
-    Empty for a plan that is not refined.
+    Return {} for a plan that is not refined.
     """
     if not isinstance(plan, RefinedPlan) or plan.family is None or plan.growth is None:
         return {}

@@ -14,7 +14,7 @@ from hpcwhirl.store.directory.listing import listed
 Share = dict[str, Any]
 KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}
 COSTS = {"beside": float, "first": float}  # optional entries, s, see `read_runs`
-LARGEST = 1 << 53  # limit of all numbers: whole ones are exact below
+LARGEST = 1 << 53  # limit of all numbers: whole numbers below it are exact
 
 
 class Runs:
@@ -31,18 +31,18 @@ class Runs:
         return listed(self.place, ".json")
 
     def write(self, run: int, shares: list[Share], stopped: str = "") -> None:
-        """Write how the ranks used their time, and why the run stopped early, if so."""
+        """Write how the ranks used their time; `stopped`: why the run stopped early."""
         told = {"run": run, "stopped": stopped, "ranks": shares}
         text = json.dumps(told, indent=1) + "\n"
         write_whole(self.place / f"{run:04d}.json", text.encode())
 
     def shares(self, say: Say | None = None) -> list[Share]:
-        """Return {run, rank, host, cases, busy, span} of each rank of each run.
+        """Return run, rank, host, cases, busy and span of each rank of each run.
 
-        In the order of the runs; busy, span in s. A rank may also have `beside`, the
-        median overhead of a computation beyond its kernel, s, and `first`, by how much
-        its first computation took longer than the others, s. A killed run has no file,
-        and a damaged file is skipped: no result depends on them.
+        Entries are in the order of the runs; busy, span in s. A rank may also have
+        `beside`, the median overhead of a computation beyond its kernel, s, and
+        `first`, by how much the rank's first computation took longer, s. A killed run
+        has no file, and a damaged file is skipped: no result depends on these files.
 
         say : prints one line about skipped files
         """
@@ -65,7 +65,7 @@ class Runs:
         return found
 
     def why_stopped(self, run: int) -> str:
-        """Return why a run stopped early, "" if it did not or if unknown."""
+        """Return why a run stopped early; "" if it did not or the reason is unknown."""
         try:
             found = json.loads(read_regular(self.place / f"{run:04d}.json"))
         except (OSError, ValueError, RecursionError):  # killed runs leave no whole file

@@ -46,13 +46,14 @@ class States:
         Parameters
         ----------
         digest : digest of the case
-        belongs : JSON object that must be equal when the state is read
+        belongs : JSON object that says what the state fits; it must be equal when the
+            state is read
         arrays : {name: float64 or int64 array}
 
         Raises
         ------
         MissingFileError
-            where it cannot be written; an older state stays
+            where the state cannot be written; an older state stays
         """
         data = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays.values())
         head: Record = {"format": FORMAT, "digest": digest, "belongs": belongs}
@@ -61,12 +62,12 @@ class States:
         write_whole(self._path(digest), sealed(head) + data)
 
     def read(self, digest: str, belongs: Record) -> Arrays | None:
-        """Return the arrays of a case's saved state, None if there is none.
+        """Return the arrays of a case's saved state, None if no state is saved.
 
         Raises
         ------
         StoreError
-            where the state is damaged, or what it belongs to differs from `belongs`
+            where the state is damaged, or was written with another `belongs`
         """
         path = self._path(digest)
         try:
@@ -84,16 +85,16 @@ class States:
     def hand_over(self, digest: str, after: str) -> bool:
         """Copy the saved state of a case for another case, which continues it.
 
-        The copy still names what the original belongs to.
+        The copy keeps the `belongs` of the original.
 
         Returns
         -------
-        whether there was an undamaged state
+        whether an undamaged state was found
 
         Raises
         ------
         MissingFileError
-            where it cannot be written
+            where the copy cannot be written
         """
         try:
             with open_regular(self._path(digest)) as file:
@@ -124,7 +125,7 @@ def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
     out, start = {}, 0
     for name, (kind, shape) in head["arrays"].items():
         if kind not in TYPES:
-            raise ValueError(f"an array of type {kind}, allowed {', '.join(TYPES)}")
+            raise ValueError(f"an array must be {' or '.join(TYPES)}, got {kind}")
         count = math.prod(shape)
         out[name] = np.frombuffer(data, kind, count, start).reshape(shape)
         start += 8 * count

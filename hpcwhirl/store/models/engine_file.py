@@ -146,7 +146,7 @@ LAYOUT = {
 }
 UNREADABLE = (OSError, RuntimeError, ValueError, KeyError, TypeError)  # HDF5 raises
 LARGEST = 4000  # coordinates or modes along an axis: a matrix takes 128 MB
-WIDEST = 16  # bytes, largest size of a number
+WIDEST = 16  # bytes, largest size of one number
 DEFLATE = 1032  # largest ratio of deflated data's size before and after compression
 CHUNK = 1 << 28  # bytes, largest size of one chunk after decompression
 
@@ -218,9 +218,10 @@ def read_rotor(file: str) -> Given:
 
 
 def points_named(file: str) -> int:
-    """Return the number of contact points per tip, n_c, in an engine's file, or 1.
+    """Return the number of contact points per tip, n_c, in an engine's file.
 
-    Only shapes are read. It is also 1 if the file cannot be read; its cases will fail.
+    Only shapes are read. It is 1 if the file has no such points, or cannot be read, so
+    that its cases will fail.
     """
     with suppress(WhirlError):
         return _points_named(file, content_digest(file)) if file else 1
@@ -229,7 +230,7 @@ def points_named(file: str) -> int:
 
 @lru_cache(maxsize=64)
 def _points_named(file: str, content: str) -> int:
-    """Return n_c of a file; content : its digest, so that a changed file is read."""
+    """Return n_c of a file; content : digest of the file, a key of the cache."""
     del content
     import h5py
 
@@ -345,11 +346,11 @@ def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
     """Refuse a dataset whose numbers are stored outside the file."""
     if data.external:
         raise given.refusal(
-            f"keeps {name} in another file, {data.external[0][0]}: write it into this"
+            f"keeps {name} in another file, {data.external[0][0]}: copy it to this file"
         )
     if data.is_virtual:
         raise given.refusal(
-            f"has {name} as a virtual dataset, of other files: write it into this"
+            f"has {name} as a virtual dataset, of other files: copy it to this file"
         )
 
 

@@ -69,7 +69,7 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
     MissingFileError
         where the file cannot be read in the format of its ending
     InputError
-        where it holds no such matrix
+        where the file holds no such matrix
     """
     source = _Source(str(path), {})
     reader = READERS.get(path.suffix.lower())
@@ -81,7 +81,7 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
 
 
 def _size(source: _Source, name: str) -> int:
-    """Return the size of a matrix's file in bytes; refuse a too large one."""
+    """Return the size of a matrix's file in bytes; refuse a file that is too large."""
     size = check_regular(Path(source.file))
     if size > MOST_BYTES:
         raise source.wrong(name, f"have at most {MOST_BYTES} bytes", size)
@@ -115,7 +115,7 @@ def _rectangle(
 ) -> sparse.csr_array:
     """Return a finite real matrix from a MatrixMarket file, checked.
 
-    shape : rows and columns that it must have; rows None: any number
+    shape : rows and columns that the matrix must have; rows None: any number
     """
     from scipy.io import mminfo
 
@@ -313,7 +313,7 @@ def _checked(source: _Source, name: str, matrix: sparse.csr_array) -> sparse.csr
     Raises
     ------
     InputError
-        where it is not symmetric (or skew) to `SYMMETRIC`, is zero, or not finite
+        where the matrix is not symmetric (or skew) to `SYMMETRIC`, zero, or not finite
     """
     matrix.sum_duplicates()
     wrong = ~np.isfinite(matrix.data)

@@ -57,8 +57,8 @@ class Centre:
     ----------
     dofs : (2,), DoF of the displacements along x and y
     angle : rad, angle of blade 0 from the x axis of these DoF, anticlockwise
-    stiffness : N/m, of each of the springs added along x and y
-    mass : kg, of the point mass added
+    stiffness : N/m, of each of two springs added to the model, along x and y
+    mass : kg, of the point mass added to the model
     held : whether the centre is fixed
     """
 
@@ -100,7 +100,7 @@ class FiniteElements:
         tip, DoF of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
     angle : rad, one per row of `tips`: from the axes of its DoF to the radial,
         tangential ones
-    centre : None where it is clamped
+    centre : the shaft's centre; None if it is clamped
     held : DoF that do not move
     modes : fixed-interface modes to keep
     cut : DoF on the cuts of a sector; None for a wheel
@@ -191,7 +191,8 @@ class _Table:
     def indices(self, key: str, size: int, count: int | None = None) -> Integers:
         """Return the DoF that a key lists, each 0 .. size - 1.
 
-        count : required number; None: any. A single DoF may be written without a list
+        count : required number of DoF; None: any. A single DoF may be written without a
+            list
         """
         value = self.asked(key, None if count else [])
         value = value if isinstance(value, list) else [value]
@@ -201,7 +202,7 @@ class _Table:
             raise self.wrong(key, f"name {count} degrees of freedom", len(value))
         wrong = [i for i in value if not 0 <= i < size]
         if wrong:
-            hint = ": they count from 0" if max(value) == size else ""
+            hint = ": these numbers begin with 0" if max(value) == size else ""
             raise self.wrong(key, f"be 0 to {size - 1}", f"{shown(wrong[0])}{hint}")
         return np.array(value, dtype=np.int64)
 
@@ -216,7 +217,7 @@ def read_wheel(path: Path) -> FiniteElements:
     Raises
     ------
     MissingFileError
-        where the file or one of the matrices cannot be read
+        where the file or the file of a matrix cannot be read
     InputError
         naming the key, its value and what is allowed
     """
@@ -279,8 +280,9 @@ def _kind_of(document: dict[str, Any], file: str) -> str:
 def _turning(table: _Table, folder: Path) -> tuple[dict[str, Any], dict[str, Path]]:
     """Return ({"speeds": (2,), rad/s}, {name of a matrix or load: its file}).
 
-    These describe the terms of rotation; the first is {} unless the table has `speeds`,
-    at which `stiffness_a` and `stiffness_b` hold, and both are {} without such terms.
+    These describe the terms of rotation; the first mapping is {} unless the table has
+    `speeds`, at which `stiffness_a` and `stiffness_b` hold; both mappings are {}
+    without such terms.
     """
     if not any(name in table.data for name in TURNING):
         return {}, {}
@@ -336,7 +338,7 @@ def _points(table: _Table) -> dict[str, Floats]:
     beside = [name for name in ("turn", "gap") if name in table.data]
     if "station" not in table.data:
         if beside:
-            allowed = "have station beside it: the axial place of each contact point"
+            allowed = "come with station, the axial place of each contact point"
             raise table.wrong(beside[0], allowed, "none")
         return {}
     found: dict[str, Floats] = {}

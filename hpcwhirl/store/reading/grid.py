@@ -28,8 +28,8 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
     """Return results over the swept inputs instead of over `case`.
 
     Only variables with one value for each case are included; traces stay in the file.
-    An input that is a function of another one, as in [zip], becomes a coordinate along
-    it.
+    An input that is a function of another input, as in [zip], becomes a coordinate
+    along that one.
 
     For a refined campaign the grid has all values of its refined inputs. Each point
     shows the case at the nearest corner of the cell around it; `computed` is 1 if that
@@ -82,7 +82,8 @@ def grid(data: xarray.Dataset) -> xarray.Dataset:
 def nearest(data: xarray.Dataset) -> xarray.Dataset:
     """Return a refined campaign on its finest grid, the nearest case at each point.
 
-    `computed` is 1 where that case lies at the point itself, `number` is its number.
+    `computed` is 1 where the case lies at the point itself; `number` is the case's
+    number.
     """
     rows, values = nearest_rows(data)
     at = {n: data[n].to_numpy() for n in values}
@@ -183,5 +184,5 @@ def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
 
 
 def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
-    """Return the first axis that determines an input, "" for none."""
+    """Return the first axis whose value determines an input's value, else ""."""
     return next((axis for axis in axes if follows(table, name, axis)), "")

@@ -37,7 +37,7 @@ def open_results(path: Path | str) -> xarray.Dataset:
     Raises
     ------
     MissingFileError, StoreError
-        if there is no such file, or it is damaged
+        if the file does not exist, or is damaged
     """
     return _opened(path, _with_words)
 

@@ -28,7 +28,7 @@ from hpcwhirl.store.reading.shares import SHARE
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
 WHOLE = 1e-6  # tolerance of the end time, relative to the sampling interval
-BLOCK = 4_000_000  # bytes of traces read at once, or those of one case if more
+BLOCK = 4_000_000  # bytes of traces read at once; a larger case is read alone
 
 
 def results_of(place: Path) -> Path:
@@ -49,10 +49,10 @@ def opened(path: Path) -> h5py.File:
     Raises
     ------
     MissingFileError, StoreError
-        where there is none, or it is damaged
+        where the file does not exist, or is damaged
     """
     if path.parent.is_file():
-        msg = f"{path.parent} is a file: it must be the directory of a campaign"
+        msg = f"{path.parent} must be the directory of a campaign, but is a file"
         raise MissingFileError(msg)
     if not path.is_file():
         msg = f"no results file {path}: run or gather the campaign first"
@@ -197,7 +197,7 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return groups of finished cases that differ only in speed, sorted by it."""
+        """Return groups of finished cases that differ only in speed, by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -225,7 +225,7 @@ class Results:
         return {n: v for n, v in settings.items() if n not in ("speed", "history")}
 
     def traces(self, case: int) -> Traces:
-        """Return the traces of a case and their `time`.
+        """Return the traces of a case, and `time`.
 
         Raises
         ------
@@ -242,7 +242,7 @@ class Results:
     def each_traces(
         self, cases: Sequence[int], names: Sequence[str]
     ) -> Iterator[tuple[int, Traces]]:
-        """Yield (case, its traces and their `time`); few cases are in memory at a time.
+        """Yield (case, its traces and `time`); few cases are in memory at a time.
 
         Parameters
         ----------

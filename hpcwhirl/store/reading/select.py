@@ -41,7 +41,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
 
     Parameters
     ----------
-    name : a variable, a dotted name, or an ending of one that is unique in `known`
+    name : a variable, a dotted name, or an ending of a dotted name, unique in `known`
     known : variables to choose from
     what : name for the variables in the message
     """
@@ -51,7 +51,7 @@ def variable_of(name: str, known: Iterable[str], what: str = "swept input") -> s
     dotted = [n for n in input_names() if n == name or n.endswith(f".{name}")]
     found = sorted({variable_name(n) for n in dotted} & set(among))
     if len(found) > 1:
-        raise InputError(f"{what} '{name}' may mean {', '.join(found)}: say which")
+        raise InputError(f"{what} '{name}' may mean {', '.join(found)}: give one name")
     if not found:
         raise unknown(what, name, among)
     return found[0]
@@ -75,14 +75,14 @@ def value_text(value: Any) -> str:
 def where(
     settings: Sequence[str], columns: Mapping[str, NDArray[Any]], option: str = "--at"
 ) -> Mask | None:
-    """Return which cases have the values of ``NAME=V[,V...]``; None for no settings.
+    """Return which cases have the values of ``NAME=V[,V...]``; None without settings.
 
     Several settings of one input admit any of their values.
 
     Parameters
     ----------
     settings : such as ``speed=410``
-    columns : {variable: (cases,)} of the inputs that may be named
+    columns : {variable: (cases,)} of the inputs that settings may name
     option : name of the option that has the settings, for messages
     """
     admitted: dict[str, Mask] = {}
@@ -121,7 +121,8 @@ def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
     for part, one in zip(parts, each, strict=True):
         if not one.any():
             raise InputError(
-                f"{what} = {value_text(part)}: no case has it, {_nearest(values, part)}"
+                f"{what} = {value_text(part)}: no case has this value, "
+                f"{_nearest(values, part)}"
             )
     return np.asarray(np.logical_or.reduce(each))
 

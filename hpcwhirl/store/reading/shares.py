@@ -1,4 +1,4 @@
-"""The words of cases, shares of their twins with each word, and what these tell."""
+"""The words of cases, shares of their twins with each word, and their credibility."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SURE = "word_share_sure"  # root attribute: least `word_share` of a sure case
 WITHOUT = ("failed", "missing")  # words of computations without a result
 ENDS = ("", "_low", "_high")
 TOLD = {"": "", "_low": ", lower end (Wilson, 95 %)", "_high": ", upper end (Wilson)"}
-# stored of each twin: what its words are determined from, and its status
+# variables stored for each twin: those that determine its words, and its status
 TWIN_ROW = {n: q for n, q in (ROW | STATUS).items() if not q.kind.startswith("S")}
 Words = NDArray[np.str_]
 TWINS_OF = "twins_of"  # root attribute
@@ -48,7 +48,7 @@ SHARE: dict[str, Quantity] = {
     **_quantities("word_share", "share of twins with the word of the case"),
 }
 SHARE[MAJORITY] = Quantity(
-    "1", "most frequent word of case and twins; in a tie that of the case", kind="enum"
+    "1", "most frequent word of case and twins; in a tie the case's word", kind="enum"
 )
 for _word in REGIMES:
     SHARE |= _quantities(f"share_{_word}", f"share of twins that are {_word}")
@@ -87,7 +87,7 @@ def shares(own: Words, twins: Words) -> dict[str, NDArray[Any]]:
     Parameters
     ----------
     own : (cases,), the word of each case, see `words_of`
-    twins : (cases, twins), the words of its twins
+    twins : (cases, twins), the words of each case's twins
     """
     given = ~np.isin(twins, WITHOUT)
     total = given.sum(axis=1)
@@ -122,8 +122,8 @@ def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]
 class Credibility:
     """Number of cases whose twins all have the same word as the case.
 
-    For a random sample of the even cases of a map, it shows how reliable the map is
-    away from its boundaries.
+    For a random sample of the even cases of a map, this share shows how reliable the
+    map is away from its boundaries.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ def groups_of(path: Path, known: list[str]) -> dict[str, xarray.Dataset]:
     Raises
     ------
     MissingFileError, StoreError
-        if there is no complete results file of this format
+        if `path` is no complete results file of this format
     """
     file = _OneFile(path)
     there = [name for name in known if name in file.acquire().groups]

@@ -130,7 +130,7 @@ def _words(codes: Array, name: str) -> Array:
 
 
 def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
-    """Return the optional variables that the plan asks for, {} for none."""
+    """Return the optional variables that the plan's inputs add; {} without any."""
     out = _table(contents.asked, parts, len(cases), "row.")
     if "amplification" in out:
         tuned = {

@@ -2,8 +2,8 @@
 
 - `cells`: for every cell that is not split, the cases at its corners, the last refined
   input varying fastest (`corner`; -1: not computed, since a budget ended the
-  refinement), its `panel`, `level` and `state` (even: all corners have one word; mixed;
-  speckle), and whether its corners are `confirmed`. Attributes: the refined inputs
+  refinement), the cell's `panel`, `level` and `state` (even: all corners have one word;
+  mixed; speckle), and whether its corners are `confirmed`. Attributes: refined inputs
   (`over`), their `scale`, the kind of `words` that decide, and the number of cases left
   out by a budget (`dropped`).
 - `boundaries`: points where words change; coordinates are named like the refined
@@ -50,7 +50,7 @@ TOLD = {
     "corner": Quantity("1", "case at a corner, -1: none", kind="i8"),
     "panel": Quantity("1", "number of the panel", kind="i8"),
     "level": Quantity("1", "bisections", kind="i8"),
-    "state": Quantity("1", "whether words at its corners differ", kind="enum"),
+    "state": Quantity("1", "whether words at the cell's corners differ", kind="enum"),
     "confirmed": Quantity(
         "1", "1 if the words at all corners are confirmed", kind="i8"
     ),
@@ -71,7 +71,7 @@ class Refined:
     Attributes
     ----------
     over : variables of the refined inputs
-    scale : "linear" or "log" for each
+    scale : "linear" or "log" for each refined input
     cells : cells that are not split
     panel_of : (cases,), panel of each case
     last : {refined input: (cases,)}, whether a case has the largest value of that input
@@ -93,7 +93,7 @@ class Refined:
 
 
 def cells_of(plan: Manifest) -> Cells | None:
-    """Return the cells of a plan that are not split; None if it is not refined."""
+    """Return the cells that are not split; None for a plan without [refine]."""
     if not isinstance(plan, RefinedPlan) or plan.growth is None:
         return None
     row = {address: number for number, address in enumerate(plan.addresses)}
@@ -268,7 +268,7 @@ def write_boundaries(file: h5py.File) -> None:
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
     """Return the cells, even or mixed by the present words, and {variable: (cases,)}.
 
-    Cells in speckle stay so.
+    Cells in speckle keep this state.
 
     by : kind of word, see `refinement.words`
     """
@@ -278,7 +278,7 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
     rows: dict[str, Any] = {name: words_in(file, name) for name in names}
     more = NUMBERS if by == ATTRACTOR else ()
     rows |= {name: file[name][:] for name in (*_list(file, "over"), "fidelity", *more)}
-    words = [*_words(rows, by), ""]  # the last one of a corner without a case
+    words = [*_words(rows, by), ""]  # the last one is for corners without a case
     differ = [apart({words[case] for case in each} - {""}) for each in own["corner"]]
     still = own["state"] == STATES.index("speckle")
     own["state"] = np.where(still, own["state"], np.array(differ, dtype=np.int64))
@@ -286,7 +286,7 @@ def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]
 
 
 def read_refined(path: Path, by: str = "") -> Refined | None:
-    """Return the cells and boundaries of a results file; None where it has none.
+    """Return the cells and boundaries of a results file; None if it is not refined.
 
     by : kind of word that changes at the boundaries, "regime" or "whirl"; "": the kind
         by which cells were split

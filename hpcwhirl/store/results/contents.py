@@ -41,14 +41,14 @@ class Contents:
 
     Attributes
     ----------
-    journals, plan : those of the campaign
+    journals, plan : journals and plan of the campaign
     files : (file, header) of each journal
-    place : (cases, 1 + twins, 2), for each case and twin: number of the journal, -1 for
-        none, and first byte of the record
+    place : (cases, 1 + twins, 2), for each case and twin: index of the journal, -1
+        without a record, and first byte of the record
     samples : (cases,), number of samples of the traces
     sizes : {axis: largest size in any case}, axes of traces other than samples
     kept : names of the traces of any case, in the order of `TRACES`
-    interval : (cases,), s between samples, NaN for none
+    interval : (cases,), s between samples, NaN without samples
     shares : use of time of each rank of each run
     columns : {variable: (cases,)}, additional variables of a refined campaign
     found : {variable: (cases,)}, words and refined inputs of a refined campaign
@@ -101,7 +101,7 @@ class Contents:
 
     @property
     def sample_axis(self) -> str:
-        """Name of the trace axis: `time` if all cases share it, else `sample`."""
+        """Name of the traces' axis: `time` if all cases share times, else `sample`."""
         return "time" if self.common_interval is not None else "sample"
 
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
@@ -144,7 +144,7 @@ def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
 
 
 def contents_of(directory: Directory, say: Say | None = None) -> Contents:
-    """Return the index of a campaign's directory; reads its journals once.
+    """Return the index of a campaign's directory after reading its journals once.
 
     say : prints one line about damaged files on which no result depends; None: silent
     """
@@ -190,7 +190,7 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 class _Index:
     """Index of the newest record of each case and twin.
 
-    For an extended case, it is the newest record of the last stage with a result.
+    For an extended case, the newest record of the last stage with a result is taken.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 The group `performance` of the file stores its sources: the plan, and names, sizes and
 times of journals, traces and `runs/`. The file must be gathered again if one of these
-or the thresholds of the words have changed, or if its size and time differ from those
-in the stamp file, because another program has written to it.
+or the thresholds of the words have changed, or if size and time of `results.h5` differ
+from those in the stamp file, because another program has written to it.
 Copying a directory may change times, which costs one gathering.
 """
 
@@ -51,7 +51,7 @@ def _told(path: Path) -> str:
 
 def stamp(directory: Directory) -> None:
     """Write the stamp (size and time) of results that were just gathered."""
-    with suppress(WhirlError):  # without a stamp they are gathered again
+    with suppress(WhirlError):  # without a stamp, results are gathered again
         write_whole(directory.runs.place / STAMP, _told(directory.results).encode())
 
 

@@ -1,7 +1,7 @@
 """Gathering journals and traces into `results.h5`, by one process or by MPI-IO.
 
-Both define the same file with the same calls; they differ in which rank writes which
-cases. Cases are read and written in blocks, so that memory does not grow with the
+Both ways define the same file with the same calls; they differ in which rank writes
+which cases. Cases are read and written in blocks, so that memory does not grow with the
 number of traces. Ranks do not wait for each other except where HDF5 requires it. The
 file is written under a new temporary name, synced and renamed.
 """
@@ -34,7 +34,7 @@ from hpcwhirl.store.results.freshness import STAMP, stamp
 from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
-STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later; it will not
+STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later; cannot succeed
 MORE = 1 << 16  # bytes of free space required beyond the known need
 
 
@@ -58,11 +58,11 @@ def gather(
 
     Parameters
     ----------
-    directory : that of the campaign
+    directory : directory of the campaign
     facts : further root attributes
     comm : an MPI communicator; with parallel HDF5 all its ranks write, otherwise rank 0
         alone. Every rank must call
-    compress : gzip level of traces, 1 to 9; 0 for none
+    compress : gzip level of traces, 1 to 9; 0: not compressed
     asking : options of the claim, see `store.directory.owner.Asking`; the same on
         every rank
 
@@ -102,8 +102,9 @@ def _begin(
 
     Parameters
     ----------
-    directory : that of the campaign
-    stack : releases the claim at its end, and removes the file if it still exists
+    directory : directory of the campaign
+    stack : context that at its end releases the claim, and removes the temporary file
+        if it still exists
     asking : how to wait for other processes
     fit : returns the contents, or raises if the disk has no room for them
 

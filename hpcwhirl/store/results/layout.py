@@ -50,7 +50,7 @@ from hpcwhirl.store.results.measured import measured_of
 from hpcwhirl.store.results.sampled import sample_attribute
 
 LIBVER = ("v108", "v110")  # from 1.8 on attributes may exceed 64 kB
-CHUNK = 1 << 20  # bytes, largest size of a compressed chunk; each is of one case
+CHUNK = 1 << 20  # bytes, largest size of a compressed chunk, which is of one case
 CONVENTIONS = "CF-1.11"  # 64-bit integers need 1.9
 # Without date and host, so that the bits do not depend on them.
 HISTORY = (
@@ -84,7 +84,7 @@ def _define_table(
     shape = tuple(map(len, axes))
     for name, variable in table.items():
         kind = dtype(variable)
-        # No fill value for text: with one, netCDF-C overruns a buffer.
+        # No fill value for text: with a fill value, netCDF-C overruns a buffer.
         fill = None if kind.kind == "S" else missing(variable)
         data = group.create_dataset(name, shape, kind, fillvalue=fill)
         tell(data, variable)
@@ -123,7 +123,7 @@ def define(
     file : file opened for writing, by one process or by all
     contents : contents of the campaign
     facts : further root attributes
-    compress : gzip level of traces, 0 for none
+    compress : gzip level of traces, 0: not compressed
     """
     plan = contents.plan
     _define_head(file, plan, facts)

@@ -1,4 +1,4 @@
-"""A user's function of a case: variables it returns, and the dataset it is given."""
+"""A user's function of a case: variables it returns, and dataset passed to it."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
 def measured_of(plan: Manifest) -> dict[str, Quantity]:
     """Return {variable: `Quantity`} of the numbers that the user's function returns.
 
-    With them is `WHY_NOT`, the reason why a case has no numbers. {} for a plan without
-    such a function.
+    `WHY_NOT`, the reason why a case has no numbers, is included. The result is {} for a
+    plan without such a function.
     """
     declared = plan.base.get(MEASURE) or {}
     if not declared:

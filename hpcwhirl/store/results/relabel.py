@@ -24,7 +24,7 @@ from hpcwhirl.store.reading.shares import GROUP, shares, words_of
 from hpcwhirl.store.results.cells import write_boundaries
 from hpcwhirl.store.results.layout import codes_of
 
-AT_ONCE = 1 << 15  # cases
+AT_ONCE = 1 << 15  # number of cases whose words are determined together
 WORDS = ("outcome", "regime", "whirl")
 MOTION = "motion"  # only in results of campaigns with output.chaos > 0
 Word = tuple[str, ...]  # the words of one case
@@ -41,9 +41,9 @@ def relabel(
 
     Parameters
     ----------
-    directory : that of the campaign
-    name : function from {variable: (cases,)} to words, (cases,) each: those of `WORDS`,
-        and that of `MOTION` if the variables of `CHAOS` are given
+    directory : directory of the campaign
+    name : function from {variable: (cases,)} to words, (cases,) each: of `WORDS`, and
+        of `MOTION` if the variables of `CHAOS` are given
     thresholds : {name: value}, stored as root attributes
     asking : options of the claim, see `store.directory.owner.Asking`
     """
@@ -97,11 +97,11 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words and the meanings of codes; return as `_rename_some`."""
+    """Write new words and meanings of codes; return {(old, new): number of cases}."""
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)
-    for variable in _variables(file):  # the file's codes may have been others
+    for variable in _variables(file):  # the file's codes may have had other meanings
         mark_words(file[variable], ENUMS[variable])
     return changes
 

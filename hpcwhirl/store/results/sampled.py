@@ -29,7 +29,7 @@ def drawn_axis(plan: Manifest) -> Axis:
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
-    """Return {name: JSON} of the root attribute with a plan's [sample], {} for none."""
+    """Return {name: JSON} of the root attribute with a plan's [sample], {} without."""
     if SAMPLE not in plan.base or not plan.settings:
         return {}
     told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
@@ -62,7 +62,7 @@ class Drawn:
     def block(self) -> NDArray[np.int64]:
         """Block of each `saltelli` draw, (cases,).
 
-        0: A, 1: B, 2 + i: A with input i of B.
+        0: A, 1: B, 2 + i: A with input i taken from B.
         """
         return self.draw % (len(self.inputs) + 2)
 

@@ -21,7 +21,7 @@ from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define
 
-NAME = "0001-00000.bin"  # name of a trace file, as a journal's header has it
+NAME = "0001-00000.bin"  # example of a trace file's name in a journal's header
 # traces that `full` keeps in addition to those of `orbit`
 MORE = (
     "tips", "blade_impulse", "point_tips", "point_impulse", "casing", "stress", "worn",

@@ -131,12 +131,12 @@ function parse(text) {
   };
   const call = (name) => {
     if (!Object.hasOwn(FUNCTIONS, name))
-      refuse(`there is no function '${name}', but ${Object.keys(FUNCTIONS).join(", ")}`);
+      refuse(`there is no function '${name}'; there are ${Object.keys(FUNCTIONS).join(", ")}`);
     const [least, most] = FUNCTIONS[name];
     const parts = listed(either, ")");
     const wanted = least === most ? `${least}` : `${least} to ${most}`;
     if (parts.length < least || parts.length > most)
-      refuse(`${name} takes ${wanted}, got ${parts.length}`);
+      refuse(`the number of arguments of ${name} must be ${wanted}, got ${parts.length}`);
     return [name, ...parts];
   };
   const tree = either();
