@@ -389,7 +389,10 @@ def packed(items: Floats) -> Floats:
 
 
 def unpacked(items: Floats, count: int) -> Floats:
-    """Return `packed` coefficients as (count, rows slots), a copy."""
+    """Return the coefficients that `packed` flattened, (count, rows * slots), a copy.
+
+    count : number of coefficients of a wave
+    """
     return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
 
 

@@ -108,7 +108,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
 
 
 class PartCompiler(KernelCompiler):
-    """Numba's compiler of parts, see `PartLibrary`."""
+    """Compiler of functions that only compiled code calls, see `PartLibrary`."""
 
     library = PartLibrary
 

@@ -84,7 +84,10 @@ def filled_rows(items: Floats, k: int) -> Integers:
 
 @inlined
 def holds(c, m):
-    """Return whether any of the places m .. m + 3 holds a mode, by its item KEEP."""
+    """Return whether any of m .. m + 3 is a mode, not padding: its KEEP is not 0.
+
+    c : packed coefficients of all modes
+    """
     at = m * ITEMS + KEEP * FOUR
     return c[at] != 0.0 or c[at + 1] != 0.0 or c[at + 2] != 0.0 or c[at + 3] != 0.0
 

@@ -340,9 +340,13 @@ def gap_before(rows, p, blade, k, q):
 
 @inlined
 def by_forces(table, at, push, where, active, spare, modes, points):
-    """Return the motion over two steps, m, by all forces: a row of `table` times these.
+    """Return what all forces of a step add to the motion of a point over two steps, m.
 
-    at : index at which the row begins in `table`, `SectorRows.opens` or `slides`
+    It is the point's row of `table` times the forces.
+
+    table : `SectorRows.opens` for the gap of the point, `slides` for its sliding
+    at : index at which the row of the point begins
+    push, where, active : multipliers, the points that they act on, and their number
     spare : from entry modes + points on, the cos and sin forces of the pulse
     """
     total = table[at + points] * spare[modes + points]

@@ -232,7 +232,10 @@ def _wanted(
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:
-    """Draw the figure of a line or a case; return its path, or why it was not drawn."""
+    """Draw a figure; return its path, or why it was not drawn.
+
+    of : what it shows: a case, or the cases of a speed series, see `Kind.of`
+    """
     kind = KINDS[name]
     try:
         more = {"transient": transient} if kind.transient else {}

@@ -72,7 +72,7 @@ class Rows:
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return some of the records by position, each at most once."""
+        """Return some of the records by position, without repeats."""
         texts = self.texts
         if texts:
             both = enumerate(which.tolist())

@@ -166,7 +166,11 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the columns from which boundaries follow, {variable: (cases,)}."""
+    """Return the columns that define the boundaries of a refined map.
+
+    {variable: (cases,)}: status, outcome, regime, whirl, the refined inputs and, where
+    attractors are compared, their numbers; cases without a record are "missing"
+    """
     plan, kinds = contents.plan, ("status", "outcome", "regime", "whirl")
     out: dict[str, NDArray[Any]] = {}
     for name in kinds:
