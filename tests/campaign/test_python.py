@@ -582,7 +582,7 @@ def test_words_are_drawn_by_xarrays_own_plot(opened, name):
 def test_results_without_a_file_and_wrong_wishes_are_told(opened):
     with pytest.raises(InputError, match="have no file"):
         xarray.Dataset({"speed": ("case", [1.0])}).hpcwhirl.map()
-    with pytest.raises(InputError, match="map takes x, y, panels"):
+    with pytest.raises(InputError, match="options of map are x, y, panels"):
         opened.hpcwhirl.map(xx="speed")
 
 

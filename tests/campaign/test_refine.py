@@ -784,7 +784,7 @@ def test_shards_are_refused_and_a_dry_run_tells_the_bound(tmp_path, capsys):
     assert main([*words, "--extend", "undecided", "--to", "1"]) == 2
     assert "--extend and [refine]" in capsys.readouterr().err
     assert main([*words, "--dry-run"]) == 0
-    assert f"{17 * 9 * 2} at most" in capsys.readouterr().out
+    assert f"{17 * 9 * 2} cases at most" in capsys.readouterr().out
 
 
 def test_a_dry_run_of_a_finer_campaign_counts_what_words_already_ask_for(

@@ -52,7 +52,7 @@ WRONG = [
     ("run --set modes=2.5", "modes whole 2.5"),
     ("model --set modes=683", "modes <= 682 683"),
     ("run --set frictoin=1", "'frictoin' 'friction'"),
-    ("run --set speed", "name=value 'speed'"),
+    ("run --set speed", "NAME=VALUE 'speed'"),
     ("run missing.toml", "missing.toml No such file"),
     ("campaign missing.toml", "missing.toml No such file"),
     ("run syntax.toml", "syntax.toml TOML line 1"),
