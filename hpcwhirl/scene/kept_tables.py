@@ -164,15 +164,16 @@ def _ascends(rows: Rows) -> bool:
 
 def _text_of(path: Path) -> str:
     """Return the text of a file that is not empty and of at most `MOST_BYTES`."""
+    name = shown(str(path))
     try:
         is_small = path.stat().st_size <= MOST_BYTES and path.is_file()
-        told = f"must name a file of at most {MOST_BYTES} bytes, got {shown(path)}"
+        told = f"must name a file of at most {MOST_BYTES} bytes, got {name}"
         _must(is_small, told)
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeError) as failed:
         why = getattr(failed, "strerror", None) or "it is not UTF-8"
-        raise ValueError(f"cannot read {shown(path)}: {why}") from None
-    told = f"must name a file that has a table, got {shown(path)}, which is empty"
+        raise ValueError(f"cannot read {name}: {why}") from None
+    told = f"must name a file that has a table, got {name}, which is empty"
     _must(text.strip(), told)
     return text
 

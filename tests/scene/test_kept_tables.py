@@ -20,8 +20,8 @@ READERS = {
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (None, "cannot read .*: No such file"),
-        (b"", "must name a file that has a table, .* which is empty"),
+        (None, "cannot read '[^(]*': No such file"),
+        (b"", "must name a file that has a table, got '[^(]*', which is empty"),
         (b"\n \n", "which is empty"),
         (b"\xff\xfe\x00", "it is not UTF-8"),
         (b" " * (MOST_BYTES + 1), f"at most {MOST_BYTES} bytes"),
