@@ -235,7 +235,7 @@ def test_left_out_pairs_are_told(real, tmp_path, capsys):
     with h5py.File(place, "r+") as file:
         file["orbit_radius"][7] = np.nan
     assert main(["sensitivity", str(place), "--of", "orbit_radius"]) == 0
-    told = "orbit_radius: 1 of 32 pairs of draws have a case without a number"
+    told = "orbit_radius: 1 of 32 pairs of draws have a case without this number"
     assert told in capsys.readouterr().err
 
 

@@ -110,7 +110,7 @@ def test_what_the_function_raises_is_a_reason_and_no_failed_case(
         np.testing.assert_equal(data.one.to_numpy(), [np.nan, 1.0])
     err = capsys.readouterr().err
     assert "case 0: measure gave no numbers: KeyError: 'tips'" in err
-    assert "no numbers in 1 of 2 cases, first KeyError: 'tips'" in err
+    assert "no numbers in 1 of 2 cases, the first because of KeyError: 'tips'" in err
     added = {"one", "measure_message"}
     own, other = root_variables(out), root_variables(finished)
     assert {n: v for n, v in own.items() if n not in added} == other  # the same words

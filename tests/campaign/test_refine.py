@@ -754,7 +754,7 @@ def test_whole_numbers_are_refined_to_whole_numbers_alone():
     values = {design.settings_of(i)["solver.modes"] for i in range(6, 6 + 18)}
     assert values == set(range(4, 13))
     assert all(isinstance(value, int) for value in values)
-    with pytest.raises(InputError, match="at most 2 to whole"):
+    with pytest.raises(InputError, match="use at most 2 for whole"):
         design_of({"sweep": sweep, "refine": table | {"levels": 3}})
 
 
