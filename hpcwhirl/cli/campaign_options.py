@@ -10,13 +10,8 @@ from typing import Any, Literal, get_args, get_origin
 
 from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.cli.options import (
-    add_explain,
-    add_json,
-    add_option,
-    add_set,
-    add_take_over,
-)
+from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.options import add_explain, add_json, add_set, add_take_over
 from hpcwhirl.cluster.request import MOST_TASKS
 from hpcwhirl.errors import InputError
 from hpcwhirl.launch import parse_shard

@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import (
-    add_option,
     add_scene,
     add_units,
     asked_units,

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.cli.options import add_option, add_scene_name, scene_of
+from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.options import add_scene_name, scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model

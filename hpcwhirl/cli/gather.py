@@ -6,8 +6,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.command import COMPLETE, FAILED, code_of, tell_failure
-from hpcwhirl.cli.options import OF_CAMPAIGN, add_option, add_take_over
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
 from hpcwhirl.errors import WhirlError
 
 

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hpcwhirl.cli.options import add_option
+from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cluster.request import Request
 from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, MissingFileError

@@ -9,7 +9,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import OR_FILE, add_option, add_units, asked_units
+from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.options import OR_FILE, add_units, asked_units
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

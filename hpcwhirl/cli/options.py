@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.scene import (
     DESIGN_TABLES,
@@ -58,38 +59,6 @@ class _Preset(argparse.Action):
         namespace.preset = name
         inputs = [f"{n}={value}" for n, value in preset_inputs(name).items()]
         setattr(namespace, self.dest, inputs + getattr(namespace, self.dest))
-
-
-def add_option(
-    parser: argparse._ActionsContainer,
-    usage: str,
-    told: str,
-    *,
-    default: Any = None,
-    **how: Any,
-) -> None:
-    """Add an option, declared as its help shows it.
-
-    Parameters
-    ----------
-    parser : parser or group of options
-    usage : the option's names, separated by bars, and its value, as ``--at NAME=V``;
-        without a value the option is a flag
-    told : help text of the option
-    default : default value; a number also sets the option's type, a list means that
-        the option may be repeated
-    how : further arguments of `add_argument`
-    """
-    names, _, shape = usage.partition(" ")
-    if not shape:
-        how = {"action": "store_true"} | how
-    else:
-        how |= {"metavar": shape, "default": default}
-        if isinstance(default, list):
-            how = {"action": "append"} | how
-        elif isinstance(default, int | float):
-            how = {"type": type(default)} | how
-    parser.add_argument(*names.split("|"), help=told, **how)
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:

@@ -5,13 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hpcwhirl.cli.options import (
-    OF_CAMPAIGN,
-    add_option,
-    add_units,
-    asked_units,
-    check_writable,
-)
+from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writable
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

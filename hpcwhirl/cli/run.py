@@ -12,10 +12,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import (
     UNTOUCHED,
     add_explain,
-    add_option,
     add_scene,
     check_writable,
     print_json,

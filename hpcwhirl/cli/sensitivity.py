@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hpcwhirl.cli.options import OR_FILE, add_json, add_option, print_json
+from hpcwhirl.cli.add_option import add_option
+from hpcwhirl.cli.options import OR_FILE, add_json, print_json
 
 if TYPE_CHECKING:
     import xarray

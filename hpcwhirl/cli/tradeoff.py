@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from hpcwhirl import __version__
+from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import (
     add_json,
-    add_option,
     add_set,
     check_writable,
     finite,

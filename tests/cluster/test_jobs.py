@@ -5,6 +5,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -438,3 +439,9 @@ def test_core_hours_are_told_beside_the_time_limit(capsys, monkeypatch):
         line = job_line(more, 32, request("slurm", time="24:00:00"))
         assert f" {told} for all: the job is requeued up to 20 times" in line
         assert f"predicted {rest[0] / 3600:.3g} core-hours" in line
+
+
+def test_a_job_script_loads_no_validation_of_inputs():
+    """Loading pydantic would take longer than all else that the command does."""
+    check = "import sys, hpcwhirl.cli.job; sys.exit('pydantic' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", check], check=False).returncode == 0
