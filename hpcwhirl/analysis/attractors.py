@@ -24,13 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.arrays import Floats
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
 
 if TYPE_CHECKING:
     import xarray
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.str_]
 FARTHEST = 10.0  # largest change of an attractor's features between successive points

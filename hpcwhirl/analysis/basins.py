@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.attractors import attractors
 from hpcwhirl.analysis.shares import shares_of
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, unknown
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.reading.reader import words
@@ -27,7 +28,6 @@ from hpcwhirl.store.results.sampled import drawn_of, is_sampled
 if TYPE_CHECKING:
     import xarray
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 STARTS = (
     "force", "pulse", "nodal_diameter", "direction", "unbalance_phase", "start_energy",

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hpcwhirl.arrays import Floats
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:

@@ -16,13 +16,12 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.dynamics.history import Evidence
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.side_by_side import SideBySide
 
-Floats = NDArray[np.float64]
 ROUND_OFF = 2.0**-52  # least distance that is not round-off, relative to the motion
 BLOCKS = 10  # blocks of growths whose means give the interval of an exponent
 SHARE = 0.95  # confidence level of the interval

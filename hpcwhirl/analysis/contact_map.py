@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.dynamics.kernels.layer import CUT, DEPTH
 from hpcwhirl.dynamics.layer import rod_area
 from hpcwhirl.scene import Scene
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class Touches(NamedTuple):

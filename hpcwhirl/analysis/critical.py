@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.families import (
     Line,
     first_family,
@@ -19,7 +19,6 @@ from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.numbers import zero_between
 from hpcwhirl.reduction.waves import wave_roots
 
-Floats = NDArray[np.float64]
 REACH = 3.0  # ratio of the highest speed searched to Eq. 13 with frequencies at rest
 POINTS = 61  # number of speeds between which crossings are searched
 

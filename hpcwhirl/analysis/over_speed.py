@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hpcwhirl.analysis.regimes import (
     BLOCKS,
@@ -30,7 +29,6 @@ from hpcwhirl.reduction.families import rotor_by_diameter
 from hpcwhirl.reduction.waves import unbalance_speeds
 from hpcwhirl.scene import Scene
 
-Floats = NDArray[np.float64]
 USUAL = Thresholds()
 FEWEST = 4 * BLOCKS  # least number of rows of evidence in a window
 LOOKS = 4096  # number of times between which crossings of a speed are searched

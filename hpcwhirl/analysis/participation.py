@@ -16,15 +16,13 @@ last milliseconds are less certain.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.families import UNKNOWN, family_ranks
 from hpcwhirl.reduction.model import Model
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 LEAST = 1e-9  # singular value, relative to the largest, of linearly dependent signals
 
 

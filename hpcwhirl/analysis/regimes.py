@@ -12,15 +12,14 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hpcwhirl.analysis.rules import words_of_one
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import angle_at, extremes, has_gap_law
 from hpcwhirl.dynamics.history import Evidence, History
 from hpcwhirl.scene import Scene
 
-Floats = NDArray[np.float64]
 Value = float | int | str
 STEADY_SHARE = 0.4  # share of a run, at its end, that is the window of evidence
 BLOCKS = 12  # blocks of the window over which energy is averaged

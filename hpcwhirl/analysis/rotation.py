@@ -6,9 +6,9 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import campbell, critical_of_families, critical_of_waves
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
@@ -32,7 +32,6 @@ from hpcwhirl.reduction.waves import (
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.rules import STANDING, WHOLE
 
-Floats = NDArray[np.float64]
 Waves = dict[str, tuple[Floats, Floats]]
 BESIDE = {"none": "full", "full": "none"}
 

@@ -17,8 +17,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.scene.campaign_tables import SALTELLI
 from hpcwhirl.scene.words import REGIMES
@@ -37,7 +37,6 @@ SEED = 0  # seed of the bootstrap, fixed so that intervals are reproducible
 STILL = 0.01  # largest share of resamples in which no value varies
 WIDE = 0.5  # width of an index's interval above which the index counts as unknown
 FEWEST = 8  # least number of pairs of draws for indices
-Floats = NDArray[np.float64]
 
 
 def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from hpcwhirl.arrays import Complexes, Floats
+
 MOST_KEPT = 8  # number of cached windows, 32 bytes per sample each
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, null_space
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model
@@ -30,8 +31,6 @@ from hpcwhirl.reduction.modes import ModalModel, Spin
 from hpcwhirl.reduction.waves import diameter_matrices, quadratic_roots
 from hpcwhirl.structure import FourierOperator
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 SLOW = 2 * np.pi * 150.0  # rad/s: 1F and suspension of the paper lie below
 
 

@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hpcwhirl.analysis.spectrum import full_spectrum
+from hpcwhirl.arrays import Floats
 
-Floats = NDArray[np.float64]
 FEWEST = 16  # samples below which an orbit has no direction
 
 

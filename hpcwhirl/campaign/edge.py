@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.edge_tracking import HIGH, LOW, OPEN, Tracked, track
 from hpcwhirl.analysis.regimes import Thresholds, evidence, name_regime
 from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import changes
 from hpcwhirl.dynamics.blend import copy_of, distance, put_between
@@ -33,7 +34,6 @@ from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.schemes import SCHEMES
 
-Floats = NDArray[np.float64]
 USUAL = Thresholds()
 AFTER = 2.0  # time at which the two states are taken, in durations of the pulse
 ROWS = 2  # rows of evidence in a stride: 1/6 of the period of `limits.fastest_line`

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.planner.jobs import Completion
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
@@ -24,7 +25,6 @@ from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of
 
-Floats = NDArray[np.float64]
 # A rank counts as gone if none of its cases ended within this multiple of the longest
 # computing time of a case, but at least within `LEAST_PATIENCE`, s.
 PATIENCE = 3.0

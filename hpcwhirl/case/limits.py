@@ -15,8 +15,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import check_release, departure, is_round, shape_of
 from hpcwhirl.case.speed import check_change, extremes
 from hpcwhirl.case.unbalance import check_unbalance, is_unbalanced
@@ -32,7 +32,6 @@ from hpcwhirl.scene.rules import NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
-Floats = NDArray[np.float64]
 MOST_KEPT = 32  # number of cached models, as in `reduction.model`
 SLOWER = 1.072  # see `turned`: largest (1 - t) (1 + 3 t) / (1 + t), at t = 0.155
 SAFE = 0.9  # largest ratio of a step chosen by accuracy to the limits of the step

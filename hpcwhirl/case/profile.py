@@ -21,13 +21,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import HARMONICS, kept_rows
 from hpcwhirl.structure import FourierOperator
 
-Floats = NDArray[np.float64]
 HIGHEST = 64  # highest harmonic that is kept of a table over angle
 LEAST = 1e-9  # amplitude of a harmonic, relative to the largest, that counts as 0
 AROUND = 1 << 14  # number of angles at which the least gap is searched

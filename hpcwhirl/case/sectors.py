@@ -19,6 +19,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import ModelError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, SpinBlock
@@ -27,7 +28,6 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import scaled
 from hpcwhirl.structure import FourierOperator
 
-Floats = NDArray[np.float64]
 NONE = np.zeros((0, 0))
 MOST_KEPT = 32  # number of cached models of one sector
 

@@ -15,14 +15,13 @@ from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.kept_tables import kept_rows
 
-Floats = NDArray[np.float64]
 USUAL = 1e-4  # accuracy of the intervals if `solver.accuracy` is not given
 STANDS = 1e-6  # speed, relative to the largest, that counts as standstill
 MOST_STEPS = 4096  # largest number of steps of an interval

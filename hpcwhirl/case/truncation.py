@@ -45,6 +45,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.bodies import casing_model, file_model, rotor_model, tip_rows
 from hpcwhirl.reduction.model import has_families
 from hpcwhirl.reduction.modes import ModalModel
@@ -54,7 +55,6 @@ from hpcwhirl.scene import Casing, Rotor, Scene, apply_settings, content_digest
 from hpcwhirl.scene.input_names import Value
 from hpcwhirl.structure import FourierOperator, bladed_disk
 
-Floats = NDArray[np.float64]
 FINEST = 160  # harmonics of the reference ring
 FINEST_FAMILIES = 8  # fixed-interface modes per blade of the reference rotor
 WINDOW = 2e-3  # s, time after a strike in which motions are compared

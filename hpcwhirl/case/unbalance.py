@@ -20,8 +20,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.profile import room_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -32,8 +32,6 @@ from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 CLEAR = 0.1  # share of the gap that is left at each blade when a run begins
 MOST_KEPT = 32  # number of cached circles
 

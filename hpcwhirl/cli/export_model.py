@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import add_scene_name, scene_of
@@ -21,7 +21,6 @@ from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.scene import to_toml
 from hpcwhirl.structure import FourierOperator
 
-Floats = NDArray[np.float64]
 RIGID = 1e-5  # ratio to the highest frequency below which a mode may be rigid
 LAYOUT = (
     "rotor: coordinates are tip radial and tangential of blade 0, 1, ... (rotating "

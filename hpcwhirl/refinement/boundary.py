@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.refinement.words import Word, apart
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 NONE = -1  # row of a missing case
 STATES = ("even", "mixed", "speckle")  # states of a cell

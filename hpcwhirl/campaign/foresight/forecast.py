@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.campaign.finalize import facts_of
 from hpcwhirl.campaign.foresight.foreseen import Beyond, grown
 from hpcwhirl.campaign.plan.cost import Costs, costs_of, time_steps
@@ -54,7 +55,6 @@ DRAWN, A_CELL = 1.7, 4e-6
 PAGE, A_RECORD = 0.07, 8e-4
 RODS = ("engine.casing.layer_edge", "engine.rotor.radius", "engine.casing.layer_rods")
 KEEPING = ("orbit", "full")  # values of output.traces that keep traces
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.errors import WhirlError
 from hpcwhirl.planner.planner import Planner
@@ -28,7 +29,6 @@ from hpcwhirl.scene.schemes import SCHEMES, USUAL
 from hpcwhirl.scene.table import Values, listed
 from hpcwhirl.store.models.engine_file import points_named
 
-Floats = NDArray[np.float64]
 NEAREST = 4  # number of finished cases from which a prediction is taken
 MOST_KNOWN = 4096  # largest number of finished cases considered
 APART = 10.0  # distance between different words; numeric inputs range over 0 .. 1

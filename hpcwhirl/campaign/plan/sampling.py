@@ -17,8 +17,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, as_table
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.batch_validation import Many
@@ -30,7 +30,6 @@ from hpcwhirl.scene.table import Axis, Table, listed
 from hpcwhirl.store.directory.manifest import SAMPLE
 from hpcwhirl.store.results.sampled import TUNED
 
-Floats = NDArray[np.float64]
 BLADES = "engine.rotor.blades"
 
 

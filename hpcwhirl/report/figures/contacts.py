@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.contact_map import Touches, lobes_of, touches
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.errors import InputError
@@ -19,7 +20,6 @@ from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
-Floats = NDArray[np.float64]
 BINS = 120  # number of cells along time and around the casing
 DECADES = 1e-3  # least impulse on the scale of colours, relative to the largest
 MICRO = 1e6  # micrometres in a metre

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.analysis.rotation import (
@@ -18,6 +17,7 @@ from hpcwhirl.analysis.rotation import (
     growth_over,
     waves_over,
 )
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import (
@@ -36,7 +36,6 @@ from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, word_of
 from hpcwhirl.store.reading.results_file import Results
 
-Floats = NDArray[np.float64]
 MARGIN = 1.2
 POINTS = 61  # speeds at which curves are computed
 FAMILIES = ("1F", "2F", "suspension")

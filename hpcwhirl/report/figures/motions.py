@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.whirl import section
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.labels import axis_of, legend_below, title_of
 from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
-Floats = NDArray[np.float64]
 LIGHT, DARK = "#9ecae1", "#08306b"
 MOST_POINTS = 20_000
 TURNED = np.radians(15.0)  # turn of the path at a sample above which the path is coarse

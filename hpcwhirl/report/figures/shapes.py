@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
@@ -16,7 +16,6 @@ from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 
-Floats = NDArray[np.float64]
 NODE = 3  # DoF of a node: radial, tangential, rotation
 LARGEST = 0.2  # largest drawn displacement, in tip radii
 MIN_BLADES = 3

@@ -19,6 +19,7 @@ from hpcwhirl.analysis.spectrum import (
 )
 from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
 from hpcwhirl.analysis.whirl import section
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.errors import InputError
@@ -41,7 +42,6 @@ from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
 
-Floats = NDArray[np.float64]
 STEADY_AFTER = 5.0  # revolutions left out of spectra, as in the paper's Figs. 6 and 7
 FEW_TURNS = 50  # revolutions, up to which dots are larger
 PLAIN = 10.0  # largest |work / losses| up to which the axis is linear

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
@@ -17,7 +17,6 @@ from hpcwhirl.report.labels import DIVERGING, axis_of, legend_below, title_of
 from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.results_file import Results
 
-Floats = NDArray[np.float64]
 MOST_COLUMNS = 600  # largest number of cells of a map along time
 DIRECTIONS = "radial", "tangential"
 MEGA = 1e-6  # MPa in a Pa

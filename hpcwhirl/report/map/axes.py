@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.store.reading.select import value_text
 
-Floats = NDArray[np.float64]
 WIDEST = 5.0  # ratio of largest to least value from which an axis may be logarithmic
 MOST_TICKS = 14  # number of values up to which each has a tick
 LONGEST = 26  # largest number of characters of a text on an axis

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hpcwhirl.analysis.basins import in_order, with_attractors
 from hpcwhirl.analysis.columns import numbers, source_of
 from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
 from hpcwhirl.report.labels import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
@@ -24,7 +25,6 @@ from hpcwhirl.store.reading.shares import MAJORITY
 if TYPE_CHECKING:
     import xarray
 
-Floats = NDArray[np.float64]
 DECADES = 100.0  # ratio of largest to least number from which a scale is logarithmic
 KEPT = 1e-4  # least |number| on a signed logarithmic scale, relative to the largest
 INK = "#000000"

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.rotation import critical_of
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import eq13_of
@@ -24,7 +25,6 @@ CLOSE = 0.035  # fraction of the speed axis within which labels would overlap
 # Largest number of models along the other axis; critical speeds between two of them
 # are taken as constant.
 MOST_MODELS = 7
-Floats = NDArray[np.float64]
 Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 
 

@@ -13,6 +13,7 @@ from matplotlib.path import Path
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.report.map.axes import Axis, straight
 from hpcwhirl.report.map.colours import HATCHES, INK, Colours
 from hpcwhirl.report.map.data import Picture
@@ -25,7 +26,6 @@ FAINT = 0.45  # opacity of this raster, behind the points
 NO_CELL = -1
 NARROW = 9.0  # points, width of a letter or a marker
 MOST_DRAWN = 2000  # largest number of vector shapes in an SVG; more are rasterized
-Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 

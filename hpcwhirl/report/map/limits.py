@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.labels import FIXED, SEQUENTIAL, legend_below, name_of
 from hpcwhirl.report.map.captions import engine_of, shared
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from hpcwhirl.analysis.margins import FirstChange
 
-Floats = NDArray[np.float64]
 INK, UNMET = "#1F4E79", "#8A8A8A"
 MOST_AXES = 2
 

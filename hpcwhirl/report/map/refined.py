@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.refinement.boundary import STATES
 from hpcwhirl.report.map.axes import Axis
 from hpcwhirl.report.map.colours import INK
@@ -21,7 +22,6 @@ LOOKS: dict[str, dict[str, Any]] = {
     "confirmed": {"linewidth": 0.3, "edgecolor": INK, "alpha": 0.45},
 }
 MOST_EDGED = 300  # number of cases up to which cells have white edges
-Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
 

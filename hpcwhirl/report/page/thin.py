@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.analysis.spectrum import full_spectrum
+from hpcwhirl.arrays import Floats
 
-Floats = NDArray[np.float64]
 Traces = dict[str, Floats]
 TARGET = 4_200_000  # bytes of all records of a page, unless records become too small
 THINNEST, FINEST = 600, 12_000  # bytes of a record, smallest and largest

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.errors import InputError, as_table, shown, unknown
 from hpcwhirl.scene.documents import load_document
 from hpcwhirl.scene.input_names import is_number, is_whole
@@ -32,8 +32,6 @@ from hpcwhirl.store.models.engine_file import (
 )
 from hpcwhirl.store.models.sparse_file import read_matrix, read_rows, read_vector
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 MOST_BLADES = LARGEST // 2 - 1
 EXAMPLE = Path(__file__).with_name("wheel_example.toml")
 FAMILIES = 5  # default number of mode families that are kept

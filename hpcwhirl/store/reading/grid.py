@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import Cells
 from hpcwhirl.store.directory.refined import PLACE
@@ -21,7 +22,6 @@ SPARSEST = 4.0  # largest number of grid cells for each case
 MOST = 20_000_000  # largest number of points of a grid
 CELL = [field.name for field in fields(Cells)]
 Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 
 def grid(data: xarray.Dataset) -> xarray.Dataset:
