@@ -14,6 +14,7 @@ import h5py
 import made_up
 import numpy as np
 import pytest
+import xarray
 from journals import plan_of
 from launch import ended
 from specimen import begin
@@ -23,6 +24,7 @@ from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import INPUTS, TRACES, variable_name
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.manifest import PlanFile
+from hpcwhirl.store.reading.reader import GROUPS, open_coded
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.layout import CONVENTIONS
 
@@ -188,3 +190,28 @@ def test_a_checker_of_others_finds_no_error_and_no_warning(made, tmp_path):
         ]
         assert wrong == [], name
         assert told["high_count"] == 0, name
+
+
+@pytest.mark.parametrize(
+    "kind", [*SWEEPS, "full", "sampled", "refined", "named", "one"]
+)
+def test_results_are_those_that_xarray_reads_by_itself(made, kind):
+    asked = {"engine": "h5netcdf", "mask_and_scale": False, "decode_times": False}
+    names = set()
+    with h5py.File(made[kind]) as file:
+        groups = ["", *filter(file.__contains__, GROUPS)]
+    with open_coded(made[kind]) as ours:
+        for group in groups:
+            with xarray.open_dataset(made[kind], group=group or None, **asked) as own:
+                for name in own.variables.keys() - ({"case"} if group else set()):
+                    theirs = own[name]
+                    known = name if name in own.dims else GROUPS.get(group, "") + name
+                    names.add(known)
+                    values = theirs.values
+                    if values.dtype.kind == "S":
+                        values = np.char.decode(values, "utf-8")
+                    np.testing.assert_array_equal(ours[known], values)
+                    assert ours[known].dims == theirs.dims
+                    assert ours[known].attrs.get("units") == theirs.attrs.get("units")
+                    assert group or (name in ours.coords) == (name in own.coords)
+        assert names == set(ours.variables)

@@ -46,7 +46,11 @@ def after(monkeypatch, place, name, act):
 
 @pytest.mark.parametrize(
     "moment",
-    [(xarray_store, "opened"), (xarray, "open_dataset"), (xarray, "decode_cf")],
+    [
+        (xarray_store, "opened"),
+        (xarray_store, "attributes_of"),
+        (xarray, "open_dataset"),
+    ],
 )
 def test_results_replaced_while_they_are_opened_are_those_of_one_file(
     two, monkeypatch, moment

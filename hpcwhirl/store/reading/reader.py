@@ -11,7 +11,7 @@ import numpy as np
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.reading.results_file import attribute, results_of
+from hpcwhirl.store.reading.results_file import results_of
 
 if TYPE_CHECKING:
     import xarray
@@ -53,47 +53,32 @@ def open_coded(path: Path | str) -> xarray.Dataset:
 def _opened(
     path: Path | str, finish: Callable[[xarray.Dataset], xarray.Dataset]
 ) -> xarray.Dataset:
-    """Return the groups of a file, decoded, passed through `finish`, and merged."""
-    from hpcwhirl.store.reading.xarray_store import groups_of
+    """Return the groups of a file, decoded on access, passed through `finish`."""
+    import xarray
+
+    from hpcwhirl.store.reading.xarray_store import ResultsStore
 
     place = results_of(Path(path))
     with reading(place):
-        found = groups_of(place, list(GROUPS))
-        root = merged = found.pop("")
+        store = ResultsStore(place, GROUPS)
         try:
-            for name, own in found.items():
-                # only the root group has the values of the dimension `case`
-                more = own.drop_vars("case", errors="ignore")
-                front = {n: f"{GROUPS[name]}{n}" for n in more.data_vars}
-                merged = merged.merge(more.rename(front))
-            data = finish(_decoded(merged.assign_attrs(root.attrs)))
+            data = xarray.open_dataset(store, mask_and_scale=False, decode_times=False)
+            data = finish(data)
         except BaseException:
-            root.close()
+            store.close()
             raise
-    data.set_close(root.close)
-    return data
-
-
-def _decoded(data: xarray.Dataset) -> xarray.Dataset:
-    """Return the file's variables, bytes decoded to text on access; nothing is read."""
-    import xarray
-
-    for name, variable in data.variables.items():
-        if variable.dtype.kind == "S":  # decoded by xarray on access
-            data[name].attrs["_Encoding"] = "utf-8"
-    data = xarray.decode_cf(data, mask_and_scale=False, decode_times=False)
-    for attributes in (data.attrs, *(v.attrs for v in data.variables.values())):
-        attributes.update({n: attribute(value) for n, value in attributes.items()})
+    data.set_close(store.close)
     return data
 
 
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
     """Return decoded results with words instead of codes, which are read now."""
+    named = {}
     for name in ENUMS.keys() & data.variables.keys():
-        named = data[name].copy(data=words(data[name]))
-        named.attrs.pop("flag_values", None)
-        data[name] = named
-    return data
+        coded = data.variables[name]
+        told = {n: v for n, v in coded.attrs.items() if n != "flag_values"}
+        named[name] = (coded.dims, words(data[name]), told)
+    return data.assign(named)
 
 
 def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:

@@ -1,70 +1,118 @@
-"""A results file for xarray, opened once, so that all groups come from one file.
+"""The variables of a results file for xarray, which reads them where they are indexed.
 
-If each group were opened by path, the file could be replaced between two of them.
+xarray's reader of netCDF-4, h5netcdf, asks the file some twenty times about each of a
+hundred variables, which took most of the time of opening results.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
-import xarray
-from xarray.backends import FileManager, H5NetCDFStore
+import h5py
+from xarray import Variable
+from xarray.backends import AbstractDataStore, BackendArray
+from xarray.core import indexing
 
-from hpcwhirl.store.reading.results_file import opened
+from hpcwhirl.store.reading.results_file import attribute, opened
 
-
-class _OneFile(FileManager[Any]):
-    """File manager of xarray for one open file; unpickling opens the file again."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._hdf5 = opened(path)
-        self._netcdf = h5netcdf.File(self._hdf5, "r")
-
-    def acquire(self, needs_lock: bool = True) -> Any:  # noqa: FBT001, FBT002 - xarray's
-        """Return the file."""
-        del needs_lock
-        return self._netcdf
-
-    @contextmanager
-    def acquire_context(self, needs_lock: bool = True) -> Iterator[Any]:  # noqa: FBT001, FBT002
-        """Yield the file."""
-        yield self.acquire(needs_lock)
-
-    def close(self, needs_lock: bool = True) -> None:  # noqa: FBT001, FBT002
-        """Close the file."""
-        del needs_lock
-        self._netcdf.close()
-        self._hdf5.close()
-
-    def __getstate__(self) -> Path:
-        return self.path
-
-    def __setstate__(self, path: Path) -> None:
-        self.__init__(path)  # type: ignore[misc]
+NETCDF = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid",
+          "_Netcdf4Coordinates", "_NCProperties"}  # attributes of its own  # fmt: skip
 
 
-def groups_of(path: Path, known: list[str]) -> dict[str, xarray.Dataset]:
-    """Return {"": root group, name: group} for those groups that exist, undecoded.
+class ResultsStore(AbstractDataStore):
+    """Some groups of one results file as one store; unpickling opens the file again.
 
-    Closing the root closes the file.
+    If each group were opened by path, the file could be replaced between two of them.
+
+    Parameters
+    ----------
+    path : path of the file
+    prefixes : {group: prefix of the names of its variables}, of groups that may be
+        absent; axes have none, and the axis `case` is that of the root group
 
     Raises
     ------
     MissingFileError, StoreError
         if `path` is no complete results file of this format
     """
-    file = _OneFile(path)
-    there = [name for name in known if name in file.acquire().groups]
-    found = {
-        name: xarray.open_dataset(
-            H5NetCDFStore(file, group=name or None, mode="r"), decode_cf=False
+
+    def __init__(self, path: Path, prefixes: dict[str, str]) -> None:
+        self.path, self.prefixes = path, prefixes
+        self.file = opened(path)
+
+    def get_attrs(self) -> dict[str, Any]:
+        """Return the attributes of the root group."""
+        return attributes_of(self.file)
+
+    def get_variables(self) -> dict[str, Variable]:
+        """Return {name: variable}; nothing is read yet."""
+        found = {n: self._variable(n) for n in _datasets(self.file)}
+        for group in filter(self.file.__contains__, self.prefixes):
+            for name in _datasets(self.file[group]):
+                variable = self._variable(f"{group}/{name}")
+                if variable.dims == (name,):
+                    found.setdefault(name, variable)
+                else:
+                    found[self.prefixes[group] + name] = variable
+        return found
+
+    def _variable(self, place: str) -> Variable:
+        """Return a variable with its axes' names and its attributes."""
+        column = _Column(self, place)
+        data = column.data
+        axes = data.attrs.get("DIMENSION_LIST")
+        names = [place] if axes is None else [_name_of(self.file, a[0]) for a in axes]
+        dims = [name.rpartition("/")[2] for name in names]
+        attributes = attributes_of(data)
+        if data.dtype.kind == "S":  # decoded by xarray on access
+            attributes["_Encoding"] = "utf-8"
+        return Variable(dims, indexing.LazilyIndexedArray(column), attributes)
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+    def __reduce__(self) -> Any:
+        """Pickle what opens the file again."""
+        return type(self), (self.path, self.prefixes)
+
+
+class _Column(BackendArray):
+    """A variable of an open file, given by its path in the file.
+
+    It is read as xarray indexes it.
+    """
+
+    def __init__(self, store: ResultsStore, place: str) -> None:
+        self.store, self.place, self.data = store, place, store.file[place]
+        self.shape, self.dtype = self.data.shape, self.data.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        """Read the elements that xarray's index selects."""
+        able = indexing.IndexingSupport.OUTER_1VECTOR
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, able, self.data.__getitem__
         )
-        for name in ("", *there)
-    }
-    found[""].set_close(file.close)
-    return found
+
+    def __reduce__(self) -> Any:
+        """Pickle the store and the path; an open HDF5 variable cannot be pickled."""
+        return type(self), (self.store, self.place)
+
+
+def _datasets(group: h5py.Group) -> Iterator[str]:
+    """Yield the names of a group's variables."""
+    for name in group:
+        if group.get(name, getclass=True) is h5py.Dataset:
+            yield name
+
+
+def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
+    """Return the path in the file of the variable that a reference points to."""
+    return str(h5py.h5r.get_name(axis, file.id), "utf-8")
+
+
+def attributes_of(data: h5py.Group | h5py.Dataset) -> dict[str, Any]:
+    """Return the attributes of a group or variable without those of netCDF itself."""
+    return {n: attribute(data.attrs[n]) for n in data.attrs if n not in NETCDF}
