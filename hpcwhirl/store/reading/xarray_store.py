@@ -68,7 +68,8 @@ class ResultsStore(AbstractDataStore):
         attributes = attributes_of(data)
         if data.dtype.kind == "S":  # decoded by xarray on access
             attributes["_Encoding"] = "utf-8"
-        return Variable(dims, indexing.LazilyIndexedArray(column), attributes)
+        lazy = indexing.LazilyIndexedArray(column)
+        return Variable(dims, lazy, attributes, {"source": self.file.filename})
 
     def close(self) -> None:
         """Close the file."""
