@@ -101,6 +101,8 @@ class History:
     circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
         at rows of evidence; energies are those of the motion about it; 0 without
         unbalance
+    blur : energy, J, and squared distance of the centre, m^2, up to which a motion
+        about the circle may be round-off; 0 for schemes that compute this motion
     worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
@@ -139,6 +141,7 @@ class History:
     worn: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
+    blur: tuple[float, float] = (0.0, 0.0)
 
 
 def since(history: History, start: float) -> History:
