@@ -14,7 +14,8 @@ LEDGER_TERMS = (
     # force
     "damping",  # lost in modal damping, J, >= 0
     "pulse",  # work of the loading, J; with that of an unbalance put on at the start
-    "impact",  # lost in inelastic impacts, J, >= 0
+    "impact",  # lost in inelastic impacts, J, >= 0; of scheme `exact` with an error,
+    # relative to `rotation`, of second order in the time step
     "wear",  # spent on wear of a layer, plastic or by rubbing, J, >= 0
     "friction",  # work of friction on the motions of both bodies, J
     "rotation",  # work of the rotation, -lambda Omega dw/dtheta; w with the shape, J
