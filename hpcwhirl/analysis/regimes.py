@@ -7,7 +7,7 @@ numbers into words, so that results can be relabelled without integrating again.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 
@@ -143,37 +143,46 @@ def _levels(means: Floats) -> Floats:
     return np.where(moving, 0.5 * np.log(np.where(moving, means, 1.0)), -np.inf)
 
 
-def growth(time: Floats, energy: Floats) -> tuple[float, float]:
+def growth(time: Floats, energy: Floats, rest: float = NOTHING) -> tuple[float, float]:
     """Return the growth rate of ln sqrt(energy) and its standard error, 1/s.
 
     The rate is that of a line fitted to the levels of blocks. The error follows from
     the distance of each level from the mean of its neighbours, so that a smooth rise
     has no error, even if it accelerates. A body at rest has rate 0 and error 0; a body
     that came to rest within the window has the smallest decay rate that explains this.
+
+    rest : J, energy up to which it may be at rest
     """
-    return growths(np.stack([time, energy]))[0]
+    return growths(np.stack([time, energy]), [rest])[0]
 
 
-def growths(rows: Floats) -> list[tuple[float, float]]:
+def growths(
+    rows: Floats, rests: Sequence[float] | None = None
+) -> list[tuple[float, float]]:
     """Return `growth` for each of m energies.
 
     rows : (1 + m, n), first the time, s, then the energies, J
+    rests : m energies, J, up to which each may be at rest; None: `NOTHING`
     """
     count = min(BLOCKS, rows.shape[1])
     if count < 3:
         return [(0.0, 0.0)] * (len(rows) - 1)
     means = block_means(rows, count)
-    return _fitted(means[0], _levels(means[1:]))
+    floors = np.array([NOTHING] * (len(rows) - 1) if rests is None else rests)
+    return _fitted(means[0], _levels(means[1:]), floors)
 
 
-def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
-    """Return [(rate, standard error)], 1/s, of levels (m, count) at times (count,)."""
+def _fitted(at: Floats, level: Floats, rests: Floats) -> list[tuple[float, float]]:
+    """Return [(rate, standard error)], 1/s, of levels (m, count) at times (count,).
+
+    rests : (m,), J, energies up to which each may be at rest
+    """
     moving = np.asarray(np.isfinite(level).all(axis=1))
     if not moving.all():
-        fits = iter(_fitted(at, level[moving]))
+        fits = iter(_fitted(at, level[moving], rests[moving]))
         return [
-            next(fits) if moves else (_come_to_rest(at, series), 0.0)
-            for moves, series in zip(moving, level, strict=True)
+            next(fits) if moves else (_come_to_rest(at, series, float(rest)), 0.0)
+            for moves, series, rest in zip(moving, level, rests, strict=True)
         ]
     away = at - np.add.reduce(at) / len(at)
     spread = away @ away
@@ -186,16 +195,18 @@ def _fitted(at: Floats, level: Floats) -> list[tuple[float, float]]:
     ]
 
 
-def _come_to_rest(at: Floats, level: Floats) -> float:
+def _come_to_rest(at: Floats, level: Floats, floor: float) -> float:
     """Return the decay rate, 1/s, from the first block to the first block at rest.
 
     Return 0 for a body that is at rest in the first block, or moves again later.
+
+    floor : J, energy up to which it may be at rest
     """
     moving = np.isfinite(level)
     rest = int(np.argmin(moving))
     if rest == 0 or moving[rest:].any():
         return 0.0
-    fall = 0.5 * np.log(NOTHING) - level[0]
+    fall = 0.5 * np.log(floor) - level[0]
     return float(fall / (at[rest] - at[0]))
 
 
@@ -252,7 +263,7 @@ def evidence(
     step_share (-), gap_scale (m), slip_ratio (-, see `slip_ratio`), ledger_pulse,
     ledger_friction, ledger_rotation (J, of the whole run)
     """
-    judged, end = history.judged, history.end
+    judged, end = _resolved(history), history.end
     start = (1 - STEADY_SHARE) * end
     first = int(np.searchsorted(judged.time, start, side="right"))
     time, centre = judged.time[first:], judged.centre[first:]
@@ -260,10 +271,11 @@ def evidence(
         centre, angle_at(scene, time) if angles is None else angles[first:]
     )
     with np.errstate(all="ignore"):  # the outcome of a run not finite is its `stop`
-        rates, mean = _growing(scene, judged, history.circle, start)
+        rates, mean = _growing(scene, judged, history, start)
         if len(judged.whole) and history.last_contact > start:
-            still = replace(judged, rotor=judged.whole), np.zeros_like(judged.centre)
-            held = _growing(scene, *still, start)
+            whole = replace(judged, rotor=judged.whole)
+            about = replace(history, circle=np.zeros_like(judged.centre))
+            held = _growing(scene, whole, about, start)
             rates, mean = min((rates, mean), held, key=lambda one: _change_of(one[0]))
         driven = len(judged.whole) > 0 and bool(history.circle.any())
         if driven or has_gap_law(scene):
@@ -299,18 +311,21 @@ def evidence(
 
 
 def _growing(
-    scene: Scene, judged: Evidence, circle: Floats, start: float
+    scene: Scene, judged: Evidence, history: History, start: float
 ) -> tuple[dict[str, float], float]:
     """Return ({name: growth rate or `summit`}, mean energy, J) of a window.
 
-    circle : (b, 2) or (1, 2), m, about which the orbit is measured
+    history : with the circle about which the orbit is measured
     start : s, beginning of the window
     """
     first = int(np.searchsorted(judged.time, start, side="right"))
     time, centre = judged.time[first:], judged.centre[first:]
     energy, rotor, casing = _energies(scene, judged)
     energies = energy[first:], rotor[first:], casing[first:]
-    rates = _rates(np.stack([time, *energies, _squared(centre, circle[first:])]))
+    least, far = history.blur
+    squared = _squared(centre, history.circle[first:], far)
+    rest = max(least, NOTHING)
+    rates = _rates(np.stack([time, *energies, squared]), (rest, rest, NOTHING, NOTHING))
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
 
@@ -322,6 +337,16 @@ def _change_of(rates: dict[str, float]) -> float:
 
 def _turns(scene: Scene) -> bool:
     return scene.engine.rotation == "full"
+
+
+def _resolved(history: History) -> Evidence:
+    """Return evidence in which a rotor that only round-off moves has no energy."""
+    judged, (least, _) = history.judged, history.blur
+    if least == 0.0:
+        return judged
+    return replace(
+        judged, rotor=np.where(np.abs(judged.rotor) > least, judged.rotor, 0.0)
+    )
 
 
 def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
@@ -337,17 +362,18 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
     return energy, rotor, casing
 
 
-def _squared(centre: Floats, circle: Floats) -> Floats:
+def _squared(centre: Floats, circle: Floats, far: float) -> Floats:
     """Return the squared distance of the centre from an unbalanced rotor's circle, m^2.
 
     centre, circle : (n, 2), m, rotating frame; distances below `HARDLY` of the circle
         are round-off and become 0
+    far : m^2, squared distance up to which round-off may move the centre
     """
     if not circle.any():
         return np.asarray(centre[:, 0] ** 2 + centre[:, 1] ** 2)
     away = centre - circle
     squared = away[:, 0] ** 2 + away[:, 1] ** 2
-    least = HARDLY**2 * (circle[:, 0] ** 2 + circle[:, 1] ** 2)
+    least = np.maximum(far, HARDLY**2 * (circle[:, 0] ** 2 + circle[:, 1] ** 2))
     return np.where(squared > least, squared, 0.0)
 
 
@@ -364,13 +390,14 @@ def slip_ratio(scene: Scene, history: History) -> float:
     return _finite(history.slip / rim) if rim > 0.0 else 0.0
 
 
-def _rates(rows: Floats) -> dict[str, float]:
+def _rates(rows: Floats, rests: Sequence[float]) -> dict[str, float]:
     """Return the growth rates of the whole motion and of its parts, 1/s.
 
     rows : (5, n): time; energy of both bodies, of the rotor, of the casing, J; orbit
         radius squared, m^2
+    rests : of these four, the values up to which each may be at rest
     """
-    (rate, error), *others = growths(rows)
+    (rate, error), *others = growths(rows, rests)
     rotor, casing, centre = (growing for growing, _ in others)
     last = 3 * rows.shape[1] // 4
     return {
@@ -379,7 +406,7 @@ def _rates(rows: Floats) -> dict[str, float]:
         "growth_rotor": rotor,
         "growth_casing": casing,
         "growth_centre": centre,
-        "growth_last": growths(rows[:2, last:])[0][0],
+        "growth_last": growths(rows[:2, last:], rests[:1])[0][0],
     }
 
 
@@ -396,7 +423,9 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
     """Return the worst violation of the energy ledger, relative to its throughput.
 
     The residual must be zero; the energy of a stable scheme and the energy lost to
-    damping must not be negative. 1 if the run is not finite.
+    damping must not be negative. 1 if the run is not finite. A violation that round-off
+    explains is none: of an amplitude b, E_b = b^2 being `History.blur`, it changes a
+    motion of amplitude a by 2 a b + b^2.
 
     turns : whether rotation is full; then Jacobi's energy may be negative beyond a
         critical speed, and so may losses, since non-rotating supports may feed energy
@@ -408,7 +437,9 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
     through = sum(abs(value) for value in ledger.values())
     least = min(ledger["energy"], float(history.judged.energy.min(initial=0.0)))
     wrong = residual if turns else max(residual, -least, -ledger["damping"])
-    if through < NOTHING and wrong < NOTHING:
+    blur = history.blur[0]
+    allowed = blur + 2.0 * math.sqrt(blur * through)
+    if wrong <= allowed or (through < NOTHING and wrong < NOTHING):
         return 0.0
     error = wrong / through if through > 0.0 else 1.0
     return float(error) if math.isfinite(error) else 1.0

@@ -63,7 +63,8 @@ def compute(
     ----------
     case, digest : the case, and the digest by which its state is stored
     checkpoints : storage of its state; the caller removes the state afterwards
-    limit : longest computing time of the case in all runs together, s
+    limit : longest computing time of the case in all runs together, s; compiling does
+        not count
     between : called between slices of the integration; may raise `Stop`
     keep : whether the last state is saved if the regime may change in a longer run
 
@@ -74,16 +75,12 @@ def compute(
     """
 
     def before(case: Case, start: Motion | None) -> Ended:
-        course = Course(case, start, keep=False)
+        course = _compiled(case, start, between, keep=False)
         result = course.run(lambda: _within(course, limit, between), measure=False)
         return result.row, course.march
 
     case, start = begun(case, before, checkpoints)
-    with breakable(between):
-        course = Course(case, start, keep=keep)
-        if not course.march.is_compiled:
-            course.march.advance(0)
-    course.march.seconds = 0.0
+    course = _compiled(case, start, between, keep=keep)
     checkpoints.set_out(digest, course)
 
     def guard() -> None:
@@ -103,6 +100,20 @@ def compute(
     if case.given.branch:
         checkpoints.keep(digest, end_of(result.row, course.march))
     return result
+
+
+def _compiled(
+    case: Case, start: Motion | None, between: Callable[[], None], *, keep: bool
+) -> Course:
+    """Return a case's integration before its first step, with compiled kernels.
+
+    case, start, keep : arguments of `Course`
+    between : called while kernels compile; may raise `Stop`
+    """
+    with breakable(between):
+        course = Course(case, start, keep=keep)
+        course.march.warm()
+    return course
 
 
 def _within(course: Course, limit: float, between: Callable[[], None]) -> None:

@@ -89,7 +89,7 @@ class Evaluator:
         self.beside = array("d")  # s, time outside the kernel, of each result
 
     def warm(self, cases: Sequence[int]) -> None:
-        """Compile the kernels that some cases need, by one step of one case each."""
+        """Compile the kernels that some cases need."""
         cases = self._kinds(cases)
         self.context.running.begin(self.design.digest(case) for case in cases)
         if self.context.policy.isolate:

@@ -28,7 +28,7 @@ from hpcwhirl.reduction.supports import Bearing, Support
 from hpcwhirl.reduction.waves import stiff_up_to
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
-from hpcwhirl.scene.rules import NO_BLADE
+from hpcwhirl.scene.rules import MOST_STEPS, NO_BLADE
 from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
@@ -52,6 +52,7 @@ def check_limits(model: Model, scene: Scene) -> None:
     check_supports(model, scene)
     check_unbalance(model, scene)
     check_step(model, scene)
+    check_count(scene)
     check_loading(scene)
     check_turn(model, scene)
     check_layer(scene)
@@ -190,6 +191,16 @@ def check_step(model: Model, scene: Scene) -> None:
         raise InputError(
             f"time_step must be < {limit:.6g} s (2 / omega_max of the {body}), "
             f"got {step:.6g}"
+        )
+
+
+def check_count(scene: Scene) -> None:
+    """Raise InputError if the step that accuracy chooses gives too many steps."""
+    step, end = scene.solver.time_step, scene.end_times[-1]
+    if not end <= MOST_STEPS * step:
+        raise InputError(
+            f"duration must be <= {MOST_STEPS * step:.3g} s ({MOST_STEPS:g} steps of "
+            f"{step:.3g} s, which accuracy asks for), got {end:.6g}"
         )
 
 

@@ -14,7 +14,8 @@ LEDGER_TERMS = (
     # force
     "damping",  # lost in modal damping, J, >= 0
     "pulse",  # work of the loading, J; with that of an unbalance put on at the start
-    "impact",  # lost in inelastic impacts, J, >= 0
+    "impact",  # lost in inelastic impacts, J, >= 0; of scheme `exact` with an error,
+    # relative to `rotation`, of second order in the time step
     "wear",  # spent on wear of a layer, plastic or by rubbing, J, >= 0
     "friction",  # work of friction on the motions of both bodies, J
     "rotation",  # work of the rotation, -lambda Omega dw/dtheta; w with the shape, J
@@ -101,6 +102,8 @@ class History:
     circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
         at rows of evidence; energies are those of the motion about it; 0 without
         unbalance
+    blur : energy, J, and squared distance of the centre, m^2, up to which a motion
+        about the circle may be round-off; 0 for schemes that compute this motion
     worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
@@ -139,6 +142,7 @@ class History:
     worn: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
+    blur: tuple[float, float] = (0.0, 0.0)
 
 
 def since(history: History, start: float) -> History:

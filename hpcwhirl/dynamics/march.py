@@ -426,14 +426,9 @@ class March:
         modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0
         return scheme, lean.model.blades, *modes
 
-    @property
-    def is_compiled(self) -> bool:
-        """Whether this process has integrated a case of this `kind` before."""
-        return self.kind in _slices
-
     def warm(self) -> None:
-        """Compile the kernels of a run by taking a step and balancing the ledger."""
-        self.advance(1)
+        """Compile the kernels of a run; no step is taken, and `seconds` stays."""
+        self._call(0)
         self.scheme.balance(self.state)
 
     def run(self, between_slices: Callable[[], None] | None = None) -> History:

@@ -9,6 +9,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.unbalance import circle
 from hpcwhirl.dynamics.kernels.body_types import (
+    NOTHING,
     Contact,
     CoupledBody,
     DenseBody,
@@ -66,7 +67,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
     places : indices of radial, tangential and centre coordinates
     """
     if body is None:
-        return DenseBody._make([*(EMPTY,) * 7, ALIKE, *places])
+        return DenseBody._make([*(EMPTY,) * 7, ALIKE, *places, NOTHING])
     damping = body.damping_matrix()
     left = body.mass / step**2 + damping / (2 * step)
     right = body.mass / step**2 - damping / (2 * step)
@@ -74,7 +75,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
     dense = (inverse @ right, inverse @ body.stiffness, (inverse + inverse.T) / 2)
     matrices = (*dense, body.mass, body.stiffness, damping)
     stored = (np.ascontiguousarray(m.T) for m in matrices)
-    return DenseBody._make([*stored, EMPTY, ALIKE, *places])
+    return DenseBody._make([*stored, EMPTY, ALIKE, *places, NOTHING])
 
 
 def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
@@ -85,7 +86,8 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
     step, hub = turning(model, scene), np.eye(len(model.rotor.mass))[places[2]]
     stand = standing(model, scene, step.inverse, hub)
     stored = (np.ascontiguousarray(m.T) for m in step)
-    body, steady = DenseBody._make([*stored, stand, *places]), circle(model, scene)
+    body = DenseBody._make([*stored, stand, *places, NOTHING])
+    steady = circle(model, scene)
     return body if steady is None else circling_matrices(body, steady)
 
 

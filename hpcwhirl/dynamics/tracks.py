@@ -109,6 +109,7 @@ def history_of(march: March) -> History:
         interval=march.interval,
         folds=folds,
         circle=_circle(march, judged.time),
+        blur=_blur(march),
         stress=march.stresses[:count],
         worn=kept.worn,
         layer=getattr(march.state, "worn", NO_LAYER),
@@ -148,6 +149,12 @@ def _circle(march: March, time: Floats) -> Floats:
         back = centre_of(march.model, swung.conj()) / 2
         z += back * np.exp(-2j * march.scene.speed * time)
     return np.column_stack([z.real, z.imag])
+
+
+def _blur(march: March) -> tuple[float, float]:
+    """Return `History.blur` after the steps taken."""
+    energy, squared = march.scheme.jitter
+    return march.steps * energy, march.steps * squared
 
 
 def _judged(march: March) -> Evidence:

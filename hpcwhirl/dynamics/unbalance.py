@@ -8,9 +8,9 @@ damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
 `turning_waves.Circle`. If supports differ by direction, two further modes that vary as
 cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
 
-matrices: the coordinates are x, and y = [I, -x_s] (x, s): the column of s in A^-1 K is
--A^-1 F. K becomes [I, -x_s]^T K [I, -x_s], so that the energy, which then includes the
-potential of the force, is that of y, too.
+matrices: the coordinates are x, and the column of s in A^-1 K is -A^-1 F. Energy and
+loss are those of x less `DenseBody.still`, (x_s, 1), that is of y: the potential of the
+force is included.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from hpcwhirl.case.unbalance import circle, swing
 from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
+
+EPSILON = float(np.finfo(float).eps)
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
@@ -79,19 +81,41 @@ def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
     return q[:count], d[:count]
 
 
+def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
+    """Return energy, J, and the centre's squared distance, m^2, by round-off in a step.
+
+    A step computes A^-1 K (x, 1), which vanishes on the circle, as a difference of
+    numbers of size |A^-1 K| |(x_s, 1)|, n products each, and adds it to x. With e the
+    relative error of a number, the error of the increment of x is at most
+
+    a = n e |A^-1 K| |(x_s, 1)| + e |x_s|
+
+    with energy a M a / 2 dt^2 + a |K| a / 2. The centre that has this energy is at most
+    sqrt(2 c E) away, c being its static compliance. Errors of different steps are
+    independent, so that their energies add.
+
+    body : result of `circling_matrices`
+    step : dt, s
+    """
+    still, hub = np.abs(body.still), 2 * model.blades
+    error = EPSILON * (len(still) * np.abs(body.pull).T @ still + still)
+    held = np.abs(body.mass) / step**2 + np.abs(body.stiffness)
+    energy = 0.5 * float(error @ held @ error)
+    own = model.rotor.stiffness
+    soft = np.linalg.solve(own, np.eye(len(own))[:, hub])[hub]
+    return energy, 2.0 * float(soft) * energy
+
+
 def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
     """Return an unbalanced rotor's matrices with the added coordinate s, which is 1.
 
     places : (n,), displacement of the circle, x_s, m, in the rotor's coordinates
     """
     size = len(places)
-    relative = np.column_stack([np.eye(size), -places])
     names = ("keep", "pull", "inverse", "mass", "stiffness", "damping", "push")
     plain = {name: np.zeros((size + 1, size + 1)) for name in names}
     for name in names:
         plain[name][:size, :size] = getattr(body, name)  # stored transposed
-    for name in ("stiffness", "push"):
-        plain[name] = relative.T @ getattr(body, name) @ relative
     plain["pull"][size, :size] = -places @ body.pull
-    placed = body.stand, body.radial, body.tangential, body.centre
+    placed = body.stand, body.radial, body.tangential, body.centre, np.append(places, 1)
     return DenseBody._make([*(plain[name] for name in names), *placed])

@@ -40,6 +40,9 @@ LASTS = ("duration", "revolutions", "speed", "solver.until", "solver.longest")
 # inputs by which speed or gap change in time, and their values where they do not
 CHANGING = {"acceleration": 0.0, "speed_table": "", "gap_closure": 0.0, "gap_table": ""}
 SPEED = ("acceleration", "speed_table")  # inputs by which the speed changes
+# inputs that set the time step: a given one is used, and judged, if accuracy is 0;
+# else `case.limits` judges the step that accuracy chooses
+STEP = ("solver.accuracy", "solver.time_step")
 
 
 @dataclass(frozen=True)
@@ -308,10 +311,10 @@ OF_SCENE = (
             f"layer_rods must be <= {int(MOST_RODS * edge / radius / 6.3)}"
             f" with a layer_edge of {edge} m, got {rods}")),
     Rule((LAW, "engine.casing.layer_edge", "engine.rotor.radius", "speed",
-         "solver.time_step"),
-        lambda law, edge, radius, speed, step:
-            (law == RIGID) | (radius * abs(speed) * step <= edge),
-        lambda _, edge, radius, speed, step: (
+         *STEP),
+        lambda law, edge, radius, speed, accuracy, step:
+            (law == RIGID) | (accuracy > 0.0) | (radius * abs(speed) * step <= edge),
+        lambda _, edge, radius, speed, __, step: (
             f"time_step must be <= {edge / (radius * abs(speed)):.4g} s, in which a "
             f"tip moves by layer_edge, got {step}")),
     must_be(0, "output.chaos", NO_LAYER),
@@ -332,10 +335,11 @@ OF_SCENE = (
     Rule(("revolutions", "speed"),
         lambda revolutions, speed: (revolutions <= 0) | (speed != 0),
         lambda *_: "revolutions must be 0 where speed is 0, got revolutions > 0"),
-    Rule((*LASTS, "solver.time_step"),
-        lambda *given: last_end(*given[:-1]) <= MOST_STEPS * given[-1],
+    Rule((*LASTS, *STEP),
         lambda *given:
-            f"time_step must be >= {last_end(*given[:-1]) / MOST_STEPS:.3g}"
+            (given[-2] > 0.0) | (last_end(*given[:-2]) <= MOST_STEPS * given[-1]),
+        lambda *given:
+            f"time_step must be >= {last_end(*given[:-2]) / MOST_STEPS:.3g}"
             f" s ({MOST_STEPS:g} steps), got {given[-1]}"),
     Rule(LASTS,
         lambda *given: (given[3] != "decided") | (given[4] >= end_time(*given[:3])),

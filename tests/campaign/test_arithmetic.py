@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from hpcwhirl.campaign.plan.cost import Places, costs_of
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.resume import prepare
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError, StoreError, one_line, shown
 from hpcwhirl.planner.kinds import at_boundary
 from hpcwhirl.scene import (
@@ -312,6 +313,21 @@ BROKEN = [  # of each rule, in their order: what breaks it alone, and how that i
 
 def full(row):
     return {full_name(name): value for name, value in row.items()}
+
+
+@pytest.mark.parametrize(
+    "given", [{"contact_law": "archard", "time_step": 1e-4}, {"time_step": 1e-14}]
+)
+def test_a_given_step_is_not_judged_where_accuracy_chooses_it(given):
+    """The chosen one is: it suits the layer, and the number of its steps is limited."""
+    asked = given | {"accuracy": 0.01, "modes": 22, "harmonics": 4}
+    resolve(apply_settings(Scene(), asked)).check()
+    cases = Many(Scene(), Table.of([{}, full(asked), {}]))
+    assert cases.first_wrong() == 3
+    fine = asked | {"accuracy": 1e-20, "duration": 1e3}
+    told = r"^duration must be <= .* \(1e\+13 steps of .* got 1000$"
+    with pytest.raises(InputError, match=told):
+        resolve(apply_settings(Scene(), fine)).check()
 
 
 def test_every_rule_is_kept_by_one_scene_and_by_columns(monkeypatch):

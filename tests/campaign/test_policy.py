@@ -6,14 +6,21 @@ from pathlib import Path
 import pytest
 from launch import BARE, records, root_variables
 
+from hpcwhirl.campaign.checkpoints import Checkpoints
+from hpcwhirl.campaign.compute import compute
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
+from hpcwhirl.dynamics import march as marching
+from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import engine_inputs, engine_names, flatten
+from hpcwhirl.scene import Scene, apply_settings, engine_inputs, engine_names, flatten
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.scene.table_model import key_of
+from hpcwhirl.store.directory.states import States
 from hpcwhirl.store.reading.results_file import Results
 
 SHORT = """
@@ -73,6 +80,45 @@ def test_a_late_case_is_a_row_and_goes_on_when_it_may(run, tmp_path):
     assert f"is now {tmp_path}/out.1" in err
     assert root_variables(out) == cut
     assert root_variables(tmp_path / "out.1") == cut
+
+
+class Clock:
+    """A clock that only calls of a kernel move: by a day at the first of a run."""
+
+    def __init__(self):
+        self.now, self.calls = 0.0, []
+
+    def perf_counter(self):
+        return self.now
+
+    @property
+    def call_of(self):
+        """`March._call`, which a patched class binds to a march."""
+        own = March._call
+
+        def call(march, steps):
+            self.now += 1.0 if self.calls else 86400.0
+            self.calls.append(steps)
+            own(march, steps)
+
+        return call
+
+
+@pytest.mark.parametrize("history", ["", "speed = 320.0"])
+def test_the_time_in_which_kernels_compile_is_not_that_of_a_case(
+    tmp_path, monkeypatch, history
+):
+    case = resolve(
+        apply_settings(Scene(), {"duration": 1e-3, "speed": 330.0, "history": history})
+    )
+    expected, clock = simulate(case.given), Clock()
+    monkeypatch.setattr(marching, "time", clock)
+    monkeypatch.setattr(March, "_call", clock.call_of)
+    store = Checkpoints(States(tmp_path), 1e9, [].append)
+    found = compute(case, "d", store, 3600.0, lambda: None)
+    assert clock.calls[0] == 0
+    assert found.row == expected.row
+    assert 0.0 < found.performance["seconds"] < 3600.0
 
 
 @pytest.mark.parametrize(("option", "kept"), [("--fail-fast", 3), ("--max-fails=2", 4)])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from jeffcott import GAP, MASS, OWN, RATIO, stiff
 
+from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.unbalance import centre_of, circle, facts_of_unbalance
 from hpcwhirl.cli import main
@@ -24,6 +25,7 @@ SMALL = {
     "time_step": 2e-6, "interval": 1e-4, "scheme": "general", "speed": 400.0,
     "lost_blade": 3,
 }  # fmt: skip
+NAMED = ("outcome", "regime", "whirl", "stop", "contacts", "late_contacts", "steps")
 RIGID = {"casing.kind": "rigid", "force": 0.0}
 
 
@@ -144,6 +146,31 @@ def test_the_loss_of_another_blade_is_the_same_elsewhere():
     assert first.contacts == other.contacts > 3
     turned = (first.centre @ [1, 1j]) * np.exp(2j * np.pi * 3 / 5)
     assert np.abs(other.centre @ [1, 1j] - turned).max() < 1e-10
+
+
+@pytest.mark.parametrize("scheme", ["modal", "general", "paper"])
+def test_the_loss_in_a_mirror_is_the_loss_of_the_mirrored_blade(scheme):
+    """Of blade N - j, at the opposite speed: the same numbers, and mirrored places."""
+    own = {"gap": 3e-5, "duration": 0.03, "traces": "full", "scheme": scheme}
+    own |= {"casing.damping": 0.05, "unbalance": 1e-3}
+    mirror = -np.arange(5) % 5
+    one, other = (
+        march_of(**own, speed=speed, lost_blade=lost, unbalance_phase=phase)
+        for speed, lost, phase in ((400.0, 1, 0.3), (-400.0, 4, -0.3))
+    )
+    there, back = one.run(), other.run()
+    assert there.contacts == back.contacts > 3
+    assert there.contact_impulse == pytest.approx(back.contact_impulse, rel=1e-8)
+    scale = np.abs(there.centre).max()
+    assert np.abs(there.centre[:, 1]).max() > 0.1 * scale
+    assert np.abs(there.centre * [1.0, -1.0] - back.centre).max() < 1e-7 * scale
+    size = np.abs(there.tips).max()
+    gone = np.abs(there.tips[:, mirror] * [1.0, -1.0] - back.tips).max()
+    assert gone < 1e-7 * size
+    pushed = there.blade_impulse[-1, mirror] - back.blade_impulse[-1]
+    assert np.abs(pushed).max() < 1e-7 * there.contact_impulse
+    words = [result_of(m.case, h).row for m, h in ((one, there), (other, back))]
+    assert [words[0][n] for n in NAMED] == [words[1][n] for n in NAMED]
 
 
 def test_without_contact_the_rotor_comes_to_its_circle():

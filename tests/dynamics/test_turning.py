@@ -379,6 +379,27 @@ def test_round_and_smooth_walls_feed_nothing(scheme):
     assert max(grown) <= 1e-12
 
 
+@pytest.mark.parametrize("rotation", ["none", "full"])
+def test_the_impact_of_both_flows_is_one_where_the_ring_yields(rotation):
+    """What the blades gain along the deformed ring is no impact, nor a loss of it."""
+    given = {
+        "rotation": rotation, "blades": 5, "modes": 20, "harmonics": 6, "force": 2.3e5,
+        "gap": 3.5e-5, "friction": 0.0, "speed": 504.0, "rotor.damping": 2.2e-3,
+        "suspension_damping": 3.3e-3, "casing.damping": 0.2, "duration": 0.01,
+        "rotor.elements": 2, "traces": "summary",
+    }  # fmt: skip
+    modal, exact = (
+        March(resolve(apply_settings(Scene(), given | own))).run().ledger
+        for own in (
+            {"scheme": "modal", "time_step": 5e-7},
+            {"scheme": "exact", "time_step": 4e-6},
+        )
+    )
+    assert modal["impact"] > 0.0
+    for term in ("impact", "rotation"):
+        assert exact[term] == pytest.approx(modal[term], rel=0.05)
+
+
 def growth_of(given, step):
     """Return the largest growth of a bouncing rotor's energy, of what it had first."""
     march = march_of(**given, time_step=step)

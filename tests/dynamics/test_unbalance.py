@@ -304,6 +304,56 @@ def test_words_are_of_the_motion_about_the_circle():
     assert name_regime(facts, Thresholds()) == ("completed", "damped", "forward")
 
 
+DRAWN = np.random.default_rng(18)
+QUIET = [
+    {"speed": DRAWN.choice([-1, 1]) * 10 ** DRAWN.uniform(0.7, 3),
+     "unbalance": 10 ** DRAWN.uniform(-8, -3), "blades": int(DRAWN.integers(3, 7)),
+     "time_step": 10 ** DRAWN.uniform(-6, -5), "damping": 10 ** DRAWN.uniform(-5, -2)}
+    for _ in range(4)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("scheme", ["paper", "general", "modal", "exact"])
+@pytest.mark.parametrize("given", QUIET)
+def test_a_rotor_that_only_round_off_moves_rests_on_its_circle(scheme, given):
+    own = {"modes": 2 * given["blades"], "suspension_damping": 1.1 * given["damping"]}
+    for force in (0.0, 1.0):  # a pulse that moves the casing alone
+        march = small(
+            **given | own, scheme=scheme, gap=5e-3, force=force, duration=0.05,
+            **{"casing.damping": 0.1, "pulse": 1e-4},
+        )  # fmt: skip
+        history = march.run()
+        assert history.contacts == 0
+        assert history.circle.any()
+        facts = evidence(march.scene, history) | {"stop": history.stop}
+        assert facts["growth_rotor"] == facts["growth_centre"] == 0.0
+        assert facts["ledger_error"] < 1e-9
+        assert name_regime(facts, Thresholds())[:2] == ("completed", "damped")
+
+
+@pytest.mark.parametrize("coupling", [0.0, 1.2e7])  # the whirl decays, or it grows
+def test_a_motion_far_below_the_circle_is_judged_as_the_motion_it_is(coupling):
+    """At 1e-8 of the circle, in places that have its size, as in modes without it."""
+    found = []
+    for scheme in ("paper", "general"):
+        march = small(
+            scheme=scheme, kind="rigid", unbalance=1e-3, cross_coupling=coupling,
+            duration=0.1, time_step=1e-5, suspension_damping=0.1, damping=0.02,
+        )  # fmt: skip
+        places = circle(march.model, march.scene)
+        put(march, (1.0 + 1e-8) * places)
+        march.state.ledger[PULSE] = march.scheme.balance(march.state).energy
+        history = march.run()
+        facts = evidence(march.scene, history) | {"stop": history.stop}
+        assert history.contacts == 0
+        assert name_regime(facts, Thresholds())[1] == (
+            "undecided" if coupling else "damped"
+        )
+        found.append([facts[f"growth_{n}"] for n in ("rate", "rotor", "centre")])
+    assert found[0] == pytest.approx(found[1], rel=1e-3)
+    assert (np.array(found) > 1.0).all() if coupling else (np.array(found) < -1.0).all()
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [({"rotation": "none"}, "must be 0 where engine.rotation is none"),

@@ -260,6 +260,8 @@ class DenseBody(NamedTuple):
     stand : forces of supports that no constant matrix represents
     radial, tangential, centre : indices of the coordinates that are radial, tangential,
         and x_o, y_o, if the body has them
+    still : (n,), the coordinates at rest on the circle of an unbalanced rotor, from
+        which its energy is measured; (0,) for another body
     """
 
     keep: Floats
@@ -273,3 +275,4 @@ class DenseBody(NamedTuple):
     radial: Integers
     tangential: Integers
     centre: Integers
+    still: Floats

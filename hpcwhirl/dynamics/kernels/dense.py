@@ -21,6 +21,14 @@ def apply_dense(matrix_t, vector, sign, out):
             out[r] += factor * column[r]
 
 
+@njit(cache=True)
+def beside(still, values, out):
+    """Set out (n,) to coordinates less those at rest, see `DenseBody.still`."""
+    out[:] = values
+    for i in range(len(still)):
+        out[i] -= still[i]
+
+
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
     """Set increments motion.ahead, amplitudes motion.following of a free step."""
@@ -110,9 +118,9 @@ def meet(body, motion, mu, ledger):
 def accept(body, motion, step):
     """Complete the step; add to motion.loss that of damping and circulatory forces, J.
 
-    motion.following is used as work space.
+    motion.following and motion.normal are used as work space.
     """
-    q, d, lost, ahead, work, _, _ = motion
+    q, d, lost, ahead, work, apart, _ = motion
     for i in range(len(q)):
         d[i] += ahead[i]
     work[:] = 0.0
@@ -122,7 +130,8 @@ def accept(body, motion, step):
         loss += d[i] * work[i]
     if len(body.push) > 0:
         work[:] = 0.0
-        apply_dense(body.push, q, 1.0, work)
+        beside(body.still, q, apart)
+        apply_dense(body.push, apart, 1.0, work)
         for i in range(len(q)):
             given += d[i] * work[i]
     for i in range(len(q)):
@@ -139,8 +148,9 @@ def energy(body, values, increments, step):
     total = 0.0
     for i in range(len(values)):
         total += work[i] * increments[i]
-    work[:] = 0.0
-    apply_dense(body.stiffness, values, 0.5, work)
+    apart, work[:] = np.empty_like(values), 0.0
+    beside(body.still, values, apart)
+    apply_dense(body.stiffness, apart, 0.5, work)
     for i in range(len(values)):
-        total += work[i] * (values[i] - increments[i])
+        total += work[i] * (apart[i] - increments[i])
     return total

@@ -121,6 +121,10 @@ def mean_ring(c, at, y, d, old):
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     """Complete a step like `end_rotor` for the ring; return y, d, loss, works, passing.
 
+    In the time of `works`, from step n - 1 to n + 1, a blade goes past the shape of
+    step n - 1 from its place at that step to its place at n + 1, and so, at second
+    order, by twice the way that `passing` gives at its place at step n.
+
     y, d : (re, im) of the amplitudes, and of their increments in this step
     passing : (re, im), rate at which the deformed ring passes the blades
     """
@@ -128,10 +132,14 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
         cr, ci = push_ring(c, at, push)
         y, d = (y[0] + cr, y[1] + ci), (d[0] + cr, d[1] + ci)
     loss = lose_ring(c, at, y, d, loss)
-    if touched:  # `passing` at the step's end splits impact and rotation to O(dt)
+    if touched:
         spin = load(c, at + SPIN * FOUR) * load(c, at + RADIAL * FOUR)
-        passing = fnma(spin, y[1], passing[0]), fma(spin, y[0], passing[1])
-        br, bi = mean_ring(c, at, y, d, load_both(s, size, old))
+        before = load_both(s, size, old)
+        er, ei = load(c, at + TURN_RE * FOUR), load(c, at + TURN_IM * FOUR)
+        zr, zi = turn(er, broadcast(0.0) - ei, y[0] - d[0], y[1] - d[1])
+        zr, zi = zr - before[0], zi - before[1]
+        passing = fnma(spin, zi, passing[0]), fma(spin, zr, passing[1])
+        br, bi = mean_ring(c, at, y, d, before)
         works = work_ring(c, at, br, bi, works)
     return y, d, loss, works, passing
 

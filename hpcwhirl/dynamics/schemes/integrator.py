@@ -68,6 +68,9 @@ class Integrator:
         casing has when it is let go; None if another scheme integrates such cases
     ended : state -> copies of the arrays of rotor, ring and their sums, in which the
         pending step is completed; None for kernels that leave no step pending
+    jitter : energy, J, and squared distance of the centre from the circle, m^2, that
+        round-off adds in a step to the motion of an unbalanced rotor, see
+        `dynamics.unbalance`; 0 for states that have the motion about the circle
     """
 
     kernel: Callable[..., Any]
@@ -81,6 +84,7 @@ class Integrator:
     release: Callable[[Any, Floats, int], None] | None = None
     ended: Callable[[CyclicState], Ended] | None = None
     refresh: Callable[[Any, Interval], None] | None = None
+    jitter: tuple[float, float] = (0.0, 0.0)
 
 
 def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> CyclicState:

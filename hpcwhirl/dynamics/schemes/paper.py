@@ -17,6 +17,7 @@ from hpcwhirl.dynamics.schemes.two_bodies import (
     started,
     two_bodies,
 )
+from hpcwhirl.dynamics.unbalance import jitter
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 
@@ -34,6 +35,7 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     if places is not None:
         share = share_at_start(model, scene)
         whole = started(whole, model, scene, share * places, 0.0 * places)
+        whole = replace(whole, jitter=jitter(arrays.rotor, model, step))
     return replace(
         whole,
         casing_waves=reader(model, scene, lambda x, _: waves_of_coordinates(model, x)),
