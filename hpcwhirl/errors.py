@@ -1,6 +1,7 @@
 """Errors of hpcwhirl: each message says what is wrong, the value, and what is allowed.
 
 Every class also derives from a builtin exception, so that a caller may catch either.
+`say` prints lines beside the results of a command: progress and warnings.
 """
 
 from __future__ import annotations
@@ -8,8 +9,10 @@ from __future__ import annotations
 import difflib
 import errno
 import reprlib
+import sys
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 LONGEST = 2000  # largest number of characters of a message
@@ -65,6 +68,11 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
     """
     number = failed if isinstance(failed, int) else failed.errno
     return NoRoomError(message) if number in PASSING else MissingFileError(message)
+
+
+def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
+    """Return the error for an existing file that cannot be read."""
+    return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
 
 
 def one_line(text: str, most: int = LONGEST) -> str:
@@ -165,3 +173,9 @@ def _listed(names: list[str]) -> str:
             return f"{', '.join(first)} and {len(names) - len(first)} more"
         first.append(name)
     return ", ".join(first)
+
+
+def say(text: str) -> None:
+    """Write a line of plain text on stderr, where no results are; flush it."""
+    sys.stderr.write(f"hpcwhirl: {text}\n")
+    sys.stderr.flush()

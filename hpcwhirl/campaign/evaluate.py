@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
     Computation,
@@ -26,21 +27,19 @@ from hpcwhirl.campaign.compute import (
     message_of,
     resolved,
 )
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.campaign.worker_process import Child
 from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import MissingFileError, WhirlError
-from hpcwhirl.planner.jobs import Completion, completion_of
+from hpcwhirl.errors import MissingFileError, WhirlError, say
+from hpcwhirl.planner.planner import Completion, completion_of
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
-from hpcwhirl.store.results.measured import WHY_NOT
+from hpcwhirl.store.results.variables import WHY_NOT
 
 MOST_TOLD = 5  # largest number of failures that a rank prints; all have records
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.planner.planner import Completion
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import NO_REGIME, REGIMES

@@ -20,10 +20,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, say
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.directory.runs import Runs, Share
 

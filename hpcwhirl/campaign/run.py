@@ -1,25 +1,42 @@
-"""Running a campaign: plan the jobs left, distribute and journal them, gather."""
+"""Running a campaign: plan the jobs left, distribute and journal them, gather.
+
+`Session` has the steps of one invocation, by the command or from Python: rank 0
+prepares the design, claims the directory, and makes or continues it; all ranks receive
+what to run, or the error; all run; rank 0 finishes while it still holds the claim. If a
+rank fails unexpectedly, all are ended, since the others would wait for it.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass, field, replace
+from typing import Self, TypeVar
 
-from hpcwhirl.campaign.begin import asking_of, owned
+from hpcwhirl.campaign.begin import Policy, Prepared, asking_of, begin, owned
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.evaluate import Evaluator, RankContext
 from hpcwhirl.campaign.finalize import Ending, conclude
-from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
-from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping
+from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping, Watchdog
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
-from hpcwhirl.launch import ALONE, Communicator, Shard, node_of, rest_until_root
-from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.errors import WhirlError, say
+from hpcwhirl.launch import (
+    ALONE,
+    Communicator,
+    Shard,
+    end_all,
+    from_root,
+    node_of,
+    rest_until_root,
+)
+from hpcwhirl.planner.planner import Completion
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
@@ -175,3 +192,104 @@ class _Report:
         so_far = " so far" if self.queue.may_grow else ""
         progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")
+
+
+T = TypeVar("T")
+
+
+@dataclass
+class Session:
+    """One invocation of a campaign; as a context, it ends all ranks if one fails.
+
+    Attributes
+    ----------
+    comm : communicator of all ranks
+    stopping : handler of stop requests and signals
+    tell : prints an exception of this rank, which ends all ranks; returns their exit
+        code. None: exceptions pass, since no other rank waits
+    code : exit code after an exception; None: there was none
+    watchdog : ends ranks that hang after a stop request; None: no watchdog
+    directory : the campaign's directory; None before this rank knows it
+    claim : claim on the directory, which rank 0 holds while the campaign runs
+    """
+
+    comm: Communicator
+    stopping: Stopping
+    tell: Callable[[Session, BaseException], int] | None = None
+    code: int | None = None
+    watchdog: Watchdog | None = None
+    directory: Directory | None = None
+    claim: Claim | None = None
+    _after: ExitStack = field(default_factory=ExitStack)
+
+    def on_root(self, action: Callable[[], T]) -> T | WhirlError:
+        """Return on every rank the value of rank 0's action, or its WhirlError."""
+        done: T | WhirlError | None = None
+        if self.comm.rank == 0:
+            try:
+                done = action()
+            except WhirlError as failed:
+                done = failed
+        told: T | WhirlError = from_root(self.comm, done)
+        return told
+
+    def run(
+        self,
+        prepare: Callable[[], Prepared],
+        conclude: Callable[[Ending, Prepared], T],
+        measure: Measure | None = None,
+        begun: Callable[[Design], None] = lambda _: None,
+    ) -> T | WhirlError:
+        """Run a campaign; every rank must call.
+
+        Parameters
+        ----------
+        prepare : called on rank 0
+        conclude : called on rank 0 with the outcome and the prepared campaign
+        measure : the user's function on this rank
+        begun : called on rank 0 when the directory is claimed and prepared
+
+        Returns
+        -------
+        on every rank, the value of `conclude`, or the WhirlError that rank 0 raised
+        before or after the run
+        """
+        with ExitStack() as stack:
+
+            def opened() -> Prepared:
+                prepared = prepare()
+                own = replace(prepared.design, measure=measure)
+                self.claim = begin(prepared._replace(design=own), self.stopping)
+                stack.enter_context(self.claim)
+                begun(prepared.design)
+                return prepared
+
+            prepared = self.on_root(opened)
+            if isinstance(prepared, WhirlError):
+                return prepared
+            design, self.directory, policy, *_ = prepared
+            if self.watchdog is not None:
+                self.watchdog.seconds = policy.patience
+                if self.claim is not None:
+                    self.watchdog.last = self.claim.release
+            ending = run_campaign(
+                replace(design, measure=measure),
+                self.directory, self.comm, policy, self.stopping, self.claim,
+            )  # fmt: skip
+            return self.on_root(lambda: conclude(ending, prepared))
+
+    def __enter__(self) -> Self:
+        """Start the watchdog, if `tell` is set: other ranks may wait for this one."""
+        if self.tell is not None:
+            dog = Watchdog(self.stopping, Policy().patience, self.comm)
+            self.watchdog = self._after.enter_context(dog)
+        return self
+
+    def __exit__(self, _: object, failed: BaseException | None, trace: object) -> bool:
+        """Print an exception of this rank by `tell`, and end all ranks."""
+        with self._after:
+            if failed is None or self.tell is None:
+                return False
+            self.code = self.tell(self, failed)
+            end_all(self.comm, self.code)
+            return True

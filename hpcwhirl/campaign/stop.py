@@ -21,7 +21,7 @@ from types import FrameType
 from typing import Any, Self
 
 from hpcwhirl import early_signals
-from hpcwhirl.campaign.log import say
+from hpcwhirl.errors import say
 from hpcwhirl.launch import ALONE, Communicator, end_all
 
 SIGNALS = early_signals.SIGNALS

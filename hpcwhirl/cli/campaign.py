@@ -45,7 +45,7 @@ from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.begin import Prepared
-    from hpcwhirl.campaign.session import Session
+    from hpcwhirl.campaign.run import Session
     from hpcwhirl.store.directory.campaign_directory import Directory
 
 __all__ = ["arguments", "run"]
@@ -54,7 +54,7 @@ __all__ = ["arguments", "run"]
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on all ranks; return the exit code."""
     with Stopping() as stopping:  # until the end: a signal must not interrupt gathering
-        from hpcwhirl.campaign.session import Session
+        from hpcwhirl.campaign.run import Session
 
         comm, code = communicator(), FAILED
         with Session(comm, stopping, partial(_broken, args)) as session:
@@ -96,8 +96,8 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
     """Print a forecast for the cases left, learned from ended ones; return code 0."""
+    from hpcwhirl.campaign.begin import extended_by
     from hpcwhirl.campaign.foresight.forecast import age, forecast
-    from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
 
     design, directory, policy, _, extend = prepared
@@ -130,8 +130,7 @@ def _tell_inputs(design: Design) -> None:
 
 def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
     """Return the campaign that all ranks will run; `ranks` is their number."""
-    from hpcwhirl.campaign.begin import Prepared
-    from hpcwhirl.campaign.resume import as_begun, check_steps
+    from hpcwhirl.campaign.begin import Prepared, as_begun, check_steps
     from hpcwhirl.store.directory.campaign_directory import Directory
 
     settings = parsed(args.settings)

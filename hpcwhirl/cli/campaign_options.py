@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
+from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.plan.design import Design, load_design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import add_explain, add_json, add_set, add_take_over
 from hpcwhirl.cluster.request import MOST_TASKS
@@ -151,7 +151,7 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
     if clash:
         msg = f"{clash[0]} cannot go with the directory {args.file}: inputs stay"
         raise InputError(msg)
-    from hpcwhirl.campaign.resume import planned
+    from hpcwhirl.campaign.begin import planned
     from hpcwhirl.store.directory.manifest import PlanFile
 
     args.out = args.file

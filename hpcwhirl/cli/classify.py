@@ -58,7 +58,7 @@ def thresholds_of(settings: list[str]) -> dict[str, float]:
 
 def run(args: argparse.Namespace) -> int:
     """Classify every case again from its stored evidence and print the changes."""
-    from hpcwhirl.campaign.log import say
+    from hpcwhirl.errors import say
     from hpcwhirl.report.map.maps import refresh
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
-    from hpcwhirl.campaign.log import say
+    from hpcwhirl.errors import say
     from hpcwhirl.launch import communicator, from_root
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking

@@ -131,8 +131,8 @@ def _predict(design: Design, request: Request) -> None:
     InputError
         if no case of the campaign could be integrated
     """
+    from hpcwhirl.campaign.begin import as_begun, check_steps
     from hpcwhirl.campaign.foresight.forecast import forecast
-    from hpcwhirl.campaign.resume import as_begun, check_steps
     from hpcwhirl.cli.forecast import job_line
     from hpcwhirl.launch import parse_shard
     from hpcwhirl.store.directory.campaign_directory import Directory

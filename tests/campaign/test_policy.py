@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from launch import BARE, records, root_variables
 
+from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.plan.design import design_of, load_design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import engine_inputs, engine_names, flatten
@@ -241,7 +241,7 @@ def called(tmp_path, monkeypatch):
         seen.append((design, directory.path, policy))
         return Ending(complete=True, cases=2, failed=0, results=None, left=1)
 
-    monkeypatch.setattr("hpcwhirl.campaign.session.run_campaign", instead)
+    monkeypatch.setattr("hpcwhirl.campaign.run.run_campaign", instead)
 
     def call(*words):
         assert main(["campaign", "c.toml", "--shard", "1/2", *words]) == 0

@@ -15,9 +15,9 @@ from launch import kept, root_variables
 from made_up import refined_campaign
 
 import hpcwhirl
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import Cases as Cases_

@@ -8,9 +8,9 @@ from journals import digest_of, drawn, journal_of, plan_of
 from launch import kept
 from specimen import BASE
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
 from hpcwhirl.store.directory.campaign_directory import Directory

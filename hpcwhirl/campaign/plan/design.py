@@ -23,8 +23,8 @@ from hpcwhirl.campaign.plan.sampling import (
 )
 from hpcwhirl.campaign.plan.twins import Twins, check_spread, twins_of
 from hpcwhirl.errors import CaseError, InputError, WhirlError, one_line, shown
-from hpcwhirl.planner.jobs import JobCode
 from hpcwhirl.planner.kinds import at_boundary
+from hpcwhirl.planner.planner import JobCode
 from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene import (
     DESIGN_TABLES,

@@ -10,9 +10,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.planner.jobs import OK, Completion, Job, completion_of
-from hpcwhirl.planner.kinds import Chains, Folds, Grid, Kind, Refined, cases_before
-from hpcwhirl.planner.planner import Planner, Stages
+from hpcwhirl.planner.kinds import Chains, Folds, Grid, Refined, cases_before
+from hpcwhirl.planner.planner import (
+    OK,
+    Completion,
+    Job,
+    Kind,
+    Planner,
+    Stages,
+    completion_of,
+)
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.quantities import WHOLE

@@ -30,10 +30,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, unreadable
 from hpcwhirl.store.atomic import NEW, Check, Say, make_folders, telling
-from hpcwhirl.store.directory.listing import unreadable
-from hpcwhirl.store.directory.process import begun, is_alive, machine
+from hpcwhirl.store.directory.heartbeats import begun, is_alive, machine
 
 CAMPAIGN, RESULTS = "campaign", "results"
 NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")

@@ -12,18 +12,23 @@ value for it, and the values, little-endian. Entries without a field are JSON te
 the slots that follow. The first number is the length of that text, or -k in the k-th of
 the text's slots, where the second number is the CRC-32 of the record. After damage, the
 next slot is found by its tag and CRC, wherever it begins.
+
+Other files of the directory hold lines of JSON with a CRC-32 (`sealed`), and arrays as
+raw bytes (`packed`).
 """
 
 from __future__ import annotations
 
 import json
+import math
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import BLADES, PERFORMANCE, ROW
 from hpcwhirl.scene.quantity import Quantity
@@ -290,3 +295,51 @@ def _of_text(value: str) -> bytes:
 
 def _text(value: bytes) -> str:
     return value.rstrip(b"\0").decode(errors="replace")
+
+
+TYPE = "<f8"
+
+
+def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
+    """Return (header, data): bytes, crc and shapes for `unpacked`, and the bytes.
+
+    Parameters
+    ----------
+    arrays : {name: array of any shape}; the order is kept
+    """
+    data = b"".join(np.asarray(a, dtype=TYPE).tobytes() for a in arrays.values())
+    shapes = {name: list(array.shape) for name, array in arrays.items()}
+    return {"bytes": len(data), "crc": zlib.crc32(data), "shapes": shapes}, data
+
+
+def unpacked(
+    head: Mapping[str, Any], data: bytes
+) -> dict[str, NDArray[np.float64]] | None:
+    """Return {name: read-only array} of packed data; None if these are damaged."""
+    if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
+        return None
+    out: dict[str, NDArray[np.float64]] = {}
+    start = 0
+    for name, shape in head["shapes"].items():
+        values = np.frombuffer(data, TYPE, math.prod(shape), start)
+        out[name] = values.reshape(shape)
+        start += values.nbytes
+    return out
+
+
+def sealed(record: Record) -> bytes:
+    """Return a JSON object as a line with its checksum."""
+    body = json.dumps(record).encode()
+    return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
+
+
+def opened(line: bytes) -> Record | None:
+    """Return the JSON object of a line, None if its checksum is wrong."""
+    seal, _, body = line.rstrip(b"\n").partition(b" ")
+    if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
+        return None
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):  # not written by this program
+        return None
+    return record if isinstance(record, dict) else None

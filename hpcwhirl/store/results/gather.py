@@ -29,8 +29,7 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import RESULTS, Asking, Claim
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
-from hpcwhirl.store.results.contents import Contents, contents_of
-from hpcwhirl.store.results.freshness import STAMP, stamp
+from hpcwhirl.store.results.contents import STAMP, Contents, contents_of, stamp
 from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
