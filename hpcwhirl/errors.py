@@ -15,6 +15,7 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75  # exit codes
 LONGEST = 2000  # largest number of characters of a message
 SHOWN = 100  # largest number of characters of a value repeated in a message
 # errno of temporary failures, which end once someone frees space or remounts the file

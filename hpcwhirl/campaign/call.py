@@ -17,7 +17,15 @@ from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.run import Session
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.errors import InputError, StoppedError, WhirlError, say, shown, unknown
+from hpcwhirl.errors import (
+    INTERNAL,
+    InputError,
+    StoppedError,
+    WhirlError,
+    say,
+    shown,
+    unknown,
+)
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -26,7 +34,6 @@ from hpcwhirl.store.results.variables import WHY_NOT
 if TYPE_CHECKING:
     import xarray
 
-INTERNAL = 70
 FLAGS = ("fresh", "take_over")
 NO_OPTIONS = ("out", "map", "report")  # keys of [campaign] refused as keyword options
 OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)

@@ -16,7 +16,7 @@ from typing import Self, TypeVar
 
 from hpcwhirl.campaign.begin import Policy, Prepared, asking_of, begin, owned
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.evaluate import Evaluator, RankContext
+from hpcwhirl.campaign.evaluate import Evaluator
 from hpcwhirl.campaign.finalize import Ending, conclude
 from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
@@ -116,18 +116,17 @@ def _computed(
         Running(directory.notes, work.run, comm.rank) as running,
         closing(Child(directory.states, policy.save_every)) as child,
     ):
-        context = RankContext(
-            comm.rank, journal, running, checkpoints, child, policy, stopping,
-            work.suspects,
+        evaluate = Evaluator(
+            design, comm.rank, journal, running, checkpoints, child, policy, stopping,
+            work.suspects, work.extended,
         )  # fmt: skip
-        evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
         if policy.pilot is not None:  # a pilot's time begins here, after compiling
             stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
-        report = _Report(queue, context)
+        report = _Report(queue, policy.max_fails, stopping)
         tally = Tally(waits=evaluate.keep_due)
         complete = map_ranks(queue, evaluate, report, stopping, comm, tally)
         complete &= all(comm.allgather(evaluate.keep()))
@@ -162,23 +161,22 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
 class _Report:
     """Progress lines on stderr of rank 0."""
 
-    def __init__(self, queue: WorkQueue, context: RankContext) -> None:
-        self.context, self.queue = context, queue
+    def __init__(self, queue: WorkQueue, most: int | None, stopping: Stopping) -> None:
+        self.queue, self.most, self.stopping = queue, most, stopping
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
 
     @property
     def gave_up(self) -> bool:
         """Whether `max_fails` cases have failed in this run."""
-        most = self.context.policy.max_fails
-        return most is not None and self.failed >= most
+        return self.most is not None and self.failed >= self.most
 
     def __call__(self, unit: int, end: Completion) -> None:
         del unit
         self.finished += 1
         self.failed += not end.is_ok
         if self.gave_up:
-            self.context.stopping.ask(f"{self.failed} cases without a result")
+            self.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)

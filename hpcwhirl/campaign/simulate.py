@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from html import escape
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,9 @@ from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.checkpoints import Checkpoints
 
 Value = float | int | str
 USUAL = Thresholds()
@@ -342,19 +345,6 @@ Begin = tuple[Case, Motion | None]
 Ended = tuple[Mapping[str, Any], March]
 
 
-class Ends(Protocol):
-    """Storage of the last motions of cases."""
-
-    def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether a case is known to have ended, its last motion).
-
-        The motion is None if the case has not ended or no case can continue from it.
-        """
-
-    def keep(self, digest: str, motion: Motion | None) -> None:
-        """Store the last motion of a case; None: no case can continue from it."""
-
-
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
     """Return the last motion of a case, None if no case can continue from it.
 
@@ -365,7 +355,9 @@ def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
 
 
 def begun(
-    case: Case, march: Callable[[Case, Motion | None], Ended], ends: Ends | None = None
+    case: Case,
+    march: Callable[[Case, Motion | None], Ended],
+    ends: Checkpoints | None = None,
 ) -> Begin:
     """Return the case to be integrated, and the motion with which it begins.
 

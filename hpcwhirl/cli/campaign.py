@@ -22,14 +22,7 @@ from hpcwhirl.cli.campaign_options import (
     ranks_foreseen,
     rules_of,
 )
-from hpcwhirl.cli.command import (
-    COMPLETE,
-    FAILED,
-    STOPPED,
-    WRONG_INPUT,
-    tell_error,
-    tell_failure,
-)
+from hpcwhirl.cli.command import tell_error, tell_failure
 from hpcwhirl.cli.options import (
     UNTOUCHED,
     parsed,
@@ -38,7 +31,16 @@ from hpcwhirl.cli.options import (
     tell_preset,
     tell_remarks,
 )
-from hpcwhirl.errors import InputError, NoRoomError, WhirlError
+from hpcwhirl.errors import (
+    COMPLETE,
+    FAILED,
+    STOPPED,
+    WRONG_INPUT,
+    InputError,
+    NoRoomError,
+    WhirlError,
+    say,
+)
 from hpcwhirl.launch import communicator
 from hpcwhirl.scene import load_document
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
@@ -220,9 +222,9 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory)
     from hpcwhirl.store.reading.results_file import has_contact
 
     if ending.failed:
-        print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
+        say(_failures(ending))
     if not has_contact(ending.results):
-        print(f"hpcwhirl: {UNTOUCHED}", file=sys.stderr)
+        say(UNTOUCHED)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
     maps = _maps(ending, args.out, wanted=args.map == "yes")
@@ -250,7 +252,7 @@ def _pages(args: argparse.Namespace, ending: Any, directory: Directory) -> list[
     if args.report == "auto" and not wanted["auto"]:
         why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
         how = shlex.join(["hpcwhirl", "report", str(args.out)])
-        print(f"hpcwhirl: no report.html: {why}: {how}", file=sys.stderr)
+        say(f"no report.html: {why}: {how}")
     if not wanted[args.report]:
         return []
     if not ending.gathered and directory.page.exists() and not is_stale(directory):
@@ -269,15 +271,14 @@ def _maps(ending: Any, out: Path, *, wanted: bool) -> list[Path]:
         return files
     if not wanted:
         if any(path.exists() for path in files):
-            text = "map.png and map.svg are of earlier results: hpcwhirl map"
-            print(f"hpcwhirl: {text} {out}", file=sys.stderr)
+            say(f"map.png and map.svg are of earlier results: hpcwhirl map {out}")
         return []
     from hpcwhirl.report.render_process import draw_apart
 
     try:
         return draw_apart(ending.results, out)
     except InputError as refused:
-        print(f"hpcwhirl: no map: {refused}: hpcwhirl map {out} ...", file=sys.stderr)
+        say(f"no map: {refused}: hpcwhirl map {out} ...")
         return []
 
 
@@ -292,11 +293,8 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
 
 def _tell_stopped(out: Directory | Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
-    print(
-        f"hpcwhirl: stopped early{why}; finished cases are safe in {out}; "
-        "the same command continues the campaign",
-        file=sys.stderr,
-    )
+    safe = f"finished cases are safe in {out}"
+    say(f"stopped early{why}; {safe}; the same command continues the campaign")
 
 
 def _failures(ending: Any) -> str:
@@ -315,7 +313,7 @@ def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
     shards are no failure.
     """
     if ending.failed:
-        print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
+        say(_failures(ending))
     facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
     if args.json:
         print_json(facts | {"failed": ending.failed, "results": None})

@@ -20,18 +20,23 @@ from typing import Any, NoReturn
 
 from hpcwhirl.cli import COMMANDS
 from hpcwhirl.errors import (
+    COMPLETE,
+    FAILED,
+    INTERNAL,
     PASSING,
+    STOPPED,
+    WRONG_INPUT,
     InputError,
     NoRoomError,
     WhirlError,
     one_line,
+    say,
     shown,
     unknown,
     unwritable,
 )
 from hpcwhirl.launch import launched_first, launched_ranks, without_mpi
 
-COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75
 INTERRUPTED = 130  # exit code after SIGINT, as a shell reports it
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_MEMORY = 400_000  # KiB of address space (ulimit -v); with 150,000, OpenBLAS may
@@ -117,7 +122,7 @@ def _unread(words: Sequence[str]) -> int:
 
 def tell_error(failed: BaseException | str) -> None:
     """Print an error as one line on stderr."""
-    print(f"hpcwhirl: error: {one_line(str(failed))}", file=sys.stderr)
+    say(f"error: {one_line(str(failed))}")
 
 
 def tell_failure(failed: Exception) -> int:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.cluster.request import Request
+from hpcwhirl.cluster.request import PRINTED, Request, job_script
 from hpcwhirl.cluster.schedulers import SCHEDULERS
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError, say
 from hpcwhirl.safe_open import read_regular
 
 if TYPE_CHECKING:
@@ -69,7 +69,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
-    from hpcwhirl.cluster.script import job_script
     from hpcwhirl.store.atomic import write_whole
 
     if args.inputs:
@@ -142,13 +141,11 @@ def _predict(design: Design, request: Request) -> None:
     shard = parse_shard(request.shard) if request.shard else None
     cost = forecast(as_begun(design, directory.plan), directory, shard)
     ranks = request.ntasks * (request.array or 1)
-    print(f"hpcwhirl: {job_line(cost, ranks, request)}", file=sys.stderr)
+    say(job_line(cost, ranks, request))
 
 
 def _check_kept(path: Path) -> None:
     """Refuse to replace a directory, or a file that is not a printed job script."""
-    from hpcwhirl.cluster.script import PRINTED
-
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED
     except (OSError, UnicodeDecodeError):
