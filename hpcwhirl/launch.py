@@ -11,6 +11,7 @@ import array
 import atexit
 import fcntl
 import os
+import re
 import signal
 import stat
 import sys
@@ -307,10 +308,9 @@ def parse_shard(text: str) -> Shard:
     InputError
         unless I and N are whole numbers with 1 <= I <= N
     """
-    number, slash, of = text.partition("/")
-    parts = number, of
-    digits = all(p.isascii() and p.isdigit() and len(p) < 20 for p in parts)
-    if slash and digits and 1 <= int(number) <= int(of) <= MOST_SHARDS:
-        return Shard(int(number), int(of))
+    found = re.fullmatch(r"([0-9]{1,19})/([0-9]{1,19})", text)
+    shard = Shard(*map(int, found.groups())) if found else None
+    if shard and 1 <= shard.number <= shard.of <= MOST_SHARDS:
+        return shard
     msg = f"--shard must be I/N with 1 <= I <= N <= {MOST_SHARDS}, got {shown(text)}"
     raise InputError(msg)

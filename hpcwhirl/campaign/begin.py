@@ -252,10 +252,8 @@ def prepare(
         stopped
     """
     if directory.stop_file.exists():
-        msg = (
-            f"{directory.stop_file} keeps this campaign stopped: remove it to continue"
-        )
-        raise InputError(msg)
+        stop = directory.stop_file
+        raise InputError(f"{stop} keeps this campaign stopped: remove it to continue")
     old, manifest, plan = None, design.manifest(), directory.plan
     if plan.path.exists():
         old = plan.read()
@@ -303,10 +301,8 @@ def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[fl
         raise InputError(f"{msg}{extend:g}")
     least = float(min(last.min() for last in design.columns.last_ends()))
     if extend <= least:
-        msg = (
-            f"--to must be > {least:g} s, the planned end of all cases, got {extend:g}"
-        )
-        raise InputError(msg)
+        msg = f"--to must be > {least:g} s, the planned end of all cases, got "
+        raise InputError(f"{msg}{extend:g}")
     return times if extend == last else [*times, extend]
 
 
@@ -348,10 +344,8 @@ def planned(file: PlanFile) -> Design:
     if plan.refine:
         raise InputError(f"{file.folder}: {FIXED}")
     if MEASURE in plan.base:
-        msg = (
-            f"{file.folder}: its cases have numbers of a user's function, which is in "
-        )
-        raise InputError(msg + "no file: only campaigns without one can be extended")
+        msg = f"{file.folder}: its cases have numbers of a user's function, which is "
+        raise InputError(msg + "in no file: only campaigns without one can be extended")
     known = input_names()
     base = {name: value for name, value in plan.base.items() if name in known}
     scene = apply_settings(Scene(), base)

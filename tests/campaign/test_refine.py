@@ -580,14 +580,14 @@ def test_a_point_of_a_boundary_is_the_middle_of_its_interval():
         found = one_edge(["damped", "divergent"], ends, scale)
         assert (found.low, found.high) == ([ends[0]], [ends[1]])
         assert found.at[0][0] == pytest.approx(middle)
-    assert not one_edge(["damped", "damped"]).at
-    assert not one_edge(["damped", ""]).at
+    assert not len(one_edge(["damped", "damped"]).at)
+    assert not len(one_edge(["damped", ""]).at)
 
 
 def test_no_boundary_lies_between_words_of_two_fidelities():
     both = ["damped", "sustained"]
-    assert one_edge(both, fidelity=(1, 1)).at
-    assert not one_edge(both, fidelity=(0, 1)).at
+    assert len(one_edge(both, fidelity=(1, 1)).at)
+    assert not len(one_edge(both, fidelity=(0, 1)).at)
 
 
 def test_confirmed_words_count_and_both_rows_are_kept(confirmed):

@@ -162,10 +162,8 @@ class Design:
         late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
         needs = "[refine]" if self.grows else late
         if needs:
-            msg = (
-                f"{needs} needs the words of all cases: {none}; use one job with more "
-            )
-            raise InputError(msg + "ranks instead")
+            msg = f"{needs} needs the words of all cases: "
+            raise InputError(f"{msg}{none}; use one job with more ranks instead")
         if self.is_branched:
             msg = "[branch] begins each case where the preceding one ended: "
             raise InputError(f"{msg}{none}; use one job with more ranks instead")
@@ -239,10 +237,9 @@ class Design:
         """
         file = self.file(case)
         if file and content_digest(file) != self.contents[file]:
-            msg = (
-                f"{FILE} {file} has changed since the campaign was begun: restore the "
-            )
-            raise CaseError(msg + "file and --retry failed, or begin another campaign")
+            msg = f"{FILE} {file} has changed since the campaign was begun: "
+            how = "restore the file and --retry failed, or begin another campaign"
+            raise CaseError(msg + how)
 
     def resolved(self, case: int) -> Case:
         """Return a resolved case; the last ones are cached.

@@ -95,32 +95,23 @@ Array = NDArray[Any]
 Kinds = dict[str, tuple[tuple[int, ...], bool]]
 # name: (dimensions allowed, whether it holds indices); the layout of `export-model`
 DATASETS: Kinds = {
-    "mass": ((2,), False),
-    "stiffness": ((2,), False),
-    "damping": ((2,), False),
-    "omega": ((1,), False),
-    "damping_ratio": ((1,), False),
-    "shapes": ((2,), False),
+    **dict.fromkeys(
+        ("mass", "stiffness", "damping", "shapes", "modal_centre", "coriolis",
+         "stress_stiffness", "softening", "stiffness_a", "stiffness_b"),
+        ((2,), False),
+    ),
+    **dict.fromkeys(
+        ("omega", "damping_ratio", "centrifugal_load", "speeds", "centre_damping",
+         "tip_station", "tip_angle", "tip_gap", "stress_name"),
+        ((1,), False),
+    ),
     "modal_tip_radial": ((2, 3), False),
     "modal_tip_tangential": ((2, 3), False),
-    "modal_centre": ((2,), False),
-    "coriolis": ((2,), False),
-    "centrifugal_load": ((1,), False),
-    "stress_stiffness": ((2,), False),
-    "softening": ((2,), False),
-    "speeds": ((1,), False),
-    "stiffness_a": ((2,), False),
-    "stiffness_b": ((2,), False),
-    "centre_damping": ((1,), False),
     "tip_radial": ((1, 2), True),
     "tip_tangential": ((1, 2), True),
     "centre": ((1,), True),
-    "tip_station": ((1,), False),
-    "tip_angle": ((1,), False),
-    "tip_gap": ((1,), False),
     "stress": ((4,), False),
-    "stress_name": ((1,), False),
-}
+}  # fmt: skip
 TEXTS = {"stress_name"}  # hold text; all others hold numbers
 LONGEST_NAME = 60  # bytes of a text
 COMPONENTS = (1, 6)  # of a stress: one, or all
