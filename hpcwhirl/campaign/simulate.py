@@ -43,6 +43,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
 
 if TYPE_CHECKING:
@@ -98,22 +99,13 @@ class Result:
     def _repr_html_(self) -> str:
         """Return words and numbers as a table, for a notebook."""
         lines = [
-            f"<tr><th>{escape(name)}</th><td>{escape(told_value(value))}</td>"
-            f"<td>{escape(unit_of(name))}</td></tr>"
+            f"<tr><th>{escape(name)}</th><td>"
+            f"{escape(f'{value:.6g}' if isinstance(value, float) else str(value))}</td>"
+            f"<td>{escape(with_unit('', ROW[name].unit if name in ROW else '', ''))}"
+            "</td></tr>"
             for name, value in self.row.items()
         ]
         return f"<table>{''.join(lines)}</table>"
-
-
-def told_value(value: Value) -> str:
-    """Return a number as text with six digits; a word unchanged."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def unit_of(name: str) -> str:
-    """Return the unit of a number in `Result.row`, "" if it has none."""
-    unit = ROW[name].unit if name in ROW else ""
-    return "" if unit == "1" else unit
 
 
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:

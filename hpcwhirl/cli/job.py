@@ -69,6 +69,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
+    from hpcwhirl.campaign.plan.design import load_design
     from hpcwhirl.store.atomic import write_whole
 
     if args.inputs:
@@ -77,7 +78,10 @@ def run(args: argparse.Namespace) -> int:
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
     for name in PLACES:
         values[name] = values[name] and os.path.expanduser(values[name])  # noqa: PTH111
-    design = _design(Path(values["file"]), shards=bool(args.array or args.shard))
+    # the job itself would fail for a wrong file only after waiting in the queue
+    design = load_design(Path(values["file"]), {})
+    if args.array or args.shard:
+        design.check_shards("neither --array nor --shard")
     rules = design.rules
     for name, key in IN_FILE.items():
         if values[name] is None:
@@ -96,28 +100,6 @@ def run(args: argparse.Namespace) -> int:
     write_whole(Path(request.script), text.encode())
     print(f"{SCHEDULERS[request.scheduler].submit} {request.script}")
     return 0
-
-
-def _design(path: Path, *, shards: bool) -> Design:
-    """Return the checked campaign of a file.
-
-    Parameters
-    ----------
-    path : path of the file
-    shards : whether the job computes shards, which some campaigns do not allow
-
-    Raises
-    ------
-    InputError, MissingFileError
-        if the file cannot be read or is no campaign; the job would fail for this only
-        after waiting in the queue
-    """
-    from hpcwhirl.campaign.plan.design import load_design
-
-    design = load_design(path, {})
-    if shards:
-        design.check_shards("neither --array nor --shard")
-    return design
 
 
 def _predict(design: Design, request: Request) -> None:

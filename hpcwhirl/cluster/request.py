@@ -1,4 +1,4 @@
-"""Job scripts: their options, checked, and their text, from `job.template`.
+"""Job scripts: their options, checked, and their text, from a template.
 
 No value of an option can inject shell or directives.
 """

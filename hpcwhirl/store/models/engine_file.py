@@ -129,6 +129,7 @@ CASING: Kinds = {
     "modal_tangential": ((1, 2), False),
     "station": ((1,), False),
 }
+KINDS = {"rotor": DATASETS, "casing": CASING}
 # All allowed names; `export-model` also writes labels and the casing in the coordinates
 # of the time integration, which are not read.
 LAYOUT = {
@@ -203,11 +204,6 @@ def are_two_ways(there: Collection[str]) -> bool:
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 
-def read_rotor(file: str) -> Given:
-    """Return the arrays of the rotor in an engine's file, see `_read`."""
-    return _read(file, "rotor", DATASETS)
-
-
 def points_named(file: str) -> int:
     """Return the number of contact points per tip, n_c, in an engine's file.
 
@@ -233,13 +229,8 @@ def _points_named(file: str, content: str) -> int:
     return 1
 
 
-def read_casing(file: str) -> Given:
-    """Return the arrays of the casing in an engine's file, see `_read`."""
-    return _read(file, "casing", CASING)
-
-
-def _read(file: str, name: str, datasets: Kinds) -> Given:
-    """Return the arrays of a group, finite, with the dimensions that `datasets` allow.
+def read_group(file: str, name: str) -> Given:
+    """Return the finite arrays of the group rotor or casing in an engine's file.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
     `scene.case_digest.MOST_BYTES`. Nothing is read from a larger file.
@@ -253,7 +244,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
     """
     import h5py
 
-    given = Given(file, {}, name)
+    given, datasets = Given(file, {}, name), KINDS[name]
     with readable(f"engine.file {file}"):
         check_bytes(file, check_regular(file))
         with h5py.File(file, "r") as root:

@@ -112,11 +112,6 @@ class Contents:
         found = np.unique(self.interval[np.isfinite(self.interval)])
         return float(found[0]) if len(found) == 1 else None
 
-    @property
-    def sample_axis(self) -> str:
-        """Name of the traces' axis: `time` if all cases share times, else `sample`."""
-        return "time" if self.common_interval is not None else "sample"
-
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
         """Return {trace: shape of one case, padded to the longest}."""
         longest = int(self.samples.max(initial=0))

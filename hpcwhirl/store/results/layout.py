@@ -197,13 +197,13 @@ def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
 
 
 def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
-    axis, shapes = contents.sample_axis, contents.trace_shapes()
-    samples = int(contents.samples.max())
-    interval = contents.common_interval
-    if interval is not None:
-        define_axis(file, "time", (1 + np.arange(samples)) * interval)
+    samples, shapes = int(contents.samples.max()), contents.trace_shapes()
+    axis, interval = "sample", contents.common_interval
+    if interval is not None:  # all cases share their times
+        axis = "time"
+        define_axis(file, axis, (1 + np.arange(samples)) * interval)
     else:
-        define_axis(file, "sample", samples)
+        define_axis(file, axis, samples)
     for name in dict.fromkeys(n for kept in contents.kept for n in TRACES[kept].axes):
         define_axis(file, name, contents.sizes[name])
     known = TRACES | {"time": AXES["time"]}
