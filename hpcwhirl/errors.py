@@ -90,12 +90,11 @@ def legible(text: str) -> str:
     """Return a text with control characters escaped, except line feeds and tabs."""
     if text.isprintable():
         return text
-    return "".join(c if _is_shown(c) else ascii(c)[1:-1] for c in text)
-
-
-def _is_shown(letter: str) -> bool:
-    return (
-        letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
+    return "".join(
+        c
+        if c.isprintable() or c in "\n\t" or unicodedata.category(c) == "Zs"
+        else ascii(c)[1:-1]
+        for c in text
     )
 
 

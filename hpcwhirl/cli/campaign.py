@@ -7,7 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -188,8 +188,7 @@ def _explain(design: Design) -> None:
         kinds.setdefault((plan.folds, plan.settles), []).append(case)
     for cases in kinds.values():
         print(f"{len(cases)} cases like case {cases[0]}:", file=sys.stderr)
-        notes = [asdict(note) for note in notes_of(design.resolved(cases[0]))]
-        print_notes(notes, sys.stderr)
+        print_notes(notes_of(design.resolved(cases[0])), sys.stderr)
 
 
 def _conclude(

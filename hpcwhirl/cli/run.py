@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -134,10 +133,13 @@ def _explained(march: March) -> dict[str, Any]:
     """
     from hpcwhirl.case.explain import amplitudes, notes_of
 
-    notes = [asdict(note) for note in notes_of(march.case)]
     few, many = amplitudes(march.lean.model), amplitudes(march.model)
     share = few * march.marched / (many * march.total)
-    return {"left_out": notes, "marched": march.marched, "work_share": share}
+    return {
+        "left_out": notes_of(march.case),
+        "marched": march.marched,
+        "work_share": share,
+    }
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:

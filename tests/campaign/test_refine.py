@@ -22,7 +22,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.refinement.boundary import Cases as Cases_
 from hpcwhirl.refinement.boundary import Cells, boundaries_of
-from hpcwhirl.refinement.growth import Budget, Growth
+from hpcwhirl.refinement.growth import Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
 from hpcwhirl.refinement.tree import SPECKLE_SHARE
 from hpcwhirl.refinement.words import Attractor
@@ -414,7 +414,7 @@ def test_a_budget_leaves_out_the_last_of_a_generation(field):
         expected = generations(lattice, word, total)
         assert len(expected) == total
         for seed in range(3):
-            found = arrived(lattice, word, 0, False, seed, budget=Budget(total))
+            found = arrived(lattice, word, 0, False, seed, budget=(total, 1.0, 1.0))
             assert set(found.wanted) == expected
             assert bool(found.dropped) == (total < all_of_it)
 
