@@ -13,8 +13,7 @@ import numpy as np
 from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.plan.branching import FIXED as OF_BRANCH
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.sampling import check_scenes
-from hpcwhirl.campaign.plan.twins import twins_of_plan
+from hpcwhirl.campaign.plan.sampling import check_scenes, twins_of_plan
 from hpcwhirl.campaign.stop import Stopping, time_left
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, WhirlError, say
@@ -25,7 +24,7 @@ from hpcwhirl.scene.campaign_tables import Campaign, walltime_seconds
 from hpcwhirl.scene.table import is_begun_by
 from hpcwhirl.store.atomic import Check, anyone, sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.columns import told_by
+from hpcwhirl.store.directory.completions import told_by
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import (
     CONTENT,

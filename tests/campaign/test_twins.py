@@ -16,7 +16,7 @@ from scipy.stats import binomtest, kstest
 import hpcwhirl
 from hpcwhirl.campaign.begin import Policy, prepare
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.plan.twins import draw, identity
+from hpcwhirl.campaign.plan.sampling import draw, identity
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate

@@ -17,11 +17,13 @@ from hpcwhirl.campaign.plan.branching import BRANCH, HISTORY, axes_with_branches
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
+    Twins,
     check_scenes,
+    check_spread,
     sample_of,
     sampled_rows,
+    twins_of,
 )
-from hpcwhirl.campaign.plan.twins import Twins, check_spread, twins_of
 from hpcwhirl.errors import CaseError, InputError, WhirlError, one_line, shown
 from hpcwhirl.planner.kinds import at_boundary
 from hpcwhirl.planner.planner import JobCode

@@ -32,8 +32,7 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
 from hpcwhirl.store.atomic import Say, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.columns import CaseIndex
-from hpcwhirl.store.directory.completions import stages_in
+from hpcwhirl.store.directory.completions import CaseIndex, stages_in
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.reader import Rows, rows_at, samples_of
