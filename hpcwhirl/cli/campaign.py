@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,21 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.cli.campaign_options import (
-    arguments,
-    design_of_call,
-    extension,
-    policy_of,
-    ranks_foreseen,
-    rules_of,
-)
+from hpcwhirl.cli.campaign_options import arguments, prepared_of
 from hpcwhirl.cli.command import tell_error, tell_failure
 from hpcwhirl.cli.options import (
     UNTOUCHED,
-    parsed,
     print_json,
-    print_notes,
-    tell_preset,
     tell_remarks,
 )
 from hpcwhirl.errors import (
@@ -42,7 +30,6 @@ from hpcwhirl.errors import (
     say,
 )
 from hpcwhirl.launch import communicator
-from hpcwhirl.scene import load_document
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 
 if TYPE_CHECKING:
@@ -60,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
 
         comm, code = communicator(), FAILED
         with Session(comm, stopping, partial(_broken, args)) as session:
-            prepare = partial(_prepared, args, comm.size)
+            prepare = partial(prepared_of, args, comm.size)
             if args.dry_run:
                 found = session.on_root(lambda: _predict(args, session, prepare()))
             else:
@@ -128,67 +115,6 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 def _tell_inputs(design: Design) -> None:
     """Print warnings about inputs, after all checks, so that an error is one line."""
     tell_remarks(design.columns, load=True)
-
-
-def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
-    """Return the campaign that all ranks will run; `ranks` is their number."""
-    from hpcwhirl.campaign.begin import Prepared, as_begun, check_steps
-    from hpcwhirl.store.directory.campaign_directory import Directory
-
-    settings = parsed(args.settings)
-    if args.regimes_only:
-        settings |= _words_alone(args.file, settings)
-    args.to = extension(args)
-    args.ranks = ranks_foreseen(args, ranks)
-    design = design_of_call(args, settings)
-    rules = rules_of(args, design.rules)
-    args.out = Path(args.out or rules.out)
-    args.map, args.report = rules.map, rules.report
-    directory = Directory(args.out)
-    design = design if args.fresh else as_begun(design, directory.plan)
-    policy = policy_of(args, design, rules)
-    directory.check_usable()
-    tell_preset(design.base)
-    if args.explain:
-        _explain(design)
-    if args.dry_run:
-        check_steps(design)
-    args.started = None
-    if args.pilot is not None:
-        from hpcwhirl.campaign.foresight.forecast import age
-
-        args.started = age()
-    return Prepared(design, directory, policy, args.fresh, args.to)
-
-
-def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
-    """Return the inputs that --regimes-only sets: traces, and the end of a case.
-
-    A case ends when its word is certain; ``until = decided`` is kept if the campaign
-    sets it.
-    """
-    file = None if file is None or file.is_dir() else file
-    solver = load_document(file).get("solver") if file else {}
-    asked = solver.get("until") if isinstance(solver, Mapping) else None
-    until = "solver.until"
-    decided = settings.get(until, asked) == "decided"
-    return {"output.traces": "summary", until: "decided" if decided else "certain"}
-
-
-def _explain(design: Design) -> None:
-    """Print on stderr what the plan of each kind of cases leaves out."""
-    from hpcwhirl.case.explain import notes_of
-
-    kinds: dict[tuple[int, bool], list[int]] = {}
-    for case in range(len(design.settings)):
-        try:
-            plan = design.resolved(case).plan
-        except WhirlError:  # this case gets a row with status failed
-            continue
-        kinds.setdefault((plan.folds, plan.settles), []).append(case)
-    for cases in kinds.values():
-        print(f"{len(cases)} cases like case {cases[0]}:", file=sys.stderr)
-        print_notes(notes_of(design.resolved(cases[0])), sys.stderr)
 
 
 def _conclude(
