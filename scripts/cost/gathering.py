@@ -104,10 +104,10 @@ def gathered(folder: Path, ranks: int, repeat: int, compress: int = 0) -> str:
 def measure(options: argparse.Namespace, place: Path, detail: str) -> None:
     """Print what one kind of campaign takes."""
     many = design(options.cases, detail, options.samples)
-    few = [many.scene(i * options.cases // COMPUTED) for i in range(COMPUTED)]
+    few = [many.scenes[i * len(many.scenes) // COMPUTED] for i in range(COMPUTED)]
     results = [simulate(apply_settings(scene, {})) for scene in few]
     folder = place / detail
-    print(f"{len(many.settings)} cases, {detail}: ", end="")
+    print(f"{len(many.scenes)} cases, {detail}: ", end="")
     each = begin(folder, many, results)
     told = forecast(many, Directory(folder)).disk.results
     print(f"{1e3 * each:.2f} ms to keep one; predicted {told / 1e6:.1f} MB", flush=True)

@@ -161,8 +161,7 @@ def short(value: str) -> str:
 
 def page(folder: Path, seconds: float, call: str) -> str:
     """Return both tables as Markdown."""
-    design = Design.of(folder / "map.toml")
-    scenes = [design.scene(case) for case in range(len(design.settings))]
+    scenes = list(Design.of(folder / "map.toml").scenes)
     finest = timed(scenes, REFERENCE)
     head = (
         "step, s", "prepared, s a case", "in flight, µs", "in contact, µs",

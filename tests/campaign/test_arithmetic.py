@@ -148,7 +148,7 @@ def test_cases_are_those_of_the_product_of_objects(document):
     assert [list(row) for row in found.settings] == [list(row) for row in rows]
     assert [found.settings[i] for i in range(len(rows))] == rows
     assert found.settings[-2:] == tuple(rows[-2:])
-    assert [found.scene(i) for i in range(len(rows))] == scenes
+    assert list(found.scenes) == scenes
     assert list(found.digests) == digests
     assert [found.digests[i] for i in range(len(rows))] == digests
     assert found.swept == tuple(dict.fromkeys(name for row in rows for name in row))

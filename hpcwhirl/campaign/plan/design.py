@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from importlib import resources
@@ -48,7 +48,7 @@ from hpcwhirl.scene.input_names import FILE, Value, full_name
 from hpcwhirl.scene.input_types import anchored
 from hpcwhirl.scene.quantities import WHOLE
 from hpcwhirl.scene.swept import check_count, swept_values
-from hpcwhirl.scene.table import Block, Table, listed
+from hpcwhirl.scene.table import Block, OfCases, Table, listed
 from hpcwhirl.store.directory.manifest import (
     CONTENT,
     FINGERPRINT,
@@ -68,6 +68,21 @@ ALLOWED = "a Design, a TOML file, a mapping of its tables, or a Scene"
 MOST_TOLD = 200  # largest number of characters of the inputs that two cases share
 
 
+class Scenes(OfCases[Scene]):
+    """Sequence of the scenes of a design, each made on access."""
+
+    def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
+        self.base, self.settings = base, settings
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.settings)
+
+    def _of_case(self, case: int) -> Scene:
+        """Return the scene of a case."""
+        return apply_settings(self.base, self.settings[case])
+
+
 @dataclass(frozen=True)
 class Design:
     """The cases of a campaign.
@@ -84,7 +99,7 @@ class Design:
     sample : how inputs were drawn; not sent to other ranks
     twins : the table [twins], None for none
     rule : rule by which refined cases follow from regimes; None: no refinement. With a
-        rule, `settings` and `digests` are those of the coarse level, and the
+        rule, `scenes`, `settings` and `digests` are those of the coarse level, and the
         number of a refined case follows from its address, see `Family.number`
     """
 
@@ -111,6 +126,11 @@ class Design:
         """Pickle only what other ranks need."""
         make = partial(Design, contents=self.contents, twins=self.twins, rule=self.rule)
         return make, (self.base, self.settings, self.swept)
+
+    @property
+    def scenes(self) -> Scenes:
+        """The scene of each case."""
+        return Scenes(self.base, self.settings)
 
     @cached_property
     def columns(self) -> Many:
