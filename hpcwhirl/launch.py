@@ -46,19 +46,16 @@ class Alone:
 
     rank, size = 0, 1
 
-    def bcast(self, value: Any, root: int = 0) -> Any:
+    def bcast(self, value: Any, **_root: int) -> Any:
         """Return the value of the only rank."""
-        del root
         return value
 
-    def scatter(self, values: Any, root: int = 0) -> Any:
+    def scatter(self, values: Any, **_root: int) -> Any:
         """Return the first value, the part of the only rank."""
-        del root
         return values[0]
 
-    def gather(self, value: Any, root: int = 0) -> list[Any]:
+    def gather(self, value: Any, **_root: int) -> list[Any]:
         """Return the values of all ranks: a list of one."""
-        del root
         return [value]
 
     def allgather(self, value: Any) -> list[Any]:

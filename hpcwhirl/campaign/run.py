@@ -88,12 +88,9 @@ def run_campaign(
         reasons = comm.allgather(stopping.reason)
     reason = next(filter(None, reasons), "")
     return Ending(
-        complete=False,
-        cases=len(design.settings),
-        reason=reason,
-        gave_up=gave_up,
-        piloted=reason == PILOT_OVER,
-    )
+        complete=False, cases=len(design.settings), reason=reason,
+        gave_up=gave_up, piloted=reason == PILOT_OVER,
+    )  # fmt: skip
 
 
 def _computed(
@@ -171,8 +168,7 @@ class _Report:
         """Whether `max_fails` cases have failed in this run."""
         return self.most is not None and self.failed >= self.most
 
-    def __call__(self, unit: int, end: Completion) -> None:
-        del unit
+    def __call__(self, _unit: int, end: Completion) -> None:
         self.finished += 1
         self.failed += not end.is_ok
         if self.gave_up:

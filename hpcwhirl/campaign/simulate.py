@@ -52,9 +52,8 @@ if TYPE_CHECKING:
 Value = float | int | str
 USUAL = Thresholds()
 _LIMITS = asdict(MotionThresholds())
-SCENE_ROW = (
-    "speed", "nodal_diameter", "gap", "friction", "force", "pulse",
-)  # fmt: skip
+SCENE_ROW = "speed", "nodal_diameter", "gap", "friction", "force", "pulse"
+HISTORY_ROW = "steps", "contacts", "contact_impulse", "centre_peak", "last_contact"
 
 
 @dataclass(frozen=True)
@@ -269,12 +268,8 @@ def result_of(case: Case, history: History) -> Result:
         "scheme": scene.solver.scheme,
         "folds": history.folds,
         "tip_growth": case.growth,
-        "steps": history.steps,
-        "contacts": history.contacts,
-        "contact_impulse": history.contact_impulse,
-        "centre_peak": history.centre_peak,
-        "last_contact": history.last_contact,
     }
+    row |= {name: getattr(history, name) for name in HISTORY_ROW}
     terms = LEDGER_TERMS if wears(scene) else [t for t in LEDGER_TERMS if t != "wear"]
     row |= {f"ledger_{term}": history.ledger[term] for term in terms}
     row |= found

@@ -100,8 +100,7 @@ class Stopping:
         if self():
             raise Stop
 
-    def _hear(self, number: int, frame: FrameType | None) -> None:
-        del frame
+    def _hear(self, number: int, _frame: FrameType | None) -> None:
         self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
 
     def ignore(self) -> None:
@@ -138,8 +137,7 @@ class _Alarm:
         self.check, self._at_it = check, False
         self.told: Stop | None = None
 
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        del number, frame
+    def __call__(self, _number: int, _frame: FrameType | None) -> None:
         if self._at_it:  # never interrupt a check that receives a message
             return
         self._at_it = True

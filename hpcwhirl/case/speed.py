@@ -252,25 +252,17 @@ class Schedule:
         opening = (opens[1] - opens[0]) / lasts
         if self.law is None:
             still = self.scene.speed
-            return Interval(
-                still, 0.0, still, still, since, 0.0, 0.0, opens[0], opening
-            )
+            own = still, 0.0, still, still, since, 0.0, 0.0
+            return Interval(*own, opens[0], opening)
         ends = np.array([since, until])
         (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
         turn, rate = (after - before) / lasts, (ended - begun) / lasts
         back, on = self.law.angle(ends - 0.5 * step)  # for steps since .. until - step
         bend = 0.0 if self.straight else 0.5 * rate
         first = turn - bend * lasts
-        parts = (
-            (on - back) / lasts,
-            rate,
-            turn,
-            first,
-            since,
-            before - first * since,
-            bend,
-        )
-        return Interval._make(map(float, (*parts, opens[0], opening)))
+        mean, ahead = (on - back) / lasts, before - first * since
+        parts = mean, rate, turn, first, since, ahead, bend, opens[0], opening
+        return Interval._make(map(float, parts))
 
     @cached_property
     def _ahead(self) -> Floats:

@@ -48,11 +48,8 @@ UNTOUCHED = (
 class _Preset(argparse.Action):
     """Insert a preset's inputs before those of ``--set``, so that ``--set`` wins."""
 
-    def __call__(
-        self, parser: Any, namespace: Any, name: Any, option: Any = None
-    ) -> None:
+    def __call__(self, parser: Any, namespace: Any, name: Any, *_option: Any) -> None:
         """Store the preset's name; put its inputs before the settings given so far."""
-        del option
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")
         namespace.preset = name

@@ -153,17 +153,9 @@ def summary(row: dict[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _progress(course: Course, *, quiet: bool) -> Iterator[Callable[[], None]]:
-    if quiet:
-        yield lambda: None
-    elif sys.stderr.isatty():
-        with _bar(course) as tick:
-            yield tick
-    else:
-        yield _plain(course)
-
-
-@contextmanager
-def _bar(course: Course) -> Iterator[Callable[[], None]]:
+    if quiet or not sys.stderr.isatty():
+        yield (lambda: None) if quiet else _plain(course)
+        return
     from rich.console import Console
     from rich.progress import Progress, TimeElapsedColumn
 

@@ -15,12 +15,11 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Collection, Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from functools import cache
 from mmap import mmap
 from pathlib import Path
-from typing import Self
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.safe_open import open_regular, read_regular
@@ -31,7 +30,7 @@ from hpcwhirl.store.directory.record import Record, opened, sealed
 PAGE = 4096  # bytes
 
 
-class Running:
+class Running(AbstractContextManager["Running"]):
     """The file in which one rank notes the cases that it computes in one run.
 
     Parameters
@@ -71,10 +70,6 @@ class Running:
             return mmap(self._file.fileno(), size)
         except (OSError, ValueError):  # ValueError: the file is shorter than `size`
             return bytearray(size)
-
-    def __enter__(self) -> Self:
-        """Return this object."""
-        return self
 
     def __exit__(self, *error: object) -> None:
         """Remove the file, since this process ends in an orderly way."""

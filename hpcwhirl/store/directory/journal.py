@@ -18,10 +18,9 @@ import re
 import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from io import FileIO
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,7 +147,7 @@ def journal_name(run: int, rank: int) -> str:
     return f"{run:04d}-{rank:05d}.log"
 
 
-class Journal:
+class Journal(AbstractContextManager["Journal"]):
     """The journal and trace file of one rank of one run.
 
     Finished cases are written in groups, with one sync of each file, when `EVERY`
@@ -269,10 +268,6 @@ class Journal:
             for place in (own.folder, own.logs, own.blocks):
                 keep_names(place)
         self._named = True
-
-    def __enter__(self) -> Self:
-        """Return this object."""
-        return self
 
     def __exit__(self, *error: object) -> None:
         """Write the waiting cases and close both files."""

@@ -216,9 +216,8 @@ def points_named(file: str) -> int:
 
 
 @lru_cache(maxsize=64)
-def _points_named(file: str, content: str) -> int:
-    """Return n_c of a file; content : digest of the file, a key of the cache."""
-    del content
+def _points_named(file: str, _content: str) -> int:
+    """Return n_c of a file; _content : digest of the file, a key of the cache."""
     import h5py
 
     with readable(f"engine.file {file}"), h5py.File(file, "r") as root:

@@ -27,13 +27,8 @@ MORE = (
     "tips", "blade_impulse", "point_tips", "point_impulse", "casing", "stress", "worn",
 )  # fmt: skip
 ONE_RANK: Share = {
-    "run": 1,
-    "rank": 0,
-    "host": "",
-    "cases": 0,
-    "busy": 0.0,
-    "span": 1.0,
-}
+    "run": 1, "rank": 0, "host": "", "cases": 0, "busy": 0.0, "span": 1.0,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
