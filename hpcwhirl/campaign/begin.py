@@ -13,7 +13,7 @@ import numpy as np
 from hpcwhirl.campaign.fingerprint import difference
 from hpcwhirl.campaign.plan.branching import FIXED as OF_BRANCH
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.plan.sampling import check_scenes, twins_of_plan
+from hpcwhirl.campaign.plan.sampling import Twins, check_scenes
 from hpcwhirl.campaign.stop import Stopping, time_left
 from hpcwhirl.case.limits import check_step
 from hpcwhirl.errors import InputError, WhirlError, say
@@ -42,6 +42,15 @@ from hpcwhirl.store.directory.owner import (
     shard_claim,
 )
 from hpcwhirl.store.results.sampled import drawn_axis
+
+LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
+LONG_AGO = 3600.0  # s, age of an unfinished small file that nobody can still be writing
+PICTURES = ("map.", "report.")  # beginnings of the names of maps and pages
+MOST_TRIED = 32  # models built to find a case that can be integrated
+FIXED = (
+    "--extend and [refine] exclude each other, since [refine] compares words of runs "
+    'of equal duration: use until = "decided" in [solver] instead'
+)
 
 
 class Policy(Campaign):
@@ -79,11 +88,6 @@ class Policy(Campaign):
     def limit(self) -> float:
         """Longest computing time of a case, s; infinite by default."""
         return math.inf if self.case_limit is None else self.case_limit
-
-
-LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
-LONG_AGO = 3600.0  # s, age of an unfinished small file that nobody can still be writing
-PICTURES = ("map.", "report.")  # beginnings of the names of maps and pages
 
 
 class Prepared(NamedTuple):
@@ -217,13 +221,6 @@ def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
         sweep(directory.path, stem, min(older, begun))
 
 
-MOST_TRIED = 32  # models built to find a case that can be integrated
-FIXED = (
-    "--extend and [refine] exclude each other, since [refine] compares words of runs "
-    'of equal duration: use until = "decided" in [solver] instead'
-)
-
-
 def prepare(
     design: Design,
     directory: Directory,
@@ -352,7 +349,7 @@ def planned(file: PlanFile) -> Design:
     Many(scene, plan.table).check()
     return Design(
         scene, plan.table, tuple(plan.swept), contents=contents,
-        twins=twins_of_plan(plan.twins), begun=plan.base,
+        twins=Twins(**plan.twins) if plan.twins else None, begun=plan.base,
     )  # fmt: skip
 
 

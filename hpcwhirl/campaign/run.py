@@ -45,6 +45,7 @@ from hpcwhirl.store.directory.owner import Claim
 PROGRESS_EVERY = 5.0  # s between progress lines, at first
 PROGRESS_SHARE = 0.02  # later: time between lines as a share of the time spent so far
 PROGRESS_RAREST = 300.0  # s, longest time between progress lines
+T = TypeVar("T")
 
 
 def run_campaign(
@@ -186,9 +187,6 @@ class _Report:
         so_far = " so far" if self.queue.may_grow else ""
         progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")
-
-
-T = TypeVar("T")
 
 
 @dataclass

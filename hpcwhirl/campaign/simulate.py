@@ -54,6 +54,8 @@ USUAL = Thresholds()
 _LIMITS = asdict(MotionThresholds())
 SCENE_ROW = "speed", "nodal_diameter", "gap", "friction", "force", "pulse"
 HISTORY_ROW = "steps", "contacts", "contact_impulse", "centre_peak", "last_contact"
+Begin = tuple[Case, Motion | None]
+Ended = tuple[Mapping[str, Any], March]
 
 
 @dataclass(frozen=True)
@@ -326,10 +328,6 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
             traces["point_tips"] = history.point_tips
             traces["point_impulse"] = history.point_impulse
     return traces
-
-
-Begin = tuple[Case, Motion | None]
-Ended = tuple[Mapping[str, Any], March]
 
 
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:

@@ -43,6 +43,8 @@ FOLDING = (
 )  # fmt: skip
 MOST_KEPT = 256  # number of cached settling times
 SOON = 0.7  # part of a run by whose end a certificate must be possible, to be sought
+NONE = np.zeros((0, 0))
+MOST_SECTORS = 32  # number of cached models of one sector
 
 
 class Marched(NamedTuple):
@@ -148,10 +150,6 @@ def lean_of(scene: Scene, model: Model) -> Marched:
     if folds == 1:
         return Marched(scene, model)
     return Marched(folded_scene(scene, folds), folded_model(model, folds))
-
-
-NONE = np.zeros((0, 0))
-MOST_SECTORS = 32  # number of cached models of one sector
 
 
 def folded_body(

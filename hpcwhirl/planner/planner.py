@@ -13,6 +13,9 @@ from hpcwhirl.refinement.words import NUMBERS, features_of
 from hpcwhirl.scene.words import REGIMES, is_open, word_of
 
 OK = "ok"  # status of a job that gave a result
+# states of a case or twin; a state >= 0 is the number of its stage to be computed next
+UNWANTED, FAILED, DONE = -3, -2, -1
+Cases = NDArray[np.int64]
 
 
 class Job(NamedTuple):
@@ -97,10 +100,7 @@ class JobCode(NamedTuple):
         return Job(case, twin, stage)
 
 
-# states of a case or twin; a state >= 0 is the number of its stage to be computed next
-UNWANTED, FAILED, DONE = -3, -2, -1
 Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
-Cases = NDArray[np.int64]
 
 
 def nothing(_job: Job) -> None:

@@ -39,6 +39,10 @@ from hpcwhirl.store.directory.manifest import SAMPLE
 from hpcwhirl.store.results.sampled import TUNED
 
 BLADES = "engine.rotor.blades"
+CHAOS = "output.chaos"
+# {input: default} of inputs that do not affect how twins are drawn
+ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
+BITS = 53  # number of bits in the significand of a double
 
 
 class Sample(SampleTable):
@@ -159,12 +163,8 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
         raise InputError(msg + "truncated_normal keep draws within bounds") from None
 
 
-CHAOS = "output.chaos"
-# {input: default} of inputs that do not affect how twins are drawn
-ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
 ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
 ASIDE |= {CHAOS: flatten(Scene())[CHAOS]}
-BITS = 53  # number of bits in the significand of a double
 
 
 class Twins(TwinsTable):
@@ -251,8 +251,3 @@ def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
             case = column.case_of(zero[0])
             msg = f"[twins] spread {name}: {name} is 0 in case {case}, and a relative "
             raise InputError(msg + "change of 0 has no effect: spread another input")
-
-
-def twins_of_plan(plan: Mapping[str, Any]) -> Twins | None:
-    """Return the twins of a plan; None if it has none."""
-    return Twins(**plan) if plan else None

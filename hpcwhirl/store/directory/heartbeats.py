@@ -28,6 +28,7 @@ from hpcwhirl.store.directory.journal import journal_name, listed
 from hpcwhirl.store.directory.record import Record, opened, sealed
 
 PAGE = 4096  # bytes
+DEAD = {"Z", "X", "x"}  # states in /proc of a process that has ended
 
 
 class Running(AbstractContextManager["Running"]):
@@ -170,9 +171,6 @@ class Notes:
             if set(note.digests) <= ended and not at_work:
                 with suppress(OSError):
                     path.unlink()
-
-
-DEAD = {"Z", "X", "x"}  # states in /proc of a process that has ended
 
 
 @cache

@@ -39,6 +39,7 @@ from hpcwhirl.store.directory.record import (
 
 EVERY = 1.0  # s between groups of finished cases; a kill costs one group
 MOST = 8 << 20  # bytes of waiting cases at which a group is written early
+NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 
 
 class Journals:
@@ -289,9 +290,6 @@ def _write(file: FileIO, parts: Iterable[bytes]) -> None:
             with suppress(OSError):
                 file.truncate(offset)
             raise
-
-
-NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 
 
 def listed(folder: Path, ending: str) -> list[Path]:

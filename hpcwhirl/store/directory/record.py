@@ -48,6 +48,7 @@ NUMBERS = struct.Struct("<iI")
 HEX, TEXT = 32, 64  # bytes of a digest, and of a text
 NOTHING: Record = {}
 MALFORMED = (KeyError, TypeError, ValueError, RecursionError)
+TYPE = "<f8"
 
 
 class Layout:
@@ -272,9 +273,6 @@ def _of_text(value: str) -> bytes:
 
 def _text(value: bytes) -> str:
     return value.rstrip(b"\0").decode(errors="replace")
-
-
-TYPE = "<f8"
 
 
 class _Kind(NamedTuple):

@@ -45,6 +45,8 @@ from hpcwhirl.store.reading.shares import words_of
 from hpcwhirl.store.results.variables import asked_quantities, measured_of, tuned_cases
 
 NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word of a case
+SOURCE = "gathered_from"  # attribute of the group `performance`
+STAMP = "results.stamp"  # in `runs`
 
 
 @dataclass
@@ -287,10 +289,6 @@ def parts_of(
         mine = np.flatnonzero(place[:, 0] == number)
         path, header = contents.files[number]
         yield mine, rows_at(path, header, place[mine, 1])
-
-
-SOURCE = "gathered_from"  # attribute of the group `performance`
-STAMP = "results.stamp"  # in `runs`
 
 
 def source_of(directory: Directory) -> str:
