@@ -41,7 +41,12 @@ from hpcwhirl.store.results.sampled import TUNED
 BLADES = "engine.rotor.blades"
 CHAOS = "output.chaos"
 # {input: default} of inputs that do not affect how twins are drawn
-ASIDE = {n: flatten(Scene())[n] for n in ("solver.until", "solver.longest")}
+ASIDE = {
+    name: flatten(Scene())[name]
+    for name in (
+        "solver.until", "solver.longest", "output.traces", "output.interval", CHAOS
+    )
+}  # fmt: skip
 BITS = 53  # number of bits in the significand of a double
 
 
@@ -161,10 +166,6 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
         draw = many.first_wrong() % sample.each
         msg = f"[sample] draw {draw} gives an invalid input: {failed}; uniform and "
         raise InputError(msg + "truncated_normal keep draws within bounds") from None
-
-
-ASIDE |= {n: flatten(Scene())[n] for n in ("output.traces", "output.interval")}
-ASIDE |= {CHAOS: flatten(Scene())[CHAOS]}
 
 
 class Twins(TwinsTable):
