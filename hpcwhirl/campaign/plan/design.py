@@ -228,16 +228,14 @@ class Design:
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
-    def scene(self, case: int) -> Scene:
-        """Return the scene of a case; the last ones are cached."""
-        return self._last_scenes(case)
-
     @cached_property
-    def _last_scenes(self) -> Callable[[int], Scene]:
-        return lru_cache(MOST_KEPT)(self._scene)
+    def scene(self) -> Callable[[int], Scene]:
+        """The function from a case to its scene; the last ones are cached."""
 
-    def _scene(self, case: int) -> Scene:
-        return apply_settings(self.base, self.settings_of(case))
+        def scene(case: int) -> Scene:
+            return apply_settings(self.base, self.settings_of(case))
+
+        return lru_cache(MOST_KEPT)(scene)
 
     @cached_property
     def _digests(self) -> Digests:
