@@ -46,15 +46,15 @@ class Alone:
 
     rank, size = 0, 1
 
-    def bcast(self, value: Any, **_root: int) -> Any:
+    def bcast(self, value: Any, root: int = 0) -> Any:  # noqa: ARG002
         """Return the value of the only rank."""
         return value
 
-    def scatter(self, values: Any, **_root: int) -> Any:
+    def scatter(self, values: Any, root: int = 0) -> Any:  # noqa: ARG002
         """Return the first value, the part of the only rank."""
         return values[0]
 
-    def gather(self, value: Any, **_root: int) -> list[Any]:
+    def gather(self, value: Any, root: int = 0) -> list[Any]:  # noqa: ARG002
         """Return the values of all ranks: a list of one."""
         return [value]
 
