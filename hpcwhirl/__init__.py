@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from hpcwhirl.analysis.basins import basins
     from hpcwhirl.analysis.margins import first_changes, safe_ranges
     from hpcwhirl.analysis.shares import shares
+    from hpcwhirl.campaign import campaign
     from hpcwhirl.campaign.edge import edge
     from hpcwhirl.campaign.plan.design import Design
-    from hpcwhirl.campaign.python import campaign
     from hpcwhirl.campaign.simulate import simulate
     from hpcwhirl.errors import StoppedError
     from hpcwhirl.scene import Scene

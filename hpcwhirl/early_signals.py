@@ -14,8 +14,7 @@ heard: list[int] = []  # signal numbers, in order of arrival
 _before: dict[int, object] = {}  # signal number: its handler before `listen`
 
 
-def _hear(number: int, frame: object) -> None:
-    del frame
+def _hear(number: int, _frame: object) -> None:
     heard.append(number)
 
 

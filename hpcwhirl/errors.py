@@ -1,6 +1,7 @@
 """Errors of hpcwhirl: each message says what is wrong, the value, and what is allowed.
 
 Every class also derives from a builtin exception, so that a caller may catch either.
+`say` prints lines beside the results of a command: progress and warnings.
 """
 
 from __future__ import annotations
@@ -8,10 +9,13 @@ from __future__ import annotations
 import difflib
 import errno
 import reprlib
+import sys
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
+COMPLETE, FAILED, WRONG_INPUT, INTERNAL, STOPPED = 0, 1, 2, 70, 75  # exit codes
 LONGEST = 2000  # largest number of characters of a message
 SHOWN = 100  # largest number of characters of a value repeated in a message
 # errno of temporary failures, which end once someone frees space or remounts the file
@@ -67,6 +71,11 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
     return NoRoomError(message) if number in PASSING else MissingFileError(message)
 
 
+def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
+    """Return the error for an existing file that cannot be read."""
+    return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
+
+
 def one_line(text: str, most: int = LONGEST) -> str:
     """Return a text with control characters escaped, its middle cut out if too long."""
     if len(text) > most:
@@ -81,12 +90,11 @@ def legible(text: str) -> str:
     """Return a text with control characters escaped, except line feeds and tabs."""
     if text.isprintable():
         return text
-    return "".join(c if _is_shown(c) else ascii(c)[1:-1] for c in text)
-
-
-def _is_shown(letter: str) -> bool:
-    return (
-        letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
+    return "".join(
+        c
+        if c.isprintable() or c in "\n\t" or unicodedata.category(c) == "Zs"
+        else ascii(c)[1:-1]
+        for c in text
     )
 
 
@@ -165,3 +173,9 @@ def _listed(names: list[str]) -> str:
             return f"{', '.join(first)} and {len(names) - len(first)} more"
         first.append(name)
     return ", ".join(first)
+
+
+def say(text: str) -> None:
+    """Write a line of plain text on stderr, where no results are; flush it."""
+    sys.stderr.write(f"hpcwhirl: {text}\n")
+    sys.stderr.flush()

@@ -11,6 +11,7 @@ import array
 import atexit
 import fcntl
 import os
+import re
 import signal
 import stat
 import sys
@@ -45,19 +46,16 @@ class Alone:
 
     rank, size = 0, 1
 
-    def bcast(self, value: Any, root: int = 0) -> Any:
+    def bcast(self, value: Any, root: int = 0) -> Any:  # noqa: ARG002
         """Return the value of the only rank."""
-        del root
         return value
 
-    def scatter(self, values: Any, root: int = 0) -> Any:
+    def scatter(self, values: Any, root: int = 0) -> Any:  # noqa: ARG002
         """Return the first value, the part of the only rank."""
-        del root
         return values[0]
 
-    def gather(self, value: Any, root: int = 0) -> list[Any]:
+    def gather(self, value: Any, root: int = 0) -> list[Any]:  # noqa: ARG002
         """Return the values of all ranks: a list of one."""
-        del root
         return [value]
 
     def allgather(self, value: Any) -> list[Any]:
@@ -307,10 +305,9 @@ def parse_shard(text: str) -> Shard:
     InputError
         unless I and N are whole numbers with 1 <= I <= N
     """
-    number, slash, of = text.partition("/")
-    parts = number, of
-    digits = all(p.isascii() and p.isdigit() and len(p) < 20 for p in parts)
-    if slash and digits and 1 <= int(number) <= int(of) <= MOST_SHARDS:
-        return Shard(int(number), int(of))
+    found = re.fullmatch(r"([0-9]{1,19})/([0-9]{1,19})", text)
+    shard = Shard(*map(int, found.groups())) if found else None
+    if shard and 1 <= shard.number <= shard.of <= MOST_SHARDS:
+        return shard
     msg = f"--shard must be I/N with 1 <= I <= N <= {MOST_SHARDS}, got {shown(text)}"
     raise InputError(msg)

@@ -111,8 +111,8 @@ def completed(document: Any, out: Path, engine: Mapping[str, Any] | None = None)
     document : its tables or its file
     engine : inputs that its tables do not give
     """
+    from hpcwhirl.campaign.begin import prepare
     from hpcwhirl.campaign.plan.design import design_of
-    from hpcwhirl.campaign.resume import prepare
     from hpcwhirl.campaign.run import run_campaign
     from hpcwhirl.store.directory.campaign_directory import Directory
 

@@ -1,23 +1,39 @@
-"""The start of a run: claim the campaign's directory, then make or continue it."""
+"""The start of a run: its options; claim the directory, then make or continue it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from typing import NamedTuple
+from dataclasses import replace
+from typing import NamedTuple, Self
 
-from hpcwhirl.campaign.log import say
+import numpy as np
+
+from hpcwhirl.campaign.fingerprint import difference
+from hpcwhirl.campaign.plan.branching import FIXED as OF_BRANCH
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.resume import prepare
-from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.errors import WhirlError
+from hpcwhirl.campaign.plan.sampling import Twins, check_scenes
+from hpcwhirl.campaign.stop import Stopping, time_left
+from hpcwhirl.case.limits import check_step
+from hpcwhirl.errors import InputError, WhirlError, say
 from hpcwhirl.launch import Communicator, Shard, from_root
-from hpcwhirl.store.atomic import sweep
+from hpcwhirl.scene import Scene, apply_settings, input_names
+from hpcwhirl.scene.batch_validation import Many
+from hpcwhirl.scene.campaign_tables import Campaign, walltime_seconds
+from hpcwhirl.scene.table import is_begun_by
+from hpcwhirl.store.atomic import Check, anyone, sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.columns import told_by
+from hpcwhirl.store.directory.completions import told_by
 from hpcwhirl.store.directory.journal import Journals
+from hpcwhirl.store.directory.manifest import (
+    CONTENT,
+    FINGERPRINT,
+    MEASURE,
+    SAMPLE,
+    Manifest,
+    PlanFile,
+)
 from hpcwhirl.store.directory.owner import (
     CAMPAIGN,
     Asking,
@@ -25,10 +41,53 @@ from hpcwhirl.store.directory.owner import (
     Claim,
     shard_claim,
 )
+from hpcwhirl.store.results.sampled import drawn_axis
 
 LIMITED = ("stopped", "overloaded")  # outcomes at the amplitude limit
 LONG_AGO = 3600.0  # s, age of an unfinished small file that nobody can still be writing
 PICTURES = ("map.", "report.")  # beginnings of the names of maps and pages
+MOST_TRIED = 32  # models built to find a case that can be integrated
+FIXED = (
+    "--extend and [refine] exclude each other, since [refine] compares words of runs "
+    'of equal duration: use until = "decided" in [solver] instead'
+)
+
+
+class Policy(Campaign):
+    """Options of one run: the keys of [campaign], and the attributes listed here.
+
+    Attributes
+    ----------
+    seconds : wall time until this run stops, s; None: no limit
+    shard : part of the cases to compute; the last shard to end gathers
+    take_over : whether claims of processes on other machines count as dead
+    pilot : computing time after which a pilot stops, s; its cases are spread evenly
+    """
+
+    seconds: float | None = None
+    shard: Shard | None = None
+    take_over: bool = False
+    pilot: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        rules: Campaign,
+        shard: Shard | None = None,
+        *,
+        take_over: bool = False,
+        pilot: float | None = None,
+    ) -> Self:
+        """Return the options of a run whose wall time counts from now."""
+        given = walltime_seconds(rules.walltime) if rules.walltime else None
+        own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
+        own["pilot"] = pilot
+        return cls(**dict(rules) | own)
+
+    @property
+    def limit(self) -> float:
+        """Longest computing time of a case, s; infinite by default."""
+        return math.inf if self.case_limit is None else self.case_limit
 
 
 class Prepared(NamedTuple):
@@ -160,3 +219,174 @@ def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
     directory.sweep(older)
     for stem in PICTURES:  # commands `map` and `report` may be writing these now
         sweep(directory.path, stem, min(older, begun))
+
+
+def prepare(
+    design: Design,
+    directory: Directory,
+    extend: float | None = None,
+    *,
+    mends: bool = False,
+    check: Check = anyone,
+) -> None:
+    """Begin a campaign directory, or check that it may be continued.
+
+    Parameters
+    ----------
+    design, directory : the campaign
+    extend : end time to which undecided cases are extended, s; None: no further one
+    mends : whether a changed user's function is accepted, since only cases without
+        numbers of the function will be computed
+    check : raises if another process has taken over the directory; see
+        `store.directory.owner.Claim.check`
+
+    Raises
+    ------
+    InputError
+        if an input differs from the one that the directory was begun with, if the time
+        step of every case is above its limit, or if a file STOP keeps the campaign
+        stopped
+    """
+    if directory.stop_file.exists():
+        stop = directory.stop_file
+        raise InputError(f"{stop} keeps this campaign stopped: remove it to continue")
+    old, manifest, plan = None, design.manifest(), directory.plan
+    if plan.path.exists():
+        old = plan.read()
+        plan.check_same(old, manifest)
+        if not mends:
+            _check_measure(old, manifest, plan)
+    manifest = replace(manifest, extended=extended_by(design, plan, extend))
+    if old == manifest:
+        return
+    check_steps(design)
+    plan.write(manifest, check)
+
+
+def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
+    """Refuse a measure other than the one whose numbers the directory holds."""
+    was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
+    changed = difference(was, now)
+    if changed:
+        raise InputError(
+            f"{file.folder} has numbers of another measure: {changed} differs: use "
+            'another `out`, or fresh=True to compute all cases anew; retry="failed" '
+            "keeps these numbers and computes only the cases without any"
+        )
+
+
+def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[float]:
+    """Return the end times, s, to which undecided cases of a campaign are extended.
+
+    extend : a further end time, s, which may be equal to the last one; None: no
+        further one
+
+    Raises
+    ------
+    InputError
+        if `extend` is earlier than the last end time, or no case would last longer
+    """
+    if extend is not None and (design.grows or design.is_branched):
+        raise InputError(FIXED if design.grows else OF_BRANCH)
+    times = plan.read().extended if plan.path.exists() else []
+    if extend is None:
+        return times
+    last = times[-1] if times else 0.0
+    if extend < last:
+        msg = f"--to must be >= {last:g} s, to which {plan.folder} was extended, got "
+        raise InputError(f"{msg}{extend:g}")
+    least = float(min(last.min() for last in design.columns.last_ends()))
+    if extend <= least:
+        msg = f"--to must be > {least:g} s, the planned end of all cases, got "
+        raise InputError(f"{msg}{extend:g}")
+    return times if extend == last else [*times, extend]
+
+
+def as_begun(design: Design, plan: PlanFile) -> Design:
+    """Return the design with the draws stored in the plan, if it stores draws.
+
+    Raises
+    ------
+    InputError
+        if more draws are asked for, but this version of SciPy draws other numbers
+    """
+    sample = design.sample
+    if sample is None or not plan.path.exists():
+        return design
+    old = plan.read()
+    if old.base.get(SAMPLE) != sample.plan():
+        return design  # refused later, when the directory is prepared
+    kept, own = drawn_axis(old), drawn_axis(design.manifest())
+    if is_begun_by(kept, own) or is_begun_by(own, kept):
+        return design
+    if len(kept) < len(own):
+        msg = f"{plan.folder} has other draws than this version of SciPy makes: the "
+        msg += "campaign cannot be "
+        raise InputError(msg + f"continued beyond {len(kept)} draws per point")
+    rows = design.settings.along_last(kept.until(len(own)))
+    check_scenes(design.base, rows, sample)
+    return replace(design, settings=rows)
+
+
+def planned(file: PlanFile) -> Design:
+    """Return the design of a campaign from its plan.
+
+    Raises
+    ------
+    InputError
+        for a refined campaign, and for one with a user's function, which no file holds
+    """
+    plan = file.read()
+    if plan.refine:
+        raise InputError(f"{file.folder}: {FIXED}")
+    if MEASURE in plan.base:
+        msg = f"{file.folder}: its cases have numbers of a user's function, which is "
+        raise InputError(msg + "in no file: only campaigns without one can be extended")
+    known = input_names()
+    base = {name: value for name, value in plan.base.items() if name in known}
+    scene = apply_settings(Scene(), base)
+    contents = {scene.engine.file: str(plan.base.get(CONTENT, ""))}
+    Many(scene, plan.table).check()
+    return Design(
+        scene, plan.table, tuple(plan.swept), contents=contents,
+        twins=Twins(**plan.twins) if plan.twins else None, begun=plan.base,
+    )  # fmt: skip
+
+
+def check_steps(design: Design) -> None:
+    """Refuse a campaign in which the time step is too large for every case.
+
+    The limit of the time step depends only on the structures, eta and the gap, so one
+    case of each is tried, smallest step first, until one is accepted. After
+    `MOST_TRIED` models the campaign is accepted; invalid cases fail later.
+
+    Raises
+    ------
+    InputError
+        the error of the first case, with its limit, if every case is refused
+    """
+    distinct = _models(design)
+    refusal = None
+    for number in distinct[:MOST_TRIED]:
+        try:
+            case = design.resolved(number)
+            check_step(case.model, case.scene)
+        except InputError as failed:
+            refusal = refusal or failed
+        except WhirlError:
+            return
+        else:
+            return
+    if refusal is not None and len(distinct) <= MOST_TRIED:
+        raise refusal
+
+
+def _models(design: Design) -> list[int]:
+    """Return, for each structure, eta and gap, the case with the smallest time step."""
+    many, names = design.columns, design.settings.names
+    own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]
+    if "solver.time_step" not in names:
+        return [int(case) for case in many.kinds(own)]
+    order = np.argsort(many.values("solver.time_step"), kind="stable")
+    first = np.sort(np.unique(many.labels(own)[order], return_index=True)[1])
+    return [int(case) for case in order[first]]

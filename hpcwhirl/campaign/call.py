@@ -10,26 +10,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import hpcwhirl
-from hpcwhirl.campaign.begin import Prepared
+from hpcwhirl.campaign.begin import Policy, Prepared, as_begun
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.fingerprint import difference
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.measure import Measure, measure_of
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.resume import as_begun
-from hpcwhirl.campaign.session import Session
+from hpcwhirl.campaign.run import Session
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.errors import InputError, StoppedError, WhirlError, shown, unknown
+from hpcwhirl.errors import (
+    INTERNAL,
+    InputError,
+    StoppedError,
+    WhirlError,
+    say,
+    shown,
+    unknown,
+)
 from hpcwhirl.launch import ALONE, Communicator, communicator
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.results.measured import WHY_NOT
+from hpcwhirl.store.results.variables import WHY_NOT
 
 if TYPE_CHECKING:
     import xarray
 
-INTERNAL = 70
 FLAGS = ("fresh", "take_over")
 NO_OPTIONS = ("out", "map", "report")  # keys of [campaign] refused as keyword options
 OPTIONS = (*(set(Campaign.model_fields) - {*NO_OPTIONS}), *FLAGS)

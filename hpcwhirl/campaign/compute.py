@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.continuation import Ended, begun, end_of
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.simulate import Course, Result
+from hpcwhirl.campaign.simulate import Course, Ended, Result, begun, end_of
 from hpcwhirl.campaign.stop import Stop, breakable
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.errors import CaseError, one_line, text_of
-from hpcwhirl.planner.jobs import Job
+from hpcwhirl.planner.planner import Job
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.words import is_open
 

@@ -243,10 +243,8 @@ def edge(
         if the edge is lost
     """
     if changes(scene):
-        msg = (
-            "an edge is followed at constant speed and gap: acceleration, gap_closure "
-        )
-        raise InputError(f"{msg}must be 0, speed_table, gap_table empty")
+        msg = "an edge is followed at constant speed and gap: acceleration, "
+        raise InputError(f"{msg}gap_closure must be 0, speed_table, gap_table empty")
     law = scene.engine.casing.contact_law
     if law != RIGID:
         msg = "no edge is followed between casings that differ by wear: "
@@ -314,12 +312,9 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
         goal = -(-goal // march.beat) * march.beat
     march.reach(goal)
     if march.done:
-        msg = (
-            f"after {start:g} s the motion of a pulse of {force:g} N has ended already"
-        )
-        raise InputError(
-            f"{msg}: use a smaller `begin`, or choose pulses nearer to the edge"
-        )
+        msg = f"after {start:g} s the motion of a pulse of {force:g} N has ended "
+        how = "use a smaller `begin`, or choose pulses nearer to the edge"
+        raise InputError(f"{msg}already: {how}")
     return march
 
 

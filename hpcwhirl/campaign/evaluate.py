@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import (
     Computation,
@@ -26,77 +27,68 @@ from hpcwhirl.campaign.compute import (
     message_of,
     resolved,
 )
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.stop import Stop, Stopping, breakable
 from hpcwhirl.campaign.worker_process import Child
 from hpcwhirl.case.plan import folds_of
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import MissingFileError, WhirlError
-from hpcwhirl.planner.jobs import Completion, completion_of
+from hpcwhirl.errors import MissingFileError, WhirlError, say
+from hpcwhirl.planner.planner import Completion, completion_of
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.record import Record
-from hpcwhirl.store.results.measured import WHY_NOT
+from hpcwhirl.store.results.variables import WHY_NOT
 
 MOST_TOLD = 5  # largest number of failures that a rank prints; all have records
 
 
 @dataclass
-class RankContext:
-    """Files, limits and helpers of one rank during a run.
+class Evaluator:
+    """Computes jobs on this rank and appends their records to this rank's journal.
 
     Attributes
     ----------
+    design : design of the campaign
+    rank : number of this rank
     journal, running : this rank's journal, and its note of the cases being computed
     checkpoints : saved states of unfinished cases
     child : interpreter that computes isolated cases
+    policy, stopping : options of the run; handler of stop requests
     suspects : cases to isolate, since they were being computed when two processes died
+    extended : s, end times to which undecided cases are continued
+    told : number of problems of this rank so far
+    lost : whether results could not be written
+    beside : s, time outside the kernel, of each result
     """
 
+    design: Design
     rank: int
     journal: Journal
     running: Running
     checkpoints: Checkpoints
     child: Child
-    policy: Policy = field(default_factory=Policy)
-    stopping: Stopping = field(default_factory=Stopping)
+    policy: Policy
+    stopping: Stopping
     suspects: frozenset[int] = frozenset()
+    extended: Sequence[float] = ()
+    told: int = 0
+    lost: bool = False
+    beside: array[float] = field(default_factory=lambda: array("d"))
 
-
-class Evaluator:
-    """Computes jobs on this rank and appends their records to this rank's journal.
-
-    Parameters
-    ----------
-    design : design of the campaign
-    context : files and limits of this rank
-    extended : s, end times to which undecided cases are continued
-    """
-
-    def __init__(
-        self, design: Design, context: RankContext, extended: Sequence[float] = ()
-    ) -> None:
-        self.design, self.context, self.extended = design, context, extended
-        self.code = design.code
-        self.limit = context.policy.limit
-        self.where = {"rank": context.rank, "host": socket.gethostname()}
-        self.told = 0
-        self.lost = False  # whether results could not be written
-        self.beside = array("d")  # s, time outside the kernel, of each result
+    def __post_init__(self) -> None:
+        self.where = {"rank": self.rank, "host": socket.gethostname()}
 
     def warm(self, cases: Sequence[int]) -> None:
         """Compile the kernels that some cases need."""
         cases = self._kinds(cases)
-        self.context.running.begin(self.design.digest(case) for case in cases)
-        if self.context.policy.isolate:
+        self.running.begin(self.design.digest(case) for case in cases)
+        if self.policy.isolate:
             scenes = [self.design.scene(case) for case in cases]
-            self.context.child.warm(scenes, self.context.stopping.check)
+            self.child.warm(scenes, self.stopping.check)
             return
-        with breakable(self.context.stopping.check):
+        with breakable(self.stopping.check):
             for case in cases:
                 try:
                     March(self.design.resolved(case)).warm()
@@ -120,12 +112,14 @@ class Evaluator:
         """Compute the job with the number `task`; return how it ended."""
 
         def between() -> None:
-            self._writing(self.context.journal.keep_due)
+            self._writing(self.journal.keep_due)
             between_slices()
 
         start = time.perf_counter()
-        computed = computation(self.design, self.code.decode(task), self.extended)
-        self.context.running.begin([computed.digest])
+        computed = computation(
+            self.design, self.design.code.decode(task), self.extended
+        )
+        self.running.begin([computed.digest])
         end, seconds = self._compute(computed, between)
         if end.is_ok:
             self.beside.append(time.perf_counter() - start - seconds)
@@ -145,33 +139,33 @@ class Evaluator:
     def keep_due(self) -> None:
         """Write records that are due while this rank waits for work."""
         with suppress(Stop):  # other code sees the request, too
-            self._writing(self.context.journal.keep_due)
+            self._writing(self.journal.keep_due)
 
     def keep(self) -> bool:
         """Write all records of this rank; return whether that succeeded."""
         with suppress(Stop):
-            self._writing(self.context.journal.keep)
+            self._writing(self.journal.keep)
         return not self.lost
 
     def _compute(
         self, computed: Computation, between: Callable[[], None]
     ) -> tuple[Completion, float]:
         """Compute a job and journal it; return completion and kernel time, s."""
-        start, checkpoints = time.perf_counter(), self.context.checkpoints
+        start, checkpoints = time.perf_counter(), self.checkpoints
         case, digest = computed.job.case, computed.digest
         try:
             self.design.check_engine(case)
             checkpoints.hand_over(computed.before, digest)
-            keep = computed.lasts or self.context.policy.keep_states
-            if self.context.policy.isolate or case in self.context.suspects:
+            keep = computed.lasts or self.policy.keep_states
+            if self.policy.isolate or case in self.suspects:
                 checkpoints.kept.add(digest)  # the child may save it
-                result = self.context.child.compute(
-                    computed.scene, digest, self.limit, between, keep=keep
+                result = self.child.compute(
+                    computed.scene, digest, self.policy.limit, between, keep=keep
                 )
             else:
                 own = resolved(self.design, computed)
                 result = compute(
-                    own, digest, checkpoints, self.limit, between, keep=keep
+                    own, digest, checkpoints, self.policy.limit, between, keep=keep
                 )
         except Stop:
             raise
@@ -235,15 +229,15 @@ class Evaluator:
         kept = keep and end.is_open
         self._drop(computed.before, *([] if kept else [computed.digest]))
         if not self.design.grows:  # otherwise further cases may begin with it
-            self.context.checkpoints.drop_end(computed.follows)
+            self.checkpoints.drop_end(computed.follows)
         return end
 
     def _drop(self, *names: str) -> None:
         """Write the records of ended cases, then remove their saved states."""
-        if self.context.checkpoints.kept.intersection(names):
-            self._writing(self.context.journal.keep)
+        if self.checkpoints.kept.intersection(names):
+            self._writing(self.journal.keep)
         for name in names:
-            self.context.checkpoints.drop(name)
+            self.checkpoints.drop(name)
 
     @one_thread()
     def _measured(self, computed: Computation, result: Result) -> Record:
@@ -265,7 +259,7 @@ class Evaluator:
             say("further cases of this rank without a result are not printed")
 
     def _append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
-        self._writing(lambda: self.context.journal.append(record, traces))
+        self._writing(lambda: self.journal.append(record, traces))
 
     def _writing(self, write: Callable[[], None]) -> None:
         """Call `write`; if the disk is full, ask the campaign to stop."""
@@ -273,7 +267,7 @@ class Evaluator:
             write()
         except MissingFileError as failed:
             say(f"{failed} ({self.where['host']}, rank {self.where['rank']})")
-            self.context.stopping.ask(str(failed))
+            self.stopping.ask(str(failed))
             self.lost = True
             raise Stop from None
 

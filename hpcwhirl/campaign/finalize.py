@@ -19,11 +19,10 @@ import numpy as np
 
 import hpcwhirl
 from hpcwhirl.analysis.regimes import threshold_facts
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import Result, notes_on
 from hpcwhirl.campaign.work import Work
-from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError
+from hpcwhirl.errors import MissingFileError, NoRoomError, StoreError, say
 from hpcwhirl.launch import ALONE, Communicator, from_root, library_of
 from hpcwhirl.planner.planner import Planner
 from hpcwhirl.scene import loss_of, preset_inputs, preset_of, to_toml
@@ -34,7 +33,7 @@ from hpcwhirl.store.directory.journal import Journal
 from hpcwhirl.store.directory.owner import Asking, BrokenOffError
 from hpcwhirl.store.directory.refined import dropped_of, full_plan
 from hpcwhirl.store.reading.results_file import count_statuses
-from hpcwhirl.store.results.freshness import is_current
+from hpcwhirl.store.results.contents import is_current
 from hpcwhirl.store.results.gather import gather
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")

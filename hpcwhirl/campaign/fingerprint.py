@@ -144,13 +144,10 @@ def _within(called: Any) -> Any:
     if (inner := _wrapped(called)) is not None:
         return inner
     if isinstance(called, type):
-        return next(filter(_is_function, vars(called).values()), None)
+        own = (one for one in vars(called).values() if isinstance(one, FunctionType))
+        return next(own, None)
     own = getattr_static(type(called), CALL, None)
     return None if isinstance(own, WrapperDescriptorType) else own
-
-
-def _is_function(given: Any) -> bool:
-    return isinstance(given, FunctionType)
 
 
 def _attribute(given: Any, name: str) -> Any:
@@ -240,7 +237,8 @@ class _Walk:
         elif kind is np.ndarray or isinstance(given, np.generic):
             yield from self._of_array(given)
         else:
-            yield from self._of_code_or_object(given)
+            ways = (way for kinds, way in WAYS if isinstance(given, kinds))
+            yield from next(ways, _Walk._of_object)(self, given)
 
     def _of_array(self, given: Any) -> Iterator[str]:
         yield f"{given.dtype} {given.shape}"
@@ -248,12 +246,6 @@ class _Walk:
             yield from map(self.digest, np.asarray(given).ravel().tolist())
         else:
             yield hashlib.sha256(np.ascontiguousarray(given).tobytes()).hexdigest()
-
-    def _of_code_or_object(self, given: Any) -> Iterator[str]:
-        for kinds, way in WAYS:
-            if isinstance(given, kinds):
-                return way(self, given)
-        return self._of_object(given)
 
     def _of_descriptor(self, given: Any) -> Iterator[str]:
         """Yield digests of the functions in a property, static or class method."""
@@ -293,7 +285,8 @@ class _Walk:
         text = _text_of(given)
         if text:
             plain = "\n".join(text.splitlines())
-            self.sources.add(hashlib.sha256(_bytes(plain)).hexdigest())
+            data = plain.encode("utf-8", "surrogatepass")
+            self.sources.add(hashlib.sha256(data).hexdigest())
         yield given.co_code.hex()
         yield repr((given.co_names, given.co_argcount, given.co_kwonlyargcount))
         yield from map(self.digest, given.co_consts)
@@ -380,7 +373,3 @@ def _read(file: str) -> bytes:
         return Path(file).read_bytes()
     except OSError:
         raise _UnknownError(f"{file} cannot be read") from None
-
-
-def _bytes(text: str) -> bytes:
-    return text.encode("utf-8", "surrogatepass")

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.campaign.fingerprint import fingerprint
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.simulate import Result
-from hpcwhirl.errors import InputError, one_line, shown, text_of
-from hpcwhirl.scene import Scene
+from hpcwhirl.errors import InputError, one_line, say, shown, text_of
+from hpcwhirl.scene import Scene, flatten
 from hpcwhirl.scene.quantities import (
     AXES,
     BLADES,
@@ -33,7 +33,7 @@ from hpcwhirl.scene.quantities import (
 )
 from hpcwhirl.store.reading.shares import GROUP, SHARE
 from hpcwhirl.store.results.cells import BOUNDARIES, CELLS
-from hpcwhirl.store.results.measured import VALUES, WHY_NOT, one_case
+from hpcwhirl.store.results.variables import VALUES, WHY_NOT
 
 if TYPE_CHECKING:
     import xarray
@@ -52,8 +52,7 @@ class Measure:
 
     Attributes
     ----------
-    function : takes a case and returns {name: number}; see
-        `store.results.measured.one_case`
+    function : takes a case and returns {name: number}; see `one_case`
     variables : {name: (unit, meaning)} of its numbers
     fingerprint : fingerprint of the function, see the function of this name
     """
@@ -177,3 +176,48 @@ def _told(name: Any, given: Any) -> tuple[str, str]:
         msg = f"variables: unit and meaning of {name} must have no control characters, "
         raise InputError(f"{msg}got {shown(pair)}")
     return pair[0] or "1", pair[1]
+
+
+def one_case(
+    scene: Scene, row: Mapping[str, Any], traces: Mapping[str, NDArray[Any]]
+) -> xarray.Dataset:
+    """Return one case in the form of `open_results(...).isel(case=i)`.
+
+    Parameters
+    ----------
+    scene : inputs of the case, which become attributes with their dotted names
+    row : {variable of `ROW`: value}
+    traces : as in `campaign.simulate.Result`
+
+    Returns
+    -------
+    xarray.Dataset of numbers and words without a dimension, and of traces over `time`.
+    All are read-only copies, so that the user's function cannot change what is stored.
+    The variables of `performance` are missing, since they depend on the machine
+    """
+    import xarray
+
+    known = {**ROW, **BLADES, **CHAOS, **WORN, **TRACES, "time": AXES["time"]}
+    variables = {
+        name: (
+            dims,
+            _copy(value),
+            {"units": known[name].unit, "long_name": known[name].meaning},
+        )
+        for name, value, dims in [
+            *((name, value, ()) for name, value in row.items()),
+            *((name, a, _dims(name)) for name, a in traces.items()),
+        ]
+    }
+    return xarray.Dataset(variables, attrs=flatten(scene))
+
+
+def _dims(name: str) -> tuple[str, ...]:
+    return ("time",) if name == "time" else ("time", *TRACES[name].axes)
+
+
+def _copy(value: Any) -> NDArray[Any]:
+    """Return a read-only copy of an array or a number."""
+    copy = np.array(value)
+    copy.setflags(write=False)
+    return copy

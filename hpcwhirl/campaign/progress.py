@@ -14,13 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.planner.planner import Completion
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import NO_REGIME, REGIMES
 from hpcwhirl.store.directory.campaign_directory import STOP, Directory
-from hpcwhirl.store.directory.columns import CaseIndex, Told, told_by
-from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
+from hpcwhirl.store.directory.completions import (
+    CaseIndex,
+    Ended,
+    Told,
+    ended_of,
+    is_plain,
+    told_by,
+)
 from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import dropped_of, grown_plan, rows_of

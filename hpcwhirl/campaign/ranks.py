@@ -18,12 +18,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.stop import Stop
 from hpcwhirl.campaign.work_queue import Answers, Questions, WorkQueue
-from hpcwhirl.errors import MissingFileError
+from hpcwhirl.errors import MissingFileError, say
 from hpcwhirl.launch import ALONE, Communicator
 from hpcwhirl.store.directory.runs import Runs, Share
 
@@ -32,13 +31,9 @@ WORK, HALT = 11, 12  # tags of messages from rank 0 to worker
 IDLE = 1e-3  # s between checks for messages while there is nothing to do
 
 
-class Evaluate(Protocol):
-    """Function that computes and journals one unit of work; returns its completion."""
-
-    def __call__(self, task: int, between_slices: Callable[[], None]) -> Any:
-        """Compute a task and return its completion; raise Stop on a stop request."""
-
-
+# computes and journals a task, and returns its completion; its second argument is
+# called between slices, and raises Stop on a stop request
+Evaluate = Callable[[int, Callable[[], None]], Any]
 Notice = Callable[[int, Any], None]
 Unit = tuple[int, int]  # (number in the queue, task that is sent to a rank)
 Done = tuple[int, Any, float]  # (number of a unit, its completion, its time, s)

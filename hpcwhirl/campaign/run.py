@@ -1,25 +1,42 @@
-"""Running a campaign: plan the jobs left, distribute and journal them, gather."""
+"""Running a campaign: plan the jobs left, distribute and journal them, gather.
+
+`Session` has the steps of one invocation, by the command or from Python: rank 0
+prepares the design, claims the directory, and makes or continues it; all ranks receive
+what to run, or the error; all run; rank 0 finishes while it still holds the claim. If a
+rank fails unexpectedly, all are ended, since the others would wait for it.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass, field, replace
+from typing import Self, TypeVar
 
-from hpcwhirl.campaign.begin import asking_of, owned
+from hpcwhirl.campaign.begin import Policy, Prepared, asking_of, begin, owned
 from hpcwhirl.campaign.checkpoints import Checkpoints
-from hpcwhirl.campaign.evaluate import Evaluator, RankContext
+from hpcwhirl.campaign.evaluate import Evaluator
 from hpcwhirl.campaign.finalize import Ending, conclude
-from hpcwhirl.campaign.log import say
+from hpcwhirl.campaign.measure import Measure
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import duration_text
 from hpcwhirl.campaign.ranks import Tally, keep_shares, map_ranks
-from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping
+from hpcwhirl.campaign.stop import PILOT_OVER, Stop, Stopping, Watchdog
 from hpcwhirl.campaign.work import Work, work_of
 from hpcwhirl.campaign.work_queue import WorkQueue
 from hpcwhirl.campaign.worker_process import Child
-from hpcwhirl.launch import ALONE, Communicator, Shard, node_of, rest_until_root
-from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.errors import WhirlError, say
+from hpcwhirl.launch import (
+    ALONE,
+    Communicator,
+    Shard,
+    end_all,
+    from_root,
+    node_of,
+    rest_until_root,
+)
+from hpcwhirl.planner.planner import Completion
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Running
 from hpcwhirl.store.directory.journal import Journal
@@ -28,6 +45,7 @@ from hpcwhirl.store.directory.owner import Claim
 PROGRESS_EVERY = 5.0  # s between progress lines, at first
 PROGRESS_SHARE = 0.02  # later: time between lines as a share of the time spent so far
 PROGRESS_RAREST = 300.0  # s, longest time between progress lines
+T = TypeVar("T")
 
 
 def run_campaign(
@@ -71,12 +89,9 @@ def run_campaign(
         reasons = comm.allgather(stopping.reason)
     reason = next(filter(None, reasons), "")
     return Ending(
-        complete=False,
-        cases=len(design.settings),
-        reason=reason,
-        gave_up=gave_up,
-        piloted=reason == PILOT_OVER,
-    )
+        complete=False, cases=len(design.settings), reason=reason,
+        gave_up=gave_up, piloted=reason == PILOT_OVER,
+    )  # fmt: skip
 
 
 def _computed(
@@ -99,18 +114,17 @@ def _computed(
         Running(directory.notes, work.run, comm.rank) as running,
         closing(Child(directory.states, policy.save_every)) as child,
     ):
-        context = RankContext(
-            comm.rank, journal, running, checkpoints, child, policy, stopping,
-            work.suspects,
+        evaluate = Evaluator(
+            design, comm.rank, journal, running, checkpoints, child, policy, stopping,
+            work.suspects, work.extended,
         )  # fmt: skip
-        evaluate = Evaluator(design, context, work.extended)
         if work.jobs:
             _warm(evaluate, work, node)
         if policy.pilot is not None:  # a pilot's time begins here, after compiling
             stopping.pilot(policy.pilot)
         if comm.rank == 0:
             say(_begun(work, design, policy.shard))
-        report = _Report(queue, context)
+        report = _Report(queue, policy.max_fails, stopping)
         tally = Tally(waits=evaluate.keep_due)
         complete = map_ranks(queue, evaluate, report, stopping, comm, tally)
         complete &= all(comm.allgather(evaluate.keep()))
@@ -145,23 +159,21 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
 class _Report:
     """Progress lines on stderr of rank 0."""
 
-    def __init__(self, queue: WorkQueue, context: RankContext) -> None:
-        self.context, self.queue = context, queue
+    def __init__(self, queue: WorkQueue, most: int | None, stopping: Stopping) -> None:
+        self.queue, self.most, self.stopping = queue, most, stopping
         self.finished = self.failed = 0
         self.start = self.last = time.monotonic()
 
     @property
     def gave_up(self) -> bool:
         """Whether `max_fails` cases have failed in this run."""
-        most = self.context.policy.max_fails
-        return most is not None and self.failed >= most
+        return self.most is not None and self.failed >= self.most
 
-    def __call__(self, unit: int, end: Completion) -> None:
-        del unit
+    def __call__(self, _unit: int, end: Completion) -> None:
         self.finished += 1
         self.failed += not end.is_ok
         if self.gave_up:
-            self.context.stopping.ask(f"{self.failed} cases without a result")
+            self.stopping.ask(f"{self.failed} cases without a result")
         now = time.monotonic()
         spent = now - self.start
         every = min(max(PROGRESS_EVERY, PROGRESS_SHARE * spent), PROGRESS_RAREST)
@@ -175,3 +187,101 @@ class _Report:
         so_far = " so far" if self.queue.may_grow else ""
         progress = f"{self.finished} of {total} cases{so_far}{bad}, {rate}"
         say(f"{progress}, {duration_text(left)} left")
+
+
+@dataclass
+class Session:
+    """One invocation of a campaign; as a context, it ends all ranks if one fails.
+
+    Attributes
+    ----------
+    comm : communicator of all ranks
+    stopping : handler of stop requests and signals
+    tell : prints an exception of this rank, which ends all ranks; returns their exit
+        code. None: exceptions pass, since no other rank waits
+    code : exit code after an exception; None: there was none
+    watchdog : ends ranks that hang after a stop request; None: no watchdog
+    directory : the campaign's directory; None before this rank knows it
+    claim : claim on the directory, which rank 0 holds while the campaign runs
+    """
+
+    comm: Communicator
+    stopping: Stopping
+    tell: Callable[[Session, BaseException], int] | None = None
+    code: int | None = None
+    watchdog: Watchdog | None = None
+    directory: Directory | None = None
+    claim: Claim | None = None
+    _after: ExitStack = field(default_factory=ExitStack)
+
+    def on_root(self, action: Callable[[], T]) -> T | WhirlError:
+        """Return on every rank the value of rank 0's action, or its WhirlError."""
+        done: T | WhirlError | None = None
+        if self.comm.rank == 0:
+            try:
+                done = action()
+            except WhirlError as failed:
+                done = failed
+        told: T | WhirlError = from_root(self.comm, done)
+        return told
+
+    def run(
+        self,
+        prepare: Callable[[], Prepared],
+        conclude: Callable[[Ending, Prepared], T],
+        measure: Measure | None = None,
+        begun: Callable[[Design], None] = lambda _: None,
+    ) -> T | WhirlError:
+        """Run a campaign; every rank must call.
+
+        Parameters
+        ----------
+        prepare : called on rank 0
+        conclude : called on rank 0 with the outcome and the prepared campaign
+        measure : the user's function on this rank
+        begun : called on rank 0 when the directory is claimed and prepared
+
+        Returns
+        -------
+        on every rank, the value of `conclude`, or the WhirlError that rank 0 raised
+        before or after the run
+        """
+        with ExitStack() as stack:
+
+            def opened() -> Prepared:
+                prepared = prepare()
+                own = replace(prepared.design, measure=measure)
+                self.claim = begin(prepared._replace(design=own), self.stopping)
+                stack.enter_context(self.claim)
+                begun(prepared.design)
+                return prepared
+
+            prepared = self.on_root(opened)
+            if isinstance(prepared, WhirlError):
+                return prepared
+            design, self.directory, policy, *_ = prepared
+            if self.watchdog is not None:
+                self.watchdog.seconds = policy.patience
+                if self.claim is not None:
+                    self.watchdog.last = self.claim.release
+            ending = run_campaign(
+                replace(design, measure=measure),
+                self.directory, self.comm, policy, self.stopping, self.claim,
+            )  # fmt: skip
+            return self.on_root(lambda: conclude(ending, prepared))
+
+    def __enter__(self) -> Self:
+        """Start the watchdog, if `tell` is set: other ranks may wait for this one."""
+        if self.tell is not None:
+            dog = Watchdog(self.stopping, Policy().patience, self.comm)
+            self.watchdog = self._after.enter_context(dog)
+        return self
+
+    def __exit__(self, _: object, failed: BaseException | None, trace: object) -> bool:
+        """Print an exception of this rank by `tell`, and end all ranks."""
+        with self._after:
+            if failed is None or self.tell is None:
+                return False
+            self.code = self.tell(self, failed)
+            end_all(self.comm, self.code)
+            return True

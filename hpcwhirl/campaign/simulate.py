@@ -1,11 +1,19 @@
-"""One case: from a scene to a row of numbers and traces, without MPI and files."""
+"""One case: from a scene to a row of numbers and traces, without MPI and files.
+
+A case of a branch begins with the last motion of another case. This motion depends on
+the case's inputs only: its `history` names the preceding cases. A campaign stores the
+last motion of each case of a branch until the next case has ended, too. If it is lost,
+the preceding cases are integrated again, with the same result. A case that diverges,
+that does not run to its end, or that cannot be integrated leaves no motion: the next
+one begins anew, with its pulse.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +31,6 @@ from hpcwhirl.analysis.regimes import (
 )
 from hpcwhirl.analysis.rules import motion_of
 from hpcwhirl.analysis.whirl import static_frame
-from hpcwhirl.campaign.continuation import Ended, begun
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import angle_at, changes
 from hpcwhirl.dynamics.history import LEDGER_TERMS, History
@@ -32,17 +39,23 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
 from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.dynamics.snapshot import Arrays, fingerprint, restore, snapshot
+from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
-from hpcwhirl.scene import Scene, apply_settings
+from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.quantities import ROW
+from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.words import BEYOND_FILM, TOLD, is_open
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.checkpoints import Checkpoints
 
 Value = float | int | str
 USUAL = Thresholds()
 _LIMITS = asdict(MotionThresholds())
-SCENE_ROW = (
-    "speed", "nodal_diameter", "gap", "friction", "force", "pulse",
-)  # fmt: skip
+SCENE_ROW = "speed", "nodal_diameter", "gap", "friction", "force", "pulse"
+HISTORY_ROW = "steps", "contacts", "contact_impulse", "centre_peak", "last_contact"
+Begin = tuple[Case, Motion | None]
+Ended = tuple[Mapping[str, Any], March]
 
 
 @dataclass(frozen=True)
@@ -87,22 +100,13 @@ class Result:
     def _repr_html_(self) -> str:
         """Return words and numbers as a table, for a notebook."""
         lines = [
-            f"<tr><th>{escape(name)}</th><td>{escape(told_value(value))}</td>"
-            f"<td>{escape(unit_of(name))}</td></tr>"
+            f"<tr><th>{escape(name)}</th><td>"
+            f"{escape(f'{value:.6g}' if isinstance(value, float) else str(value))}</td>"
+            f"<td>{escape(with_unit('', ROW[name].unit if name in ROW else '', ''))}"
+            "</td></tr>"
             for name, value in self.row.items()
         ]
         return f"<table>{''.join(lines)}</table>"
-
-
-def told_value(value: Value) -> str:
-    """Return a number as text with six digits; a word unchanged."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def unit_of(name: str) -> str:
-    """Return the unit of a number in `Result.row`, "" if it has none."""
-    unit = ROW[name].unit if name in ROW else ""
-    return "" if unit == "1" else unit
 
 
 def simulate(scene: Scene, between_slices: Callable[[], None] | None = None) -> Result:
@@ -266,12 +270,8 @@ def result_of(case: Case, history: History) -> Result:
         "scheme": scene.solver.scheme,
         "folds": history.folds,
         "tip_growth": case.growth,
-        "steps": history.steps,
-        "contacts": history.contacts,
-        "contact_impulse": history.contact_impulse,
-        "centre_peak": history.centre_peak,
-        "last_contact": history.last_contact,
     }
+    row |= {name: getattr(history, name) for name in HISTORY_ROW}
     terms = LEDGER_TERMS if wears(scene) else [t for t in LEDGER_TERMS if t != "wear"]
     row |= {f"ledger_{term}": history.ledger[term] for term in terms}
     row |= found
@@ -328,3 +328,53 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
             traces["point_tips"] = history.point_tips
             traces["point_impulse"] = history.point_impulse
     return traces
+
+
+def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
+    """Return the last motion of a case, None if no case can continue from it.
+
+    row : result of the case, see `campaign.simulate.Result`
+    """
+    lost = row["outcome"] != "completed" or row["regime"] == "divergent"
+    return None if lost else march.motion()
+
+
+def begun(
+    case: Case,
+    march: Callable[[Case, Motion | None], Ended],
+    ends: Checkpoints | None = None,
+) -> Begin:
+    """Return the case to be integrated, and the motion with which it begins.
+
+    Parameters
+    ----------
+    case : the case
+    march : function that integrates a case from a motion to its end and returns its row
+        and last march
+    ends : storage of the last motions of cases; None: preceding cases are integrated
+    """
+    left, motion, scene = list[Scene](), None, case.given
+    while (before := case_before(scene)) is not None:
+        known, motion = ends.read(digest(before)) if ends else (False, None)
+        if known:
+            break
+        left.append(before)
+        scene = before
+    for before in reversed(left):
+        motion = _ended(before, motion, march)
+        if ends is not None:
+            ends.keep(digest(before), motion)
+    return _going_on(case, motion), motion
+
+
+def _going_on(case: Case, motion: Motion | None) -> Case:
+    return Case(case.given, case.own, goes_on=True) if motion is not None else case
+
+
+def _ended(
+    scene: Scene, motion: Motion | None, march: Callable[[Case, Motion | None], Ended]
+) -> Motion | None:
+    try:
+        return end_of(*march(_going_on(resolve(scene), motion), motion))
+    except InputError:  # the preceding case failed
+        return None

@@ -21,7 +21,7 @@ from types import FrameType
 from typing import Any, Self
 
 from hpcwhirl import early_signals
-from hpcwhirl.campaign.log import say
+from hpcwhirl.errors import STOPPED, say
 from hpcwhirl.launch import ALONE, Communicator, end_all
 
 SIGNALS = early_signals.SIGNALS
@@ -30,7 +30,6 @@ LOOK_EVERY = 1.0  # s between checks for the file STOP
 BREAK_EVERY = 0.2  # s between checks during work that is not divided into slices
 PILOT_OVER = "the pilot is over"
 END_TIME = "SLURM_JOB_END_TIME"  # s since 1970, set by Slurm
-STOPPED = 75
 WATCH_EVERY = 0.25  # s between checks
 AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can report first
 
@@ -101,8 +100,7 @@ class Stopping:
         if self():
             raise Stop
 
-    def _hear(self, number: int, frame: FrameType | None) -> None:
-        del frame
+    def _hear(self, number: int, _frame: FrameType | None) -> None:
         self.ask(f"signal {signal.Signals(number).name.removeprefix('SIG')}")
 
     def ignore(self) -> None:
@@ -139,8 +137,7 @@ class _Alarm:
         self.check, self._at_it = check, False
         self.told: Stop | None = None
 
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        del number, frame
+    def __call__(self, _number: int, _frame: FrameType | None) -> None:
         if self._at_it:  # never interrupt a check that receives a message
             return
         self._at_it = True

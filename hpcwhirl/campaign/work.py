@@ -11,21 +11,20 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.plan.cost import Costs, RefinedCosts, costs_of
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.work_queue import JobQueue, Order, WorkQueue
 from hpcwhirl.case.plan import FOLDING
 from hpcwhirl.launch import Communicator, Shard, from_root
-from hpcwhirl.planner.jobs import Completion, Job
-from hpcwhirl.planner.planner import Jobs, Planner
+from hpcwhirl.planner.planner import Completion, Job, Jobs, Planner
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.record import Record
 from hpcwhirl.store.directory.states import States
-from hpcwhirl.store.results.measured import WHY_NOT
+from hpcwhirl.store.results.variables import WHY_NOT
 
 CRASHES = 2  # a case is isolated after this number of processes died computing it
 

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.campaign.plan.cost import Costs
-from hpcwhirl.planner.jobs import Completion, Job, JobCode
-from hpcwhirl.planner.planner import Jobs, Planner
+from hpcwhirl.planner.planner import Completion, Job, JobCode, Jobs, Planner
 
 SORTED_ANEW = 20_000  # most units sorted again: 30 ms, in which rank 0 does not answer
 EVERY = 8  # units are sorted again after 1/EVERY of those left have finished

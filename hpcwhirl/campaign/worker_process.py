@@ -31,12 +31,11 @@ from hpcwhirl.campaign.compute import (
     compute,
     message_of,
 )
-from hpcwhirl.campaign.log import say
 from hpcwhirl.campaign.simulate import Result
 from hpcwhirl.campaign.stop import SIGNALS, Stop
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.errors import WhirlError
+from hpcwhirl.errors import WhirlError, say
 from hpcwhirl.launch import fate, interpreter, without_mpi
 from hpcwhirl.scene import Scene
 from hpcwhirl.store.directory.states import States

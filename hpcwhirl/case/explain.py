@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from typing import TypedDict
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from hpcwhirl.reduction.modes import ModalModel, has_centre
 from hpcwhirl.scene import Scene, apply_settings
 
 
-@dataclass(frozen=True)
-class Note:
+class Note(TypedDict):
     """One omission of a plan: what is left out, why that is safe, what it saves."""
 
     left_out: str
@@ -39,11 +38,11 @@ def _truncation(case: Case) -> Note:
         ring = f", harmonics of the ring above {casing.harmonics}{stretch}"
     error, asked = truncation_error(scene), solver.truncation
     return Note(
-        f"fixed-interface modes above {solver.modes}{ring}",
-        f"without them motions are wrong by an estimated {error:.2g}, at most "
+        left_out=f"fixed-interface modes above {solver.modes}{ring}",
+        why=f"without them motions are wrong by an estimated {error:.2g}, at most "
         f"{asked:g} being allowed: not a bound, but an estimate that held for 19 of 20 "
         "random engines in their first contacts",
-        _spared(case),
+        saves=_spared(case),
     )
 
 
@@ -64,16 +63,16 @@ def _folding(case: Case) -> Note:
     few, many = amplitudes(case.lean.model), amplitudes(case.model)
     k, blades, folds = case.given.nodal_diameter, case.model.blades, case.plan.folds
     return Note(
-        f"nodal diameters and ring harmonics that are no multiples of {folds}, "
-        f"and with them {blades - blades // folds} of {blades} blades and the shaft's "
-        "centre, which stays at rest",
-        f"{blades} equal blades and a load on {k} lobes are the same after a turn by "
-        f"360/{folds} degrees, and so is every motion from rest: exact, to round-off. "
-        "A motion without this symmetry could only grow out of round-off, from contact "
-        "to contact: after more than 12 touchdowns of a blade, or contact for longer "
-        "than the rotor's slowest period, the case begins anew with the whole model "
-        "(folds in the results is 1 then)",
-        f"{few} of {many} modal amplitudes are integrated",
+        left_out="nodal diameters and ring harmonics that are no multiples of "
+        f"{folds}, and with them {blades - blades // folds} of {blades} blades and the "
+        "shaft's centre, which stays at rest",
+        why=f"{blades} equal blades and a load on {k} lobes are the same after a turn "
+        f"by 360/{folds} degrees, and so is every motion from rest: exact, to "
+        "round-off. A motion without this symmetry could only grow out of round-off, "
+        "from contact to contact: after more than 12 touchdowns of a blade, or contact "
+        "for longer than the rotor's slowest period, the case begins anew with the "
+        "whole model (folds in the results is 1 then)",
+        saves=f"{few} of {many} modal amplitudes are integrated",
     )
 
 
@@ -82,11 +81,13 @@ def _settling(scene: Scene, plan: Plan) -> Note:
     rest = "the rest of the run" if certain else "stepping through the rest of the run"
     ways = "it ends there, damped" if certain else "samples come from closed form"
     return Note(
-        f"{rest}, once the amplitudes of all modes together are below the gap",
-        "all modes are held and damped, and the sum of their amplitudes bounds every "
-        f"gap for all time: no contact can recur (certificate in the results); {ways}",
-        f"at best all steps after {plan.settling:.3g} s, when a ring that no blade "
-        f"touches swings by less than the gap, of {scene.end_time:.3g} s",
+        left_out=f"{rest}, once the amplitudes of all modes together are below the gap",
+        why="all modes are held and damped, and the sum of their amplitudes bounds "
+        "every gap for all time: no contact can recur (certificate in the results); "
+        f"{ways}",
+        saves=f"at best all steps after {plan.settling:.3g} s, when a ring that no "
+        "blade touches swings by less than the gap, of "
+        f"{scene.end_time:.3g} s",
     )
 
 
@@ -100,9 +101,9 @@ def notes_of(case: Case) -> list[Note]:
     elif scene.engine.rotor.centre == "clamped" and not scene.engine.file:
         notes.append(
             Note(
-                "the shaft's centre",
-                "it is clamped and has no coordinates",
-                "one mode of k = 1",
+                left_out="the shaft's centre",
+                why="it is clamped and has no coordinates",
+                saves="one mode of k = 1",
             )
         )
     if plan.settles:
@@ -134,7 +135,7 @@ def facts_of_plan(case: Case) -> dict[str, object]:
         "settles": plan.settles,
         "settling_time": plan.settling,
         "truncation_error": truncation_error(scene) if has_families(scene) else None,
-        "left_out": [asdict(note) for note in notes_of(case)],
+        "left_out": notes_of(case),
     }
 
 

@@ -184,9 +184,8 @@ def _by_diameter(
     modes.
     """
     seen = _seen(rest, blades)
-    before, after = (
-        _grouped(wave_lines(body, blades, speed)) for body in (rest, turning)
-    )
+    bodies = rest, turning
+    before, after = (_grouped(wave_lines(body, blades, speed)) for body in bodies)
     for k in range(blades // 2 + 1):
         ranks = rest.rank[seen & (rest.diameter == k)]
         for rank in range(int(ranks.max(initial=-1)) + 1):

@@ -10,6 +10,7 @@ the mean speed: errors are of second order in the interval, see `interval_of`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
@@ -161,38 +162,28 @@ def laws_of(scene: Scene) -> tuple[Any, ...]:
     return law_of(scene), *gap
 
 
-class Growth:
-    """Radial growth of the tip that grows most, as a function of the speed."""
-
-    def __init__(self, model: Model) -> None:
-        body, spin = model.rotor, model.rotor.spin
-        if spin is None:
-            raise TypeError(model)
-        load = body.shapes.T @ spin.load
-        own = np.flatnonzero(body.diameter == 0) if body.cyclic else slice(None)
-        shapes = body.shapes[:, own]
-        self.load, self.rest = load[own], np.diag(body.omega[own] ** 2)
-        self.spin, self.shapes = spin, shapes
-        self.tips = shapes[0 : 2 * model.blades : 2]
-
-    @cached_property
-    def _terms(self) -> tuple[Floats, Floats]:
-        lift, spin = self.shapes, self.spin
-        quartic = 0.0 if spin.quartic is None else lift.T @ spin.quartic @ lift
-        return lift.T @ spin.stiffening @ lift, np.asarray(quartic)
-
-    def __call__(self, speed: float) -> float:
-        """Return the growth at a speed, m; see `reduction.waves.tip_growth`."""
-        first, quartic = self._terms
-        stiffness = self.rest + speed**2 * first + speed**4 * quartic
-        moved = np.linalg.solve(stiffness, speed**2 * self.load)
-        return float((self.tips @ moved).max())
-
-
 @lru_cache(maxsize=MOST_KEPT)
-def growth_of(model: Model) -> Growth:
-    """Return the function `Growth` of a model's tips, cached."""
-    return Growth(model)
+def growth_of(model: Model) -> Callable[[float], float]:
+    """Return the function from a speed to the growth of the tip that grows most, m.
+
+    See `reduction.waves.tip_growth`.
+    """
+    body, spin = model.rotor, model.rotor.spin
+    if spin is None:
+        raise TypeError(model)
+    own = np.flatnonzero(body.diameter == 0) if body.cyclic else slice(None)
+    shapes, load = body.shapes[:, own], (body.shapes.T @ spin.load)[own]
+    rest = np.diag(body.omega[own] ** 2)
+    first, quartic = shapes.T @ spin.stiffening @ shapes, np.zeros(1)
+    if spin.quartic is not None:
+        quartic = shapes.T @ spin.quartic @ shapes
+    tips = shapes[0 : 2 * model.blades : 2]
+
+    def growth(speed: float) -> float:
+        stiffness = rest + speed**2 * first + speed**4 * quartic
+        return float((tips @ np.linalg.solve(stiffness, speed**2 * load)).max())
+
+    return growth
 
 
 class Interval(NamedTuple):
@@ -261,25 +252,17 @@ class Schedule:
         opening = (opens[1] - opens[0]) / lasts
         if self.law is None:
             still = self.scene.speed
-            return Interval(
-                still, 0.0, still, still, since, 0.0, 0.0, opens[0], opening
-            )
+            own = still, 0.0, still, still, since, 0.0, 0.0
+            return Interval(*own, opens[0], opening)
         ends = np.array([since, until])
         (before, after), (begun, ended) = self.law.angle(ends), self.law.speed(ends)
         turn, rate = (after - before) / lasts, (ended - begun) / lasts
         back, on = self.law.angle(ends - 0.5 * step)  # for steps since .. until - step
         bend = 0.0 if self.straight else 0.5 * rate
         first = turn - bend * lasts
-        parts = (
-            (on - back) / lasts,
-            rate,
-            turn,
-            first,
-            since,
-            before - first * since,
-            bend,
-        )
-        return Interval._make(map(float, (*parts, opens[0], opening)))
+        mean, ahead = (on - back) / lasts, before - first * since
+        parts = mean, rate, turn, first, since, ahead, bend, opens[0], opening
+        return Interval._make(map(float, parts))
 
     @cached_property
     def _ahead(self) -> Floats:

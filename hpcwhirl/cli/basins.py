@@ -14,13 +14,8 @@ if TYPE_CHECKING:
     import xarray
 
 NUMBERS = (
-    "count",
-    "share",
-    "share_low",
-    "share_high",
-    "orbit_radius",
-    "line_frequency",
-)
+    "count", "share", "share_low", "share_high", "orbit_radius", "line_frequency",
+)  # fmt: skip
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,48 +4,37 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
 import time
-from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.stop import Stopping
-from hpcwhirl.cli.campaign_options import (
-    arguments,
-    design_of_call,
-    extension,
-    policy_of,
-    ranks_foreseen,
-    rules_of,
+from hpcwhirl.cli.campaign_options import arguments, prepared_of
+from hpcwhirl.cli.command import tell_error, tell_failure
+from hpcwhirl.cli.options import (
+    UNTOUCHED,
+    print_json,
+    tell_remarks,
 )
-from hpcwhirl.cli.command import (
+from hpcwhirl.errors import (
     COMPLETE,
     FAILED,
     STOPPED,
     WRONG_INPUT,
-    tell_error,
-    tell_failure,
+    InputError,
+    NoRoomError,
+    WhirlError,
+    say,
 )
-from hpcwhirl.cli.options import (
-    UNTOUCHED,
-    parsed,
-    print_json,
-    print_notes,
-    tell_preset,
-    tell_remarks,
-)
-from hpcwhirl.errors import InputError, NoRoomError, WhirlError
 from hpcwhirl.launch import communicator
-from hpcwhirl.scene import load_document
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 
 if TYPE_CHECKING:
     from hpcwhirl.campaign.begin import Prepared
-    from hpcwhirl.campaign.session import Session
+    from hpcwhirl.campaign.run import Session
     from hpcwhirl.store.directory.campaign_directory import Directory
 
 __all__ = ["arguments", "run"]
@@ -54,11 +43,11 @@ __all__ = ["arguments", "run"]
 def run(args: argparse.Namespace) -> int:
     """Run or continue a campaign on all ranks; return the exit code."""
     with Stopping() as stopping:  # until the end: a signal must not interrupt gathering
-        from hpcwhirl.campaign.session import Session
+        from hpcwhirl.campaign.run import Session
 
         comm, code = communicator(), FAILED
         with Session(comm, stopping, partial(_broken, args)) as session:
-            prepare = partial(_prepared, args, comm.size)
+            prepare = partial(prepared_of, args, comm.size)
             if args.dry_run:
                 found = session.on_root(lambda: _predict(args, session, prepare()))
             else:
@@ -96,8 +85,8 @@ def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
     """Print a forecast for the cases left, learned from ended ones; return code 0."""
+    from hpcwhirl.campaign.begin import extended_by
     from hpcwhirl.campaign.foresight.forecast import age, forecast
-    from hpcwhirl.campaign.resume import extended_by
     from hpcwhirl.cli.forecast import tell
 
     design, directory, policy, _, extend = prepared
@@ -126,69 +115,6 @@ def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> in
 def _tell_inputs(design: Design) -> None:
     """Print warnings about inputs, after all checks, so that an error is one line."""
     tell_remarks(design.columns, load=True)
-
-
-def _prepared(args: argparse.Namespace, ranks: int) -> Prepared:
-    """Return the campaign that all ranks will run; `ranks` is their number."""
-    from hpcwhirl.campaign.begin import Prepared
-    from hpcwhirl.campaign.resume import as_begun, check_steps
-    from hpcwhirl.store.directory.campaign_directory import Directory
-
-    settings = parsed(args.settings)
-    if args.regimes_only:
-        settings |= _words_alone(args.file, settings)
-    args.to = extension(args)
-    args.ranks = ranks_foreseen(args, ranks)
-    design = design_of_call(args, settings)
-    rules = rules_of(args, design.rules)
-    args.out = Path(args.out or rules.out)
-    args.map, args.report = rules.map, rules.report
-    directory = Directory(args.out)
-    design = design if args.fresh else as_begun(design, directory.plan)
-    policy = policy_of(args, design, rules)
-    directory.check_usable()
-    tell_preset(design.base)
-    if args.explain:
-        _explain(design)
-    if args.dry_run:
-        check_steps(design)
-    args.started = None
-    if args.pilot is not None:
-        from hpcwhirl.campaign.foresight.forecast import age
-
-        args.started = age()
-    return Prepared(design, directory, policy, args.fresh, args.to)
-
-
-def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
-    """Return the inputs that --regimes-only sets: traces, and the end of a case.
-
-    A case ends when its word is certain; ``until = decided`` is kept if the campaign
-    sets it.
-    """
-    file = None if file is None or file.is_dir() else file
-    solver = load_document(file).get("solver") if file else {}
-    asked = solver.get("until") if isinstance(solver, Mapping) else None
-    until = "solver.until"
-    decided = settings.get(until, asked) == "decided"
-    return {"output.traces": "summary", until: "decided" if decided else "certain"}
-
-
-def _explain(design: Design) -> None:
-    """Print on stderr what the plan of each kind of cases leaves out."""
-    from hpcwhirl.case.explain import notes_of
-
-    kinds: dict[tuple[int, bool], list[int]] = {}
-    for case in range(len(design.settings)):
-        try:
-            plan = design.resolved(case).plan
-        except WhirlError:  # this case gets a row with status failed
-            continue
-        kinds.setdefault((plan.folds, plan.settles), []).append(case)
-    for cases in kinds.values():
-        print(f"{len(cases)} cases like case {cases[0]}:", file=sys.stderr)
-        notes = [asdict(note) for note in notes_of(design.resolved(cases[0]))]
-        print_notes(notes, sys.stderr)
 
 
 def _conclude(
@@ -221,9 +147,9 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory)
     from hpcwhirl.store.reading.results_file import has_contact
 
     if ending.failed:
-        print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
+        say(_failures(ending))
     if not has_contact(ending.results):
-        print(f"hpcwhirl: {UNTOUCHED}", file=sys.stderr)
+        say(UNTOUCHED)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
     maps = _maps(ending, args.out, wanted=args.map == "yes")
@@ -251,7 +177,7 @@ def _pages(args: argparse.Namespace, ending: Any, directory: Directory) -> list[
     if args.report == "auto" and not wanted["auto"]:
         why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
         how = shlex.join(["hpcwhirl", "report", str(args.out)])
-        print(f"hpcwhirl: no report.html: {why}: {how}", file=sys.stderr)
+        say(f"no report.html: {why}: {how}")
     if not wanted[args.report]:
         return []
     if not ending.gathered and directory.page.exists() and not is_stale(directory):
@@ -270,15 +196,14 @@ def _maps(ending: Any, out: Path, *, wanted: bool) -> list[Path]:
         return files
     if not wanted:
         if any(path.exists() for path in files):
-            text = "map.png and map.svg are of earlier results: hpcwhirl map"
-            print(f"hpcwhirl: {text} {out}", file=sys.stderr)
+            say(f"map.png and map.svg are of earlier results: hpcwhirl map {out}")
         return []
     from hpcwhirl.report.render_process import draw_apart
 
     try:
         return draw_apart(ending.results, out)
     except InputError as refused:
-        print(f"hpcwhirl: no map: {refused}: hpcwhirl map {out} ...", file=sys.stderr)
+        say(f"no map: {refused}: hpcwhirl map {out} ...")
         return []
 
 
@@ -293,11 +218,8 @@ def _is_after(results: Path, paths: list[Path]) -> bool:
 
 def _tell_stopped(out: Directory | Path, reason: str) -> None:
     why = f": {reason}" if reason else ""
-    print(
-        f"hpcwhirl: stopped early{why}; finished cases are safe in {out}; "
-        "the same command continues the campaign",
-        file=sys.stderr,
-    )
+    safe = f"finished cases are safe in {out}"
+    say(f"stopped early{why}; {safe}; the same command continues the campaign")
 
 
 def _failures(ending: Any) -> str:
@@ -316,7 +238,7 @@ def _conclude_shard(args: argparse.Namespace, ending: Any) -> int:
     shards are no failure.
     """
     if ending.failed:
-        print(f"hpcwhirl: {_failures(ending)}", file=sys.stderr)
+        say(_failures(ending))
     facts = {"shard": args.shard, "cases": ending.cases, "left": ending.left}
     if args.json:
         print_json(facts | {"failed": ending.failed, "results": None})

@@ -1,22 +1,37 @@
-"""Options of `hpcwhirl campaign`; many may also be set in the table [campaign]."""
+"""Options of `hpcwhirl campaign`, and the campaign that they prepare.
+
+Many options may also be set in the table [campaign].
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
+import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from hpcwhirl.campaign.plan.design import Design, load_design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.cli.options import add_explain, add_json, add_set, add_take_over
+from hpcwhirl.cli.options import (
+    add_explain,
+    add_json,
+    add_set,
+    add_take_over,
+    parsed,
+    print_notes,
+    tell_preset,
+)
 from hpcwhirl.cluster.request import MOST_TASKS
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, WhirlError
 from hpcwhirl.launch import parse_shard
+from hpcwhirl.scene import load_document
 from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.scene.table_model import key_of, kind_of
+
+if TYPE_CHECKING:
+    from hpcwhirl.campaign.begin import Policy, Prepared
 
 FIELDS = Campaign.model_fields
 SHAPES = {"out": "DIR", "retry": "STATUS", "walltime": "HH:MM:SS"}
@@ -98,7 +113,7 @@ def rules_of(args: argparse.Namespace, table: Campaign) -> Campaign:
     return table.with_options(Campaign.read(given, "options", option))
 
 
-def extension(args: argparse.Namespace) -> float | None:
+def _extension(args: argparse.Namespace) -> float | None:
     """Return the time, s, to which undecided cases are extended; None: no extension.
 
     Raises
@@ -113,7 +128,7 @@ def extension(args: argparse.Namespace) -> float | None:
     return None if args.to is None else float(args.to)
 
 
-def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
+def _ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
     """Return the number of ranks for a prediction: --ranks, or `ranks` of this process.
 
     Raises
@@ -132,7 +147,7 @@ def ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
     return int(args.ranks)
 
 
-def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
+def _design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
     """Return the design of the file, of the directory to extend, or the default design.
 
     Raises
@@ -151,14 +166,14 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
     if clash:
         msg = f"{clash[0]} cannot go with the directory {args.file}: inputs stay"
         raise InputError(msg)
-    from hpcwhirl.campaign.resume import planned
+    from hpcwhirl.campaign.begin import planned
     from hpcwhirl.store.directory.manifest import PlanFile
 
     args.out = args.file
     return planned(PlanFile(args.file))
 
 
-def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
+def _policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
     """Return the policy of this run.
 
     Parameters
@@ -172,9 +187,72 @@ def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Poli
         for a shard of a campaign whose cases depend on words of other shards, or a
         pilot of a time that is not positive and finite
     """
+    from hpcwhirl.campaign.begin import Policy
+
     shard = parse_shard(args.shard) if args.shard is not None else None
     if shard:
         design.check_shards("no --shard")
     if args.pilot is not None and not 0.0 < args.pilot < math.inf:
         raise InputError(f"--pilot must be a number of seconds > 0, got {args.pilot}")
     return Policy.of(rules, shard, take_over=args.take_over, pilot=args.pilot)
+
+
+def prepared_of(args: argparse.Namespace, ranks: int) -> Prepared:
+    """Return the campaign that all ranks will run; `ranks` is their number."""
+    from hpcwhirl.campaign.begin import Prepared, as_begun, check_steps
+    from hpcwhirl.store.directory.campaign_directory import Directory
+
+    settings = parsed(args.settings)
+    if args.regimes_only:
+        settings |= _words_alone(args.file, settings)
+    args.to = _extension(args)
+    args.ranks = _ranks_foreseen(args, ranks)
+    design = _design_of_call(args, settings)
+    rules = rules_of(args, design.rules)
+    args.out = Path(args.out or rules.out)
+    args.map, args.report = rules.map, rules.report
+    directory = Directory(args.out)
+    design = design if args.fresh else as_begun(design, directory.plan)
+    policy = _policy_of(args, design, rules)
+    directory.check_usable()
+    tell_preset(design.base)
+    if args.explain:
+        _explain(design)
+    if args.dry_run:
+        check_steps(design)
+    args.started = None
+    if args.pilot is not None:
+        from hpcwhirl.campaign.foresight.forecast import age
+
+        args.started = age()
+    return Prepared(design, directory, policy, args.fresh, args.to)
+
+
+def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, str]:
+    """Return the inputs that --regimes-only sets: traces, and the end of a case.
+
+    A case ends when its word is certain; ``until = decided`` is kept if the campaign
+    sets it.
+    """
+    file = None if file is None or file.is_dir() else file
+    solver = load_document(file).get("solver") if file else {}
+    asked = solver.get("until") if isinstance(solver, Mapping) else None
+    until = "solver.until"
+    decided = settings.get(until, asked) == "decided"
+    return {"output.traces": "summary", until: "decided" if decided else "certain"}
+
+
+def _explain(design: Design) -> None:
+    """Print on stderr what the plan of each kind of cases leaves out."""
+    from hpcwhirl.case.explain import notes_of
+
+    kinds: dict[tuple[int, bool], list[int]] = {}
+    for case in range(len(design.settings)):
+        try:
+            plan = design.resolved(case).plan
+        except WhirlError:  # this case gets a row with status failed
+            continue
+        kinds.setdefault((plan.folds, plan.settles), []).append(case)
+    for cases in kinds.values():
+        print(f"{len(cases)} cases like case {cases[0]}:", file=sys.stderr)
+        print_notes(notes_of(design.resolved(cases[0])), sys.stderr)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +19,7 @@ from hpcwhirl.cli.tables import (
     print_table,
     unit_of,
 )
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, say
 from hpcwhirl.scene.quantity import with_unit
 
 if TYPE_CHECKING:
@@ -116,7 +115,7 @@ def _print_first(
         print(f"all {count} cases: {', '.join(told)}")
     print_table({n: v for n, v in columns.items() if n not in same}, units, shown)
     if not count:
-        print("hpcwhirl: no case matches", file=sys.stderr)
+        say("no case matches")
     if shown < count:
         print(f"{count - shown} more of {count} cases: --limit 0, --csv or --json")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections import Counter
 from dataclasses import fields
 from pathlib import Path
@@ -13,7 +12,7 @@ from hpcwhirl.analysis.regimes import MotionThresholds, Thresholds, all_threshol
 from hpcwhirl.analysis.rules import motions_by_table, words_by_table
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_json, add_take_over, print_json
-from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.errors import InputError, say, unknown
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,7 +57,6 @@ def thresholds_of(settings: list[str]) -> dict[str, float]:
 
 def run(args: argparse.Namespace) -> int:
     """Classify every case again from its stored evidence and print the changes."""
-    from hpcwhirl.campaign.log import say
     from hpcwhirl.report.map.maps import refresh
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
@@ -96,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     drawn, stale = refresh(directory)
     facts["drawn again"] = [str(path) for path in drawn]
     for line in stale:
-        print(f"hpcwhirl: {line}", file=sys.stderr)
+        say(line)
     if args.json:
         print_json(facts)
         return 0

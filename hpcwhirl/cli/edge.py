@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from hpcwhirl.campaign.edge import Edge
     from hpcwhirl.scene import Scene
 
-TIMES = {"span": 1.0, "look": 1.0}
-NEAR = {"near": 1e-6, "far": 1e-3}
+TRACKING = {"span": 1.0, "look": 1.0, "near": 1e-6, "far": 1e-3}
 UNITS = {
     "begin": "s", "end": "s", "orbit_radius": "m", "turning_rate": "rad/s",
     "line_frequency": "rad/s", "leaving_rate": "1/s",
@@ -73,7 +72,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "near": "relative distance of the two states at which bisection ends",
         "far": "relative distance of the two states at which they are bisected again",
     }
-    for name, value in (TIMES | NEAR).items():
+    for name, value in TRACKING.items():
         add_option(parser, f"--{name} X",
             f"{helps[name]} (default {value:g})", default=value, type=float)
     add_option(parser, "--plot FILE.png",
@@ -103,7 +102,7 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
     """Follow an edge; return the edge and the numbers to print, {name: value}."""
     from hpcwhirl.campaign.edge import Tracking, edge
 
-    how = Tracking(**{name: getattr(args, name) for name in TIMES | NEAR})
+    how = Tracking(**{name: getattr(args, name) for name in TRACKING})
 
     def tell(text: str) -> None:
         if not args.quiet:

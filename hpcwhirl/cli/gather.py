@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.cli.command import COMPLETE, FAILED, code_of, tell_failure
+from hpcwhirl.cli.command import code_of, tell_failure
 from hpcwhirl.cli.options import OF_CAMPAIGN, add_take_over
-from hpcwhirl.errors import WhirlError
+from hpcwhirl.errors import COMPLETE, FAILED, WhirlError, say
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     """
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
-    from hpcwhirl.campaign.log import say
+    from hpcwhirl.errors import say
     from hpcwhirl.launch import communicator, from_root
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
@@ -71,7 +71,7 @@ def _code(path: Path) -> int:
         return COMPLETE
     why = ", ".join(f"{count} {name}" for name, count in bad.items())
     text = f"{sum(bad.values())} of {cases} cases have no result: {why}"
-    print(f"hpcwhirl: {text}; see `status` and `message` in {path}", file=sys.stderr)
+    say(f"{text}; see `status` and `message` in {path}")
     return FAILED
 
 
@@ -80,4 +80,4 @@ def _tell(drawn: list[Path], stale: list[str]) -> None:
     for made in drawn:
         print(made)
     for line in stale:
-        print(f"hpcwhirl: {line}", file=sys.stderr)
+        say(line)

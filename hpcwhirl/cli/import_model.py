@@ -12,7 +12,7 @@ import numpy as np
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.export_model import arrays_of_stress, turning_arrays
 from hpcwhirl.cli.options import add_json, check_writable, print_json
-from hpcwhirl.errors import InputError
+from hpcwhirl.errors import InputError, say
 
 if TYPE_CHECKING:
     from hpcwhirl.reduction.finite_elements import Imported
@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     for source in (args.file, *wheel.sources):
         if args.out.exists() and args.out.samefile(source):
             raise InputError(f"--out must not be {source}, which this command reads")
-    rotor = imported(wheel, _tell)
+    rotor = imported(wheel, say)
     facts = {"layout": LAYOUT, "source": str(args.file)}
     write_arrays(args.out, arrays_of(rotor), facts)
     summary = facts_of(rotor, wheel.mass.shape[0])
@@ -113,10 +113,6 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(args.out, summary)
     return 0
-
-
-def _tell(line: str) -> None:
-    print(f"hpcwhirl: {line}", file=sys.stderr)
 
 
 def _show(out: Path, facts: dict[str, Any]) -> None:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.cluster.request import Request
+from hpcwhirl.cluster.request import PRINTED, Request, job_script
 from hpcwhirl.cluster.schedulers import SCHEDULERS
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError, say
 from hpcwhirl.safe_open import read_regular
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script, or write it to --script and print the command to submit it."""
-    from hpcwhirl.cluster.script import job_script
+    from hpcwhirl.campaign.plan.design import load_design
     from hpcwhirl.store.atomic import write_whole
 
     if args.inputs:
@@ -78,7 +78,10 @@ def run(args: argparse.Namespace) -> int:
     values = {name: getattr(args, name) for name in Request.__dataclass_fields__}
     for name in PLACES:
         values[name] = values[name] and os.path.expanduser(values[name])  # noqa: PTH111
-    design = _design(Path(values["file"]), shards=bool(args.array or args.shard))
+    # the job itself would fail for a wrong file only after waiting in the queue
+    design = load_design(Path(values["file"]), {})
+    if args.array or args.shard:
+        design.check_shards("neither --array nor --shard")
     rules = design.rules
     for name, key in IN_FILE.items():
         if values[name] is None:
@@ -99,28 +102,6 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _design(path: Path, *, shards: bool) -> Design:
-    """Return the checked campaign of a file.
-
-    Parameters
-    ----------
-    path : path of the file
-    shards : whether the job computes shards, which some campaigns do not allow
-
-    Raises
-    ------
-    InputError, MissingFileError
-        if the file cannot be read or is no campaign; the job would fail for this only
-        after waiting in the queue
-    """
-    from hpcwhirl.campaign.plan.design import load_design
-
-    design = load_design(path, {})
-    if shards:
-        design.check_shards("neither --array nor --shard")
-    return design
-
-
 def _predict(design: Design, request: Request) -> None:
     """Print on stderr the time that the campaign still needs, and the job's limit.
 
@@ -131,8 +112,8 @@ def _predict(design: Design, request: Request) -> None:
     InputError
         if no case of the campaign could be integrated
     """
+    from hpcwhirl.campaign.begin import as_begun, check_steps
     from hpcwhirl.campaign.foresight.forecast import forecast
-    from hpcwhirl.campaign.resume import as_begun, check_steps
     from hpcwhirl.cli.forecast import job_line
     from hpcwhirl.launch import parse_shard
     from hpcwhirl.store.directory.campaign_directory import Directory
@@ -142,13 +123,11 @@ def _predict(design: Design, request: Request) -> None:
     shard = parse_shard(request.shard) if request.shard else None
     cost = forecast(as_begun(design, directory.plan), directory, shard)
     ranks = request.ntasks * (request.array or 1)
-    print(f"hpcwhirl: {job_line(cost, ranks, request)}", file=sys.stderr)
+    say(job_line(cost, ranks, request))
 
 
 def _check_kept(path: Path) -> None:
     """Refuse to replace a directory, or a file that is not a printed job script."""
-    from hpcwhirl.cluster.script import PRINTED
-
     try:
         old = read_regular(path).decode() if path.exists() else PRINTED
     except (OSError, UnicodeDecodeError):

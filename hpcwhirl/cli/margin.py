@@ -215,10 +215,8 @@ def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
                 for f in found]  # fmt: skip
     least = min(found, key=lambda f: np.nan_to_num(f.safe))
     open_ = sum(not f.word for f in found)
-    text = (
-        f"{told}: the lowest of {len(found)} limits is {least.times(point)} times this "
-    )
-    return [f"{text}({_place(least).rstrip(': ')}); no change was met on {open_}"]
+    text = f"{told}: the lowest of {len(found)} limits is {least.times(point)} times"
+    return [f"{text} this ({_place(least).rstrip(': ')}); no change was met on {open_}"]
 
 
 def _place(found: FirstChange) -> str:

@@ -81,7 +81,8 @@ def run(args: argparse.Namespace) -> int:
     elif args.explain:
         print_notes(facts["plan"]["left_out"])
         _show_rotations(facts["rotations"], scene)
-        _show_choice(facts["rotation"]["auto"])
+        if facts["rotation"]["auto"] is not None:
+            print(facts["rotation"]["auto"]["told"])
     else:
         _show(facts, args.up_to, scene.nodal_diameter)
     return 0
@@ -120,12 +121,6 @@ def _show_rotations(rotations: dict[str, Any], scene: Scene) -> None:
     for name, row in rows.items():
         table.add_row(name, *(row.get(kind, "-") for kind in kinds))
     Console().print(table)
-
-
-def _show_choice(choice: dict[str, Any] | None) -> None:
-    """Print what engine.rotation = auto chose and why; nothing if it is not auto."""
-    if choice is not None:
-        print(choice["told"])
 
 
 def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from importlib import resources
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.errors import InputError, MissingFileError, shown
+from hpcwhirl.errors import InputError, MissingFileError, say, shown
 from hpcwhirl.scene.units import in_si, told_of
 
 if TYPE_CHECKING:
@@ -78,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     if not FANS[0] <= checked.share <= FANS[1]:
         hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed: --frequency, "
         hint += "--speed"
-        print(f"hpcwhirl: {hint}", file=sys.stderr)
+        say(hint)
     print(f"next: hpcwhirl campaign {args.file} --dry-run")
     return 0
 

@@ -6,14 +6,13 @@ import argparse
 import json
 import math
 import os
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.add_option import add_option
-from hpcwhirl.errors import InputError, MissingFileError
+from hpcwhirl.errors import InputError, MissingFileError, say
 from hpcwhirl.scene import (
     DESIGN_TABLES,
     NAMED,
@@ -49,11 +48,8 @@ UNTOUCHED = (
 class _Preset(argparse.Action):
     """Insert a preset's inputs before those of ``--set``, so that ``--set`` wins."""
 
-    def __call__(
-        self, parser: Any, namespace: Any, name: Any, option: Any = None
-    ) -> None:
+    def __call__(self, parser: Any, namespace: Any, name: Any, *_option: Any) -> None:
         """Store the preset's name; put its inputs before the settings given so far."""
-        del option
         if getattr(namespace, "preset", None):
             parser.error("--preset is given twice")
         namespace.preset = name
@@ -82,7 +78,7 @@ def tell_preset(scene: Scene) -> None:
         return
     whole = loss_of(scene)
     loss = preset_in_short(name) if whole == preset_loss(name) else whole
-    print(f"hpcwhirl: preset {name}: {loss} (hpcwhirl inputs {name})", file=sys.stderr)
+    say(f"preset {name}: {loss} (hpcwhirl inputs {name})")
 
 
 def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
@@ -93,7 +89,7 @@ def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
     from hpcwhirl.scene.remarks import remarks
 
     for line in remarks(cases, load=load):
-        print(f"hpcwhirl: {line}", file=sys.stderr)
+        say(line)
 
 
 def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
@@ -206,8 +202,8 @@ def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
     ignored = [name for name in DESIGN_TABLES if name in document]
     if ignored:
         tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in ignored)
-        start = f"hpcwhirl: {path}: a campaign's {tables} ignored: the case has"
-        print(f"{start} the inputs that all cases share (and --set)", file=sys.stderr)
+        start = f"{path}: a campaign's {tables} ignored: the case has"
+        say(f"{start} the inputs that all cases share (and --set)")
 
 
 def parsed(settings: Sequence[str]) -> dict[str, Any]:

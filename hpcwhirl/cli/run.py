@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -134,10 +133,13 @@ def _explained(march: March) -> dict[str, Any]:
     """
     from hpcwhirl.case.explain import amplitudes, notes_of
 
-    notes = [asdict(note) for note in notes_of(march.case)]
     few, many = amplitudes(march.lean.model), amplitudes(march.model)
     share = few * march.marched / (many * march.total)
-    return {"left_out": notes, "marched": march.marched, "work_share": share}
+    return {
+        "left_out": notes_of(march.case),
+        "marched": march.marched,
+        "work_share": share,
+    }
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
@@ -151,17 +153,9 @@ def summary(row: dict[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _progress(course: Course, *, quiet: bool) -> Iterator[Callable[[], None]]:
-    if quiet:
-        yield lambda: None
-    elif sys.stderr.isatty():
-        with _bar(course) as tick:
-            yield tick
-    else:
-        yield _plain(course)
-
-
-@contextmanager
-def _bar(course: Course) -> Iterator[Callable[[], None]]:
+    if quiet or not sys.stderr.isatty():
+        yield (lambda: None) if quiet else _plain(course)
+        return
     from rich.console import Console
     from rich.progress import Progress, TimeElapsedColumn
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.cli.add_option import add_option
 from hpcwhirl.cli.options import OR_FILE, add_json, print_json
+from hpcwhirl.errors import say
 
 if TYPE_CHECKING:
     import xarray
@@ -124,11 +125,11 @@ def tell(found: xarray.Dataset) -> None:
         lost, used = int(one["dropped"].sum()), int(one["draws"].sum())
         if lost:
             told = f"{name}: {lost} of {lost + used} pairs of draws have a case without"
-            print(f"hpcwhirl: {told} this number and are left out", file=sys.stderr)
+            say(f"{told} this number and are left out")
         still = int((one["deviation"] == 0.0).sum())
         if still:
             told = f"{name}: does not vary at {still} of {found.sizes['point']} points"
-            print(f"hpcwhirl: {told}: no index there", file=sys.stderr)
+            say(f"{told}: no index there")
         needed, draws = pairs_needed(one), int(one["draws"].max())
         if needed:
             told = f"{name}: intervals up to {widest(one):.2g} wide: too few draws"
@@ -136,4 +137,4 @@ def tell(found: xarray.Dataset) -> None:
             if needed > FARTHEST * draws:
                 how = f"even count = {FARTHEST * draws} may not suffice: the variance "
                 how += "is due to a few cases"
-            print(f"hpcwhirl: {told} ({draws}) to rank inputs; {how}", file=sys.stderr)
+            say(f"{told} ({draws}) to rank inputs; {how}")

@@ -72,10 +72,7 @@ def probed_mpi() -> Facts:
     """Return `mpi_facts` of a child process, so that an abort of MPI ends only that."""
     none: Facts = {"mpi": "", "mpi_libraries": []}
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", PROBE], capture_output=True, text=True,
-            timeout=LIMIT, check=False, stdin=subprocess.DEVNULL,
-        )  # fmt: skip
+        done = _asked([sys.executable, "-c", PROBE])
     except subprocess.TimeoutExpired:
         return none | {"mpi_error": f"no answer in {LIMIT} s"}
     try:
@@ -86,16 +83,20 @@ def probed_mpi() -> Facts:
     return facts
 
 
+def _asked(words: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        words, capture_output=True, text=True, timeout=LIMIT, check=False,
+        stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
 def launcher_facts() -> Facts:
     """Return path and version text of the mpirun on PATH, both "" without an mpirun."""
     path = shutil.which("mpirun") or shutil.which("mpiexec")
     if path is None:
         return {"mpirun": "", "mpirun_version": ""}
     try:
-        done = subprocess.run(
-            [path, "--version"], capture_output=True, text=True,
-            timeout=LIMIT, check=False, stdin=subprocess.DEVNULL,
-        )  # fmt: skip
+        done = _asked([path, "--version"])
     except (OSError, subprocess.TimeoutExpired) as failed:
         return {"mpirun": path, "mpirun_version": f"does not start: {failed}"}
     lines = (done.stdout + done.stderr).split("\n\n")[0].splitlines()[:2]

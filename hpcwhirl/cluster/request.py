@@ -1,10 +1,16 @@
-"""Options of a job script, checked so that no value can inject shell or directives."""
+"""Job scripts: their options, checked, and their text, from a template.
+
+No value of an option can inject shell or directives.
+"""
 
 from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from importlib import resources
+from string import Template
 
 from hpcwhirl.cluster.schedulers import SCHEDULERS
 from hpcwhirl.errors import InputError, unknown
@@ -23,6 +29,7 @@ SLURM = {  # options of Slurm only: (form, its description)
 }
 MOST_TASKS = 10_000_000  # largest number of ranks of a job
 LONGEST = 365 * 86400  # s, longest time limit of a job
+PRINTED = "# Printed by: "  # beginning of a line of every job script
 
 
 @dataclass(frozen=True)
@@ -201,3 +208,42 @@ def _check_path(name: str, value: str) -> None:
 
 def _allowed(pattern: re.Pattern[str]) -> str:
     return "_ . + -" if pattern is WORD else "_ . , : @ / + = -"
+
+
+class _Script(Template):
+    delimiter = "%"
+
+
+def job_script(request: Request) -> str:
+    """Return the whole job script of a request."""
+    scheduler = SCHEDULERS[request.scheduler]
+    quote = shlex.quote
+    warned, ended = scheduler.traps
+    path = quote(request.script) if request.script else "THIS_FILE"
+    modules = [f"module load {quote(module)}" for module in request.modules]
+    venv = f"source {quote(request.venv.rstrip('/') + '/bin/activate')}"
+    shard: list[str] = []
+    if request.array:
+        shard.append(f"shard={scheduler.index}")
+        shard.append(f'work+=(--shard "$shard/{request.array}")')
+    elif request.shard:
+        shard.append(f"work+=(--shard {quote(request.shard)})")
+    text = resources.files("hpcwhirl.cluster").joinpath("job.template").read_text()
+    return _Script(text).substitute(
+        directives=_lines(scheduler.directives(request), scheduler.sentinel),
+        command=request.command(), submit=f"{scheduler.submit} {path}",
+        warned=warned, ended=ended, stop=scheduler.stop,
+        opening=_lines(scheduler.opening),
+        file=quote(request.file), out=quote(request.out),
+        ranks=request.ntasks, requeues=request.requeues,
+        modules=_lines(
+            modules or ["# module load the MPI that mpi4py was built for (--module)"]
+        ),
+        venv=venv if request.venv else "# source VENV/bin/activate (--venv)",
+        shard=_lines(shard), launch=scheduler.launch(request),
+        requeue=_lines(scheduler.again(request), "  "),
+    )  # fmt: skip
+
+
+def _lines(lines: Sequence[str], before: str = "") -> str:
+    return "".join(f"{before}{line}\n" for line in lines)

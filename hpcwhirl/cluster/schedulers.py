@@ -203,8 +203,7 @@ def _counted(job: str, code: int) -> Callable[[Request], Lines]:
     code : exit code with which the scheduler requeues a job
     """
 
-    def again(request: Request) -> Lines:
-        del request
+    def again(_request: Request) -> Lines:
         return [
             f'count="$out/requeues-{job}"',
             'used=$(cat "$count" 2>/dev/null || echo 0)',

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.planner.jobs import Completion
+from hpcwhirl.planner.planner import Completion, Followers
 from hpcwhirl.refinement.rule import Family
 from hpcwhirl.scene.history import history_of, parsed
 from hpcwhirl.scene.input_names import is_number
@@ -18,43 +18,6 @@ from hpcwhirl.scene.table import Table, distinct, labels, listed
 
 LATE = ("boundary", "even")  # values of twins.of that need the words of all cases
 Settings = Sequence[Mapping[str, Any]]
-
-
-class Followers(NamedTuple):
-    """Cases and twins that follow after a case has ended.
-
-    Attributes
-    ----------
-    cases : numbers of further cases
-    twinned : numbers of those ended cases whose twins are to be computed
-    """
-
-    cases: Sequence[int] = ()
-    twinned: Sequence[int] = ()
-
-
-class Kind(Protocol):
-    """A kind of design: which cases there are, and which follow from ended ones.
-
-    Attributes
-    ----------
-    first : number of cases known beforehand; their numbers are 0 .. first - 1
-    waiting : numbers of known cases that are computed only after `after` returned them
-    grows : whether cases may follow from others, or wait for others
-    """
-
-    first: int
-    waiting: Sequence[int]
-    grows: bool
-
-    def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case.
-
-        Parameters
-        ----------
-        case : a case that has ended; each is passed at most once
-        end : completion of its last stage with a result, or its failure
-        """
 
 
 class Grid:

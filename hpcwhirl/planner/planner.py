@@ -1,21 +1,106 @@
-"""The planner: the jobs left, from the completions so far."""
+"""Jobs, the computations of a campaign, and the planner: the jobs that are left."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.planner.jobs import Completion, Job
-from hpcwhirl.planner.kinds import Kind
+from hpcwhirl.refinement.words import NUMBERS, features_of
+from hpcwhirl.scene.words import REGIMES, is_open, word_of
 
+OK = "ok"  # status of a job that gave a result
 # states of a case or twin; a state >= 0 is the number of its stage to be computed next
 UNWANTED, FAILED, DONE = -3, -2, -1
-Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 Cases = NDArray[np.int64]
+
+
+class Job(NamedTuple):
+    """One computation of a campaign.
+
+    Attributes
+    ----------
+    case : number of the case, which for a refined campaign includes its fidelity, see
+        `refinement.rule.Family.number`
+    twin : number of the twin, from 1; 0 for the case itself
+    stage : 0: run to the planned duration; n: to the n-th end time of an extension
+    """
+
+    case: int
+    twin: int = 0
+    stage: int = 0
+
+
+class Completion(NamedTuple):
+    """How a job has ended: its status and the words and numbers of its result.
+
+    Attributes
+    ----------
+    status : status of the job's record, such as "ok" or "failed"
+    outcome, regime, whirl : words of the result; "none" if there is none
+    features : numbers of its motion, see `refinement.words.features_of`
+    is_open : whether the regime may change in a longer run
+    """
+
+    status: str
+    outcome: str = "none"
+    regime: str = "none"
+    whirl: str = "none"
+    is_open: bool = False
+    features: tuple[float, ...] = ()
+
+    @property
+    def is_ok(self) -> bool:
+        """Whether the job gave a result."""
+        return self.status == OK
+
+    @property
+    def word(self) -> str:
+        """The regime, by which neighbouring cases are compared; "" for none."""
+        word = word_of(self.status, self.outcome, self.regime)
+        return word if word in REGIMES else ""
+
+
+def completion_of(record: Mapping[str, Any]) -> Completion:
+    """Return how the job of a record has ended."""
+    row = record.get("row") or {}
+    status = str(record["status"])
+    outcome, regime, whirl = (
+        str(row.get(name, "none")) for name in ("outcome", "regime", "whirl")
+    )
+    told = row.keys() >= {*NUMBERS}
+    features = features_of(row) if status == OK and told else ()
+    still = status == OK and is_open(row)
+    return Completion(status, outcome, regime, whirl, still, features)
+
+
+class JobCode(NamedTuple):
+    """Numbering of jobs: ranks receive a number instead of a `Job`.
+
+    Attributes
+    ----------
+    cases : upper bound of case numbers
+    twins : number of twins of a case
+    """
+
+    cases: int
+    twins: int
+
+    def encode(self, job: Job) -> int:
+        """Return the number of a job."""
+        return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
+
+    def decode(self, number: int) -> Job:
+        """Return the job with a number, see `encode`."""
+        rest, case = divmod(number, self.cases)
+        stage, twin = divmod(rest, 1 + self.twins)
+        return Job(case, twin, stage)
+
+
+Find = Callable[[Job], Completion | None]  # returns None for a job that has not ended
 
 
 def nothing(_job: Job) -> None:
@@ -53,6 +138,43 @@ class Jobs(NamedTuple):
     row: Cases
     twin: Cases
     stage: Cases
+
+
+class Followers(NamedTuple):
+    """Cases and twins that follow after a case has ended.
+
+    Attributes
+    ----------
+    cases : numbers of further cases
+    twinned : numbers of those ended cases whose twins are to be computed
+    """
+
+    cases: Sequence[int] = ()
+    twinned: Sequence[int] = ()
+
+
+class Kind(Protocol):
+    """A kind of design: which cases there are, and which follow from ended ones.
+
+    Attributes
+    ----------
+    first : number of cases known beforehand; their numbers are 0 .. first - 1
+    waiting : numbers of known cases that are computed only after `after` returned them
+    grows : whether cases may follow from others, or wait for others
+    """
+
+    first: int
+    waiting: Sequence[int]
+    grows: bool
+
+    def after(self, case: int, end: Completion) -> Followers:
+        """Return the cases and twins that follow from the completion of a case.
+
+        Parameters
+        ----------
+        case : a case that has ended; each is passed at most once
+        end : completion of its last stage with a result, or its failure
+        """
 
 
 class Planner:

@@ -45,7 +45,7 @@ from hpcwhirl.reduction.spin import (
 )
 from hpcwhirl.reduction.stress import stress_of
 from hpcwhirl.reduction.supports import Support
-from hpcwhirl.store.models.engine_file import Given, read_rotor
+from hpcwhirl.store.models.engine_file import Given, read_group
 
 MODAL = 1e-6  # largest error of orthonormality, and off-diagonal of Phi^T D Phi
 EXACT = 1e-9  # largest error of modes and frequencies of a file that are kept unchanged
@@ -84,7 +84,7 @@ def rotor_from(
     turns : whether to include the terms of rotation; then the excess of `suspension`
         over `damping` is a damper in the static frame
     """
-    given = with_single_points(read_rotor(file))
+    given = with_single_points(read_group(file, "rotor"))
     _check_modal_rows(given)
     _check_given_ratios(given)
     if turns or "mass" in given or "stiffness" in given:

@@ -30,7 +30,7 @@ class Model:
     rotor, casing : modes of the bodies
     ring : contact operator: displacements and loads of the casing at angles
     blades : number of blades N
-    folds : g, if this is one of g sectors that move alike, see `case.sectors`; else 1
+    folds : g, if this is one of g sectors that move alike, see `case.plan`; else 1
     lifts : for g > 1, matrices (n, m) for rotor and casing that give the displacements
         of the whole body from the sector's amplitudes
     """

@@ -19,7 +19,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.harmonics import model_of_modes
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Casing
-from hpcwhirl.store.models.engine_file import Given, read_casing
+from hpcwhirl.store.models.engine_file import Given, read_group
 from hpcwhirl.structure import FourierOperator, Stations, Uniform
 
 Table = dict[str, NDArray[Any]]
@@ -40,7 +40,7 @@ def casing_table(file: str, content: str) -> Table:
         harmonic has no mode with radial motion, so that the casing would be rigid
     """
     del content  # part of the cache's key, so that a changed file is read again
-    given = read_casing(file)
+    given = read_group(file, "casing")
     table = {name: given[f"modal_{name}"] for name in NAMES}
     stations = _checked_stations(given, table)
     count = len(table["harmonic"])

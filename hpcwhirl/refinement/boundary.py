@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.refinement.words import Word, apart
 
 Ints = NDArray[np.int64]
+Point = tuple[Floats, int, float, float, int, int, int]  # see `Boundaries`
 NONE = -1  # row of a missing case
 STATES = ("even", "mixed", "speckle")  # states of a cell
 
@@ -55,7 +57,7 @@ class Cases:
     fidelity: Ints
 
 
-@dataclass
+@dataclass(frozen=True)
 class Boundaries:
     """Points of boundaries and, if two inputs are refined, the lines through them.
 
@@ -69,46 +71,52 @@ class Boundaries:
     Attributes
     ----------
     at : (p, d), coordinates of each point
-    along : index of the input along which its edge lies; -1 where lines meet
-    low, high : this input at the ends of the edge; NaN where lines meet
-    before, behind : rows of the cases at `low` and at `high`; -1 where lines meet
-    panel : number of the panel of each point
+    along : (p,), index of the input along which its edge lies; -1 where lines meet
+    low, high : (p,), this input at the ends of the edge; NaN where lines meet
+    before, behind : (p,), rows of the cases at `low` and at `high`; -1 where lines meet
+    panel : (p,), number of the panel of each point
     lines : (s, 2), indices of the two points that a line joins
     """
 
-    at: list[Floats] = field(default_factory=list)
-    along: list[int] = field(default_factory=list)
-    low: list[float] = field(default_factory=list)
-    high: list[float] = field(default_factory=list)
-    before: list[int] = field(default_factory=list)
-    behind: list[int] = field(default_factory=list)
-    panel: list[int] = field(default_factory=list)
-    lines: list[tuple[int, int]] = field(default_factory=list)
-
-    def add(self, point: Mapping[str, object]) -> int:
-        """Add a point; return its index."""
-        for name, value in point.items():
-            getattr(self, name).append(value)
-        return len(self.at) - 1
+    at: Floats
+    along: Ints
+    low: Floats
+    high: Floats
+    before: Ints
+    behind: Ints
+    panel: Ints
+    lines: Ints
 
 
 def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
     """Return the points and lines at which words change in mixed cells."""
-    boundaries, known = Boundaries(), {}
+    points, known = list[Point](), dict[tuple[int, int], int]()
+    lines = list[tuple[int, int]]()
     for number in np.flatnonzero(cells.state == STATES.index("mixed")):
         corner, panel = cells.corner[number], int(cells.panel[number])
-        points = []
+        own = []
         for along, pair in edges(len(cases.inputs), corner):
             if not differ(cases, *pair):
                 continue
             if pair not in known:
-                known[pair] = boundaries.add(
-                    _crossing(cases, along, pair) | {"panel": panel}
-                )
-            points.append(known[pair])
-        if len(cases.inputs) == 2:
-            _join(boundaries, points, panel, cases)
-    return boundaries
+                known[pair] = len(points)
+                points.append((*_crossing(cases, along, pair), panel))
+            own.append(known[pair])
+        if len(cases.inputs) == 2 and len(own) == 2:
+            lines.append((own[0], own[1]))
+        elif len(cases.inputs) == 2 and own:
+            lines += [(i, len(points)) for i in own]
+            middle = _middle([points[i][0] for i in own], cases.scales)
+            points.append((middle, NONE, math.nan, math.nan, NONE, NONE, panel))
+    columns = [*zip(*points, strict=True)] or [()] * 7
+    at, low, high = (np.array(columns[i], dtype=float) for i in (0, 2, 3))
+    along_at, before, behind, panels = (
+        np.array(columns[i], dtype=np.int64) for i in (1, 4, 5, 6)
+    )
+    at, ends = at.reshape(-1, len(cases.inputs)), np.array(lines, dtype=np.int64)
+    return Boundaries(
+        at, along_at, low, high, before, behind, panels, ends.reshape(-1, 2)
+    )
 
 
 def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
@@ -145,28 +153,20 @@ def differ(cases: Cases, a: int, b: int) -> bool:
     return alike and "" not in both and apart(both)
 
 
-def _join(
-    boundaries: Boundaries, points: Sequence[int], panel: int, cases: Cases
-) -> None:
-    """Join a cell's points: two by one line, more by lines to their mean."""
-    if len(points) == 2:
-        boundaries.lines.append((points[0], points[1]))
-        return
-    if len(points) < 2:
-        return
-    log = [scale == "log" for scale in cases.scales]
-    at = np.array([boundaries.at[i] for i in points])
+def _middle(points: Sequence[Floats], scales: Sequence[str]) -> Floats:
+    """Return the mean of some points, (d,), on the scales of the inputs."""
+    log = [scale == "log" for scale in scales]
+    at = np.array(points)
     at[:, log] = np.log(at[:, log])
     middle = at.mean(axis=0)
     middle[log] = np.exp(middle[log])
-    nothing = dict.fromkeys(("low", "high"), float("nan"))
-    point = {"at": middle, "along": NONE, "before": NONE, "behind": NONE}
-    centre = boundaries.add({**point, **nothing, "panel": panel})
-    boundaries.lines += [(i, centre) for i in points]
+    return np.asarray(middle)
 
 
-def _crossing(cases: Cases, along: int, pair: tuple[int, int]) -> dict[str, object]:
-    """Return the `Boundaries` attributes of a point at the middle of an edge.
+def _crossing(
+    cases: Cases, along: int, pair: tuple[int, int]
+) -> tuple[Floats, int, float, float, int, int]:
+    """Return the attributes of the point at the middle of an edge, as in `Boundaries`.
 
     pair : rows of the cases at its ends, which differ in the input `along` only
     """
@@ -175,6 +175,4 @@ def _crossing(cases: Cases, along: int, pair: tuple[int, int]) -> dict[str, obje
     at = cases.inputs[:, a].copy()
     log = cases.scales[along] == "log"
     at[along] = np.sqrt(low * high) if log else (low + high) / 2
-    return {
-        "at": at, "along": along, "low": low, "high": high, "before": a, "behind": b,
-    }  # fmt: skip
+    return at, along, low, high, a, b

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point
@@ -28,20 +27,6 @@ class Address(NamedTuple):
     point: Point
 
 
-@dataclass(frozen=True)
-class Budget:
-    """The limit of a campaign's cost, in cases or in core hours.
-
-    Attributes
-    ----------
-    total : largest sum of the cases' costs
-    each : cost of one case at fidelity 0 and at 1
-    """
-
-    total: float
-    each: tuple[float, float] = (1.0, 1.0)
-
-
 class Growth:
     """The cases that a refined campaign needs (wanted cases), a set that words extend.
 
@@ -57,7 +42,8 @@ class Growth:
     panels : number of panels; or, if panels are branches, the coarse cells of each one
     levels : levels after which mixed cells are speckle, see `Tree`
     confirm : whether there is a second fidelity
-    budget : limit of the cases' cost, without twins; None for no limit
+    budget : largest sum of the cases' costs, without twins, then the cost of one case
+        at fidelity 0 and at 1, all in cases or in core hours; empty for no limit
     twins : which cases have twins, see `Tree`
 
     Attributes
@@ -76,7 +62,7 @@ class Growth:
         levels: int = 0,
         *,
         confirm: bool = False,
-        budget: Budget | None = None,
+        budget: Sequence[float] = (),
         twins: str = "",
     ) -> None:
         self.lattice, self.budget = lattice, budget
@@ -106,7 +92,7 @@ class Growth:
         self.wanted += new
         self._open.update(new)
         if self.budget:
-            self._spent += sum(self.budget.each[a.fidelity] for a in new)
+            self._spent += sum(self.budget[1 + a.fidelity] for a in new)
         return new
 
     def learn(self, address: Address, word: Word | None) -> list[Address]:
@@ -114,24 +100,24 @@ class Growth:
         self.trees[address.panel].learn(address.fidelity, address.point, word)
         fresh = self._take(address.panel)
         self._open.discard(address)
-        if self.budget is None:
+        if not self.budget:
             return self._admit(fresh)
         self._next += fresh
         if self._open:
             return []
-        allowed = self._affordable(sorted(self._next), self.budget)
+        allowed = self._affordable(sorted(self._next))
         self.dropped += len(self._next) - len(allowed)
         self._next = []
         return self._admit(allowed)
 
-    def _affordable(self, new: list[Address], budget: Budget) -> list[Address]:
+    def _affordable(self, new: list[Address]) -> list[Address]:
         """Return the cases of a generation within the budget; [] once it is spent."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []
         for address in new:
-            spent += budget.each[address.fidelity]
-            if spent > budget.total:
+            spent += self.budget[1 + address.fidelity]
+            if spent > self.budget[0]:
                 break
             allowed.append(address)
         return allowed

@@ -19,7 +19,7 @@ from math import prod
 from typing import Any
 
 from hpcwhirl.errors import InputError, StoreError, shown
-from hpcwhirl.refinement.growth import Address, Budget, Growth
+from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Cell, Lattice, Point, Side
 from hpcwhirl.refinement.words import Word, word_of
 from hpcwhirl.scene.history import history_of
@@ -196,13 +196,12 @@ class Family:
 
         twins : which cases have twins, see `Tree`; "" for none
         """
-        total, *each = self.rule.budget or (0.0, 1.0, 1.0)
         return Growth(
             self.lattice,
             self.branches.cells if self.branches else len(self.panels),
             self.rule.speckle,
             confirm=bool(self.rule.confirm),
-            budget=Budget(total, (each[0], each[1])) if self.rule.budget else None,
+            budget=self.rule.budget,
             twins=twins,
         )
 

@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.cost import Costs, Places
 from hpcwhirl.campaign.plan.design import Design, load_design
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import A_RANK, MOST, SHORTEST
 from hpcwhirl.scene import Scene, apply_settings, input_names

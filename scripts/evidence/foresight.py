@@ -29,9 +29,9 @@ import tomli_w
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import JOBS, parser_of, program, table, working_folder
 
+from hpcwhirl.campaign.begin import as_begun
 from hpcwhirl.campaign.plan.cost import costs_of
 from hpcwhirl.campaign.plan.design import Design, load_design
-from hpcwhirl.campaign.resume import as_begun
 from hpcwhirl.campaign.work_queue import scattered
 from hpcwhirl.store.directory.completions import ended_in
 from hpcwhirl.store.directory.journal import Journals

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.cost import Places, costs_of
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError, StoreError, one_line, shown
 from hpcwhirl.planner.kinds import at_boundary

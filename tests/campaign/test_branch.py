@@ -14,14 +14,13 @@ from launch import launch, records, root_variables
 import hpcwhirl
 from hpcwhirl.analysis.branches import Branch, branches_of, folds_of, words_apart
 from hpcwhirl.campaign.compute import computation
-from hpcwhirl.campaign.continuation import begun
 from hpcwhirl.campaign.plan.design import Design
-from hpcwhirl.campaign.simulate import simulate
+from hpcwhirl.campaign.simulate import begun, simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
-from hpcwhirl.planner.jobs import Job
 from hpcwhirl.planner.kinds import cases_before
+from hpcwhirl.planner.planner import Job
 from hpcwhirl.scene import Scene, apply_settings, case_before, digest
 from hpcwhirl.scene.history import parsed
 from hpcwhirl.store.directory.states import States

@@ -10,10 +10,9 @@ from deaths import until_it_lives
 from launch import launch, root_variables
 
 import hpcwhirl
+from hpcwhirl.campaign.begin import Policy, planned, prepare
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import planned, prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main

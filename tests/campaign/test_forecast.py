@@ -11,14 +11,13 @@ from launch import BARE, launch, root_variables
 from stage import N, written
 from stage import rotor as small_rotor
 
+from hpcwhirl.campaign.begin import Policy, prepare
 from hpcwhirl.campaign.foresight import forecast as forecasts
 from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.campaign.foresight.foreseen import followers
 from hpcwhirl.campaign.plan import cost as costs
 from hpcwhirl.campaign.plan.cost import Costs, time_steps
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts

@@ -10,8 +10,8 @@ import time
 import pytest
 from launch import LIMIT, finish, kill, launch, pid_of, records, root_variables, start
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import load_design
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.journal import Journals

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from launch import BARE, records, root_variables
 
+from hpcwhirl.campaign.begin import Policy
 from hpcwhirl.campaign.checkpoints import Checkpoints
 from hpcwhirl.campaign.compute import compute
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.plan.design import design_of, load_design
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
@@ -287,7 +287,7 @@ def called(tmp_path, monkeypatch):
         seen.append((design, directory.path, policy))
         return Ending(complete=True, cases=2, failed=0, results=None, left=1)
 
-    monkeypatch.setattr("hpcwhirl.campaign.session.run_campaign", instead)
+    monkeypatch.setattr("hpcwhirl.campaign.run.run_campaign", instead)
 
     def call(*words):
         assert main(["campaign", "c.toml", "--shard", "1/2", *words]) == 0

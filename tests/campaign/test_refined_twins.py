@@ -11,10 +11,9 @@ from launch import all_variables, records, root_variables
 from made_up import refined_campaign
 
 import hpcwhirl
+from hpcwhirl.campaign.begin import Policy, prepare
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.policy import Policy
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
 from hpcwhirl.report.map.data import Wish

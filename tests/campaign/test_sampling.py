@@ -12,9 +12,9 @@ from launch import BARE, held, kill, launch, records, root_variables, start, wai
 
 import hpcwhirl
 from hpcwhirl.analysis.shares import shares
+from hpcwhirl.campaign.begin import as_begun
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.plan.sampling import Sample
-from hpcwhirl.campaign.resume import as_begun
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.map.data import Wish

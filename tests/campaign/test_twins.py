@@ -14,18 +14,17 @@ from launch import all_variables, launch, root_variables
 from scipy.stats import binomtest, kstest
 
 import hpcwhirl
+from hpcwhirl.campaign.begin import Policy, prepare
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.plan.twins import draw, identity
-from hpcwhirl.campaign.policy import Policy
+from hpcwhirl.campaign.plan.sampling import draw, identity
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.planner.jobs import completion_of
 from hpcwhirl.planner.kinds import Grid, at_boundary
+from hpcwhirl.planner.planner import completion_of
 from hpcwhirl.scene import apply_settings, digest
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import Directory

@@ -8,9 +8,8 @@ from deaths import even_slices
 
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case.explain import facts_of_plan
-from hpcwhirl.case.plan import folds_of
+from hpcwhirl.case.plan import folded_model, folds_of
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.case.sectors import folded_model
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics import turning_waves, whole_waves
 from hpcwhirl.dynamics.free_modes import roots_of

@@ -7,8 +7,8 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import MOST_KEPT, design_of, load_design
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.cli import main

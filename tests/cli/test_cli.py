@@ -9,7 +9,7 @@ import pytest
 from launch import ended
 
 import hpcwhirl
-from hpcwhirl.campaign import resume as campaigns
+from hpcwhirl.campaign.begin import check_steps
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import COMMANDS, main
@@ -137,9 +137,9 @@ def test_a_step_above_the_limit_is_refused_with_the_limit(place, facts, capsys, 
 
 def test_one_case_below_the_limit_lets_a_campaign_begin():
     steps, speeds = [1e-5, 2e-5, 1e-6], [300, 410]
-    campaigns.check_steps(design_of({"sweep": {"time_step": steps, "speed": speeds}}))
+    check_steps(design_of({"sweep": {"time_step": steps, "speed": speeds}}))
     gaps = [1e-4, 2e-4, 3e-4]
-    campaigns.check_steps(design_of({"zip": {"time_step": steps, "gap": gaps}}))
+    check_steps(design_of({"zip": {"time_step": steps, "gap": gaps}}))
 
 
 def test_a_refused_campaign_builds_one_model_of_cases_that_share_it(monkeypatch):
@@ -147,7 +147,7 @@ def test_a_refused_campaign_builds_one_model_of_cases_that_share_it(monkeypatch)
     once = "hpcwhirl.case.resolve.resolve"
     monkeypatch.setattr(once, lambda s: built.append(s) or resolve(s))
     with pytest.raises(ValueError, match="time_step must be <"):
-        campaigns.check_steps(
+        check_steps(
             design_of({"sweep": {"time_step": [1e-5, 2e-5], "speed": [*range(1, 90)]}})
         )
     assert len(built) == 1

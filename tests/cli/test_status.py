@@ -24,7 +24,7 @@ from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Notes, Running
 from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.directory.manifest import PlanFile
-from hpcwhirl.store.directory.packing import sealed
+from hpcwhirl.store.directory.record import sealed
 from hpcwhirl.store.directory.runs import Runs
 
 BEGUN = 1.7e9  # s since 1970

@@ -10,8 +10,7 @@ from test_jobs import noted, run_bash, tools  # noqa: F401 - a fixture
 from hpcwhirl import early_signals
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
-from hpcwhirl.cluster.request import Request
-from hpcwhirl.cluster.script import job_script
+from hpcwhirl.cluster.request import Request, job_script
 
 # A process that sends itself a signal as it first imports a module.
 SELF = """

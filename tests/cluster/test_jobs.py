@@ -18,9 +18,8 @@ from launch import LIMIT, ROOT, tree, wait_for
 from hpcwhirl.campaign.foresight.forecast import forecast
 from hpcwhirl.cli import main
 from hpcwhirl.cli.forecast import job_line
-from hpcwhirl.cluster.request import Request
+from hpcwhirl.cluster.request import PRINTED, Request, job_script
 from hpcwhirl.cluster.schedulers import SCHEDULERS, clock
-from hpcwhirl.cluster.script import PRINTED, job_script
 
 TEMPLATES = sorted((ROOT / "jobs").glob("*.sh"))
 AWKWARD = "a $(touch owned) `id` 'b' \"c\" ; & | > * \\ # ü.toml"

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from hpcwhirl.planner.jobs import Completion, Job, JobCode
 from hpcwhirl.planner.kinds import Chains, Folds, Grid, Refined, cases_before
-from hpcwhirl.planner.planner import Planner, Stages
+from hpcwhirl.planner.planner import Completion, Job, JobCode, Planner, Stages
 from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene.history import history_of, parsed
 

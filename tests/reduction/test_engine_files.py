@@ -17,7 +17,7 @@ from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.scene import digest, named_scene, scene_from
 from hpcwhirl.scene.case_digest import MOST_BYTES
 from hpcwhirl.scene.plain_data import apply_settings
-from hpcwhirl.store.models.engine_file import LARGEST, read_rotor
+from hpcwhirl.store.models.engine_file import LARGEST, read_group
 
 SMALL = ("--set", "blades=6", "--set", "engine.rotor.elements=3", "--set", "modes=18")
 
@@ -204,7 +204,7 @@ def test_a_real_engine_fits(tmp_path):
     noise = np.random.default_rng(0).normal(size=(2, LARGEST))
     with h5py.File(tmp_path / "wide.h5", "w") as file:
         file.create_dataset("rotor/modal_centre", data=noise, compression=9)
-    given = read_rotor(str(tmp_path / "wide.h5"))
+    given = read_group(str(tmp_path / "wide.h5"), "rotor")
     assert np.array_equal(given["modal_centre"], noise)
 
 

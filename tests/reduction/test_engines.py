@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from launch import words_of
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of, load_design
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, UncoupledRotor

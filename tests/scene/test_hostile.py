@@ -219,7 +219,7 @@ def test_closed_streams_change_no_exit_code(tmp_path, line, code):
 STAND_IN = """
 import os
 os.close(0), os.close(2)
-from hpcwhirl.cli.streams import stand_in
+from hpcwhirl.cli.command import stand_in
 stand_in()
 print([os.get_inheritable(number) for number in range(3)])
 """

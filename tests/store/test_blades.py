@@ -10,7 +10,7 @@ from hpcwhirl.analysis.shares import shares
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings
-from hpcwhirl.store.directory.blades import amplification
+from hpcwhirl.store.results.variables import amplification
 
 SMALL = {
     "scene": {"duration": 3e-3},

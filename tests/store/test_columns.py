@@ -8,14 +8,13 @@ from journals import digest_of, drawn, journal_of, plan_of
 from launch import kept
 from specimen import BASE
 
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.columns import CaseIndex, marched, told_by
-from hpcwhirl.store.directory.completions import ended_in
+from hpcwhirl.store.directory.completions import CaseIndex, ended_in, marched, told_by
 from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.reader import rows_at

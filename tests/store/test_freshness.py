@@ -8,14 +8,14 @@ import h5py
 import pytest
 
 from hpcwhirl.analysis.regimes import threshold_facts
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.journal import Journal, Journals
 from hpcwhirl.store.reading.reader import open_results
-from hpcwhirl.store.results.freshness import is_current
+from hpcwhirl.store.results.contents import is_current
 
 DOCUMENT = {
     "scene": {"duration": 2e-3},

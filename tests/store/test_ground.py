@@ -13,7 +13,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.store.directory.heartbeats import Notes, Running
 from hpcwhirl.store.directory.journal import Journals
-from hpcwhirl.store.directory.packing import opened, sealed
+from hpcwhirl.store.directory.record import opened, sealed
 from hpcwhirl.store.reading.results_file import Results
 
 NOWHERE = "/proc/nowhere"  # not even root can make it

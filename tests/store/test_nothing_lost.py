@@ -13,10 +13,10 @@ from launch import BARE, records
 from specimen import begin
 
 from hpcwhirl.campaign import evaluate
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.cost import costs_of
 from hpcwhirl.campaign.plan.design import design_of, load_design
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work import share
 from hpcwhirl.cli import main
@@ -25,10 +25,9 @@ from hpcwhirl.launch import Shard
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.heartbeats import Notes, Running
-from hpcwhirl.store.directory.journal import Journal, Journals
-from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.journal import Journal, Journals, listed
 from hpcwhirl.store.directory.manifest import SEALED, PlanFile
-from hpcwhirl.store.directory.packing import sealed
+from hpcwhirl.store.directory.record import sealed
 from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.results.gather import gather
 

@@ -30,17 +30,16 @@ from specimen import begin
 
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.analysis.rules import words_by_table
+from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.design import design_of, load_design
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError, MissingFileError
 from hpcwhirl.store.atomic import part_of, replacing, sweep, write_whole
-from hpcwhirl.store.directory import owner
-from hpcwhirl.store.directory import process as processes
+from hpcwhirl.store.directory import heartbeats, owner
 from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.directory.heartbeats import begun, is_alive, machine
 from hpcwhirl.store.directory.owner import Asking, Claims, in_the_way
-from hpcwhirl.store.directory.process import begun, is_alive, machine
 from hpcwhirl.store.results import gather as gathering
 from hpcwhirl.store.results import relabel
 from hpcwhirl.store.results.gather import gather
@@ -265,8 +264,8 @@ def test_a_hidden_process_of_another_user_is_alive(monkeypatch):
     def refuse(pid, number):
         raise PermissionError(1, f"{pid} {number}")
 
-    monkeypatch.setattr(processes.os, "kill", refuse)
-    monkeypatch.setattr(processes, "_state", lambda _: None)
+    monkeypatch.setattr(heartbeats.os, "kill", refuse)
+    monkeypatch.setattr(heartbeats, "_state", lambda _: None)
     assert is_alive(4711, 1)
 
 

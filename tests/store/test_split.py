@@ -13,11 +13,8 @@ from test_owner import foreign, inputs
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.analysis.rules import words_by_table
 from hpcwhirl.campaign import begin as beginning
-from hpcwhirl.campaign import resume
-from hpcwhirl.campaign.begin import Prepared
+from hpcwhirl.campaign.begin import Policy, Prepared, prepare
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.campaign.policy import Policy
-from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.stop import Stopping
 from hpcwhirl.cli import main
@@ -69,7 +66,7 @@ def test_a_longer_plan_of_who_took_over_stays(tmp_path, monkeypatch, moment):
         tmp_path, lambda: prepare(design(300, 310, 320), Directory(tmp_path))
     )
     if moment == "models are built":
-        around(monkeypatch, resume, "check_steps", act)
+        around(monkeypatch, beginning, "check_steps", act)
     else:
         around(monkeypatch, atomic.os, "fsync", act)
     with Stopping() as stopping, pytest.raises(StoreError, match=LOST):

@@ -9,7 +9,7 @@ from hpcwhirl.analysis.rules import first_words
 from hpcwhirl.campaign.compute import computation
 from hpcwhirl.campaign.finalize import facts_of
 from hpcwhirl.campaign.plan.design import design_of
-from hpcwhirl.planner.jobs import Job, completion_of
+from hpcwhirl.planner.planner import Job, completion_of
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import RULES
 from hpcwhirl.store.directory.campaign_directory import Directory

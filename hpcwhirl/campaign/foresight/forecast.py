@@ -33,13 +33,13 @@ from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
-from hpcwhirl.store.directory.blades import DETAIL, LAW
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
-from hpcwhirl.store.directory.process import begun
+from hpcwhirl.store.directory.heartbeats import begun
 from hpcwhirl.store.directory.runs import COSTS, Runs
 from hpcwhirl.store.results.contents import sizes_of
 from hpcwhirl.store.results.sizes import Bytes, bytes_of
+from hpcwhirl.store.results.variables import DETAIL, LAW
 
 LITTLE = 0.1  # least share of a case's steps from which its whole cost is extrapolated
 APART = 0.25  # relative difference of the times of two runs on a shared machine

@@ -17,14 +17,16 @@ from hpcwhirl.campaign.plan.branching import BRANCH, HISTORY, axes_with_branches
 from hpcwhirl.campaign.plan.refine import first_inputs, refined
 from hpcwhirl.campaign.plan.sampling import (
     Sample,
+    Twins,
     check_scenes,
+    check_spread,
     sample_of,
     sampled_rows,
+    twins_of,
 )
-from hpcwhirl.campaign.plan.twins import Twins, check_spread, twins_of
 from hpcwhirl.errors import CaseError, InputError, WhirlError, one_line, shown
-from hpcwhirl.planner.jobs import JobCode
 from hpcwhirl.planner.kinds import at_boundary
+from hpcwhirl.planner.planner import JobCode
 from hpcwhirl.refinement.rule import Family, Rule
 from hpcwhirl.scene import (
     DESIGN_TABLES,
@@ -182,10 +184,8 @@ class Design:
         late = f"[twins] of = {twins.of}" if twins and twins.is_late else ""
         needs = "[refine]" if self.grows else late
         if needs:
-            msg = (
-                f"{needs} needs the words of all cases: {none}; use one job with more "
-            )
-            raise InputError(msg + "ranks instead")
+            msg = f"{needs} needs the words of all cases: "
+            raise InputError(f"{msg}{none}; use one job with more ranks instead")
         if self.is_branched:
             msg = "[branch] begins each case where the preceding one ended: "
             raise InputError(f"{msg}{none}; use one job with more ranks instead")
@@ -228,16 +228,14 @@ class Design:
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
-    def scene(self, case: int) -> Scene:
-        """Return the scene of a case; the last ones are cached."""
-        return self._last_scenes(case)
-
     @cached_property
-    def _last_scenes(self) -> Callable[[int], Scene]:
-        return lru_cache(MOST_KEPT)(self._scene)
+    def scene(self) -> Callable[[int], Scene]:
+        """The function from a case to its scene; the last ones are cached."""
 
-    def _scene(self, case: int) -> Scene:
-        return apply_settings(self.base, self.settings_of(case))
+        def scene(case: int) -> Scene:
+            return apply_settings(self.base, self.settings_of(case))
+
+        return lru_cache(MOST_KEPT)(scene)
 
     @cached_property
     def _digests(self) -> Digests:
@@ -259,10 +257,9 @@ class Design:
         """
         file = self.file(case)
         if file and content_digest(file) != self.contents[file]:
-            msg = (
-                f"{FILE} {file} has changed since the campaign was begun: restore the "
-            )
-            raise CaseError(msg + "file and --retry failed, or begin another campaign")
+            msg = f"{FILE} {file} has changed since the campaign was begun: "
+            how = "restore the file and --retry failed, or begin another campaign"
+            raise CaseError(msg + how)
 
     def resolved(self, case: int) -> Case:
         """Return a resolved case; the last ones are cached.

@@ -9,7 +9,7 @@ from decimal import Decimal
 from itertools import pairwise
 from typing import Any, Protocol
 
-from hpcwhirl.campaign.plan.twins import Twins
+from hpcwhirl.campaign.plan.sampling import Twins
 from hpcwhirl.errors import InputError, shown
 from hpcwhirl.refinement.lattice import EXACT
 from hpcwhirl.refinement.rule import Rule

@@ -1,17 +1,24 @@
-"""[sample]: draws of inputs by their distributions, at each point of a sweep.
+"""[sample] and [twins]: draws of inputs by their distributions, and perturbed cases.
 
-Every point gets the same draws, so that points differ only by the swept inputs. All
-methods except `latin_hypercube` can be continued: a larger `count` keeps the earlier
-draws. With `saltelli`, each of the `count` draws consists of a pair A, B of independent
-draws and, for each sampled input, a copy of A with this input taken from B (Saltelli et
-al., Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
+With [sample], inputs are drawn at each point of a sweep. Every point gets the same
+draws, so that points differ only by the swept inputs. All methods except
+`latin_hypercube` can be continued: a larger `count` keeps the earlier draws. With
+`saltelli`, each of the `count` draws consists of a pair A, B of independent draws and,
+for each sampled input, a copy of A with this input taken from B (Saltelli et al.,
+Computer Physics Communications 181, 2010, doi:10.1016/j.cpc.2009.09.018).
 
 The directory stores the draws. A continued campaign uses these, even if another version
 of SciPy would draw differently.
+
+Twins of a case, by which the certainty of its regime is estimated, are the case with
+uncertain inputs multiplied by 1 + spread u. The number u, uniform in -1 .. 1, depends
+only on the case's inputs (`identity`), the number of the twin, the name of the input
+and the seed, so that a twin is the same wherever and whenever it is computed.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
@@ -20,9 +27,10 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, as_table
-from hpcwhirl.scene import Scene
+from hpcwhirl.planner.kinds import LATE
+from hpcwhirl.scene import Scene, apply_settings, digest, flatten
 from hpcwhirl.scene.batch_validation import Many
-from hpcwhirl.scene.campaign_tables import LATIN, SALTELLI, SampleTable
+from hpcwhirl.scene.campaign_tables import LATIN, SALTELLI, SampleTable, TwinsTable
 from hpcwhirl.scene.input_names import MISTUNING, takes_list
 from hpcwhirl.scene.laws import drawn
 from hpcwhirl.scene.swept import MOST_CASES
@@ -31,6 +39,15 @@ from hpcwhirl.store.directory.manifest import SAMPLE
 from hpcwhirl.store.results.sampled import TUNED
 
 BLADES = "engine.rotor.blades"
+CHAOS = "output.chaos"
+# {input: default} of inputs that do not affect how twins are drawn
+ASIDE = {
+    name: flatten(Scene())[name]
+    for name in (
+        "solver.until", "solver.longest", "output.traces", "output.interval", CHAOS
+    )
+}  # fmt: skip
+BITS = 53  # number of bits in the significand of a double
 
 
 class Sample(SampleTable):
@@ -149,3 +166,89 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
         draw = many.first_wrong() % sample.each
         msg = f"[sample] draw {draw} gives an invalid input: {failed}; uniform and "
         raise InputError(msg + "truncated_normal keep draws within bounds") from None
+
+
+class Twins(TwinsTable):
+    """The table [twins], and the twins that follow from it."""
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the twins of a grid are chosen by the regimes of all its cases."""
+        return self.of in LATE
+
+    def scene(self, scene: Scene, content: str, number: int) -> Scene:
+        """Return the scene of a twin of a case; a twin keeps no traces.
+
+        Parameters
+        ----------
+        scene : the case
+        content : digest of the case's engine file, see `scene.digest`
+        number : number of the twin, 1 .. count
+        """
+        values, motion = flatten(scene), identity(scene, content)
+        changed: dict[str, Any] = {"output.traces": "summary", CHAOS: 0.0}
+        for name, spread in self.spread.items():
+            factor = 1.0 + spread * draw(motion, number, name, self.seed)
+            changed[name] = float(str(values[name])) * factor
+        return apply_settings(scene, changed)
+
+
+def identity(scene: Scene, content: str) -> str:
+    """Return the digest of a case from which the perturbations of its twins are drawn.
+
+    Inputs that set how long undecided cases continue and which traces are kept have no
+    influence, so that a case with other values of them has the same twins.
+
+    content : digest of the case's engine file, see `scene.digest`
+    """
+    return digest(apply_settings(scene, ASIDE), content)
+
+
+def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
+    """Return a number drawn uniformly from -1 .. 1 for one input of one twin.
+
+    Parameters
+    ----------
+    motion : digest of the case, see `identity`
+    number : number of the twin, 1 .. count
+    name : dotted name of the input
+    seed : seed of the table [twins]
+    """
+    told = f"{motion} {number} {name}" + (f" {seed}" if seed else "")
+    found = hashlib.sha256(told.encode()).digest()
+    whole = int.from_bytes(found[:8]) >> (64 - BITS)
+    return float(2.0 * whole / (2**BITS - 1) - 1.0)
+
+
+def twins_of(document: Mapping[str, Any]) -> Twins | None:
+    """Return the table [twins] of a document; None if it has none.
+
+    Raises
+    ------
+    InputError
+        naming the key, its value and what is allowed
+    """
+    if "twins" not in document:
+        return None
+    twins = Twins.read(document["twins"], "[twins]")
+    if twins.of == "speckle" and "refine" not in document:
+        msg = "[twins] of must be all, boundary or even (speckle needs [refine]), got "
+        raise InputError(msg + "'speckle'")
+    return twins
+
+
+def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
+    """Refuse a relative spread of an input whose value is 0: twins would equal cases.
+
+    Parameters
+    ----------
+    rows : {dotted input: value} that each case sets
+    """
+    values = flatten(base)
+    for name in twins.spread:
+        column = rows.column(name, values[name])
+        zero = [place for place, v in enumerate(listed(column.values)) if v == 0.0]
+        if zero:
+            case = column.case_of(zero[0])
+            msg = f"[twins] spread {name}: {name} is 0 in case {case}, and a relative "
+            raise InputError(msg + "change of 0 has no effect: spread another input")

@@ -24,9 +24,9 @@ from hpcwhirl.report.figures import (
 from hpcwhirl.report.labels import tell_in_units
 from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.scene.units import showing
-from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
+from hpcwhirl.store.results.variables import changes_in_time
 
 # Largest number of figures of a kind; all cases that the user names get their figures.
 MOST_CASES = 12

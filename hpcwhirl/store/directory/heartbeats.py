@@ -4,7 +4,8 @@ The file is mapped into memory: writing a note takes no system call, and the not
 process that is killed remains.
 
 A process that ends in an orderly way, finished or stopped, removes its file. So a file
-left behind names the cases that were being computed when a process died.
+left behind names the cases that were being computed when a process died. Number and
+start of a process tell a dead process from a new one with the same number.
 """
 
 from __future__ import annotations
@@ -14,25 +15,23 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Collection, Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
+from functools import cache
 from mmap import mmap
 from pathlib import Path
-from typing import Self
 
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.safe_open import open_regular, read_regular
 from hpcwhirl.store.atomic import telling
-from hpcwhirl.store.directory.journal import journal_name
-from hpcwhirl.store.directory.listing import listed
-from hpcwhirl.store.directory.packing import opened, sealed
-from hpcwhirl.store.directory.process import begun, is_alive
-from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.directory.journal import journal_name, listed
+from hpcwhirl.store.directory.record import Record, opened, sealed
 
 PAGE = 4096  # bytes
+DEAD = {"Z", "X", "x"}  # states in /proc of a process that has ended
 
 
-class Running:
+class Running(AbstractContextManager["Running"]):
     """The file in which one rank notes the cases that it computes in one run.
 
     Parameters
@@ -73,10 +72,6 @@ class Running:
         except (OSError, ValueError):  # ValueError: the file is shorter than `size`
             return bytearray(size)
 
-    def __enter__(self) -> Self:
-        """Return this object."""
-        return self
-
     def __exit__(self, *error: object) -> None:
         """Remove the file, since this process ends in an orderly way."""
         with suppress(OSError):  # the file is no longer needed
@@ -94,7 +89,7 @@ class Note:
     rank, host, pid : rank, host and number of the process
     digests : digests of the cases: one, or several while kernels are compiled
     since : start of these cases, s since 1970; None if unknown
-    ticks : start of the process, see `process.begun`; None if unknown
+    ticks : start of the process, see `begun`; None if unknown
     """
 
     rank: int
@@ -176,3 +171,58 @@ class Notes:
             if set(note.digests) <= ended and not at_work:
                 with suppress(OSError):
                     path.unlink()
+
+
+@cache
+def machine() -> str:
+    """Return an identity shared by the processes that see each other's process numbers.
+
+    The identity consists of the boot's number and the name space of process numbers:
+    two machines may have one name, and two containers may share a machine.
+    """
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
+        space = os.readlink("/proc/self/ns/pid")  # noqa: PTH115 - no path at all
+    except OSError:  # not Linux
+        return socket.gethostname()
+    return f"{boot.strip()} {space}"
+
+
+def begun(pid: int) -> int | None:
+    """Return the start of a process of this machine, in clock ticks since the boot.
+
+    The start distinguishes a process from a later one with the same number. None if no
+    such process exists, or its start is unknown.
+    """
+    state = _state(pid)
+    return int(state[19]) if state else None
+
+
+def is_alive(pid: int, ticks: int | None = None) -> bool:
+    """Return whether a process of this machine exists, running or suspended.
+
+    Parameters
+    ----------
+    pid : number of the process
+    ticks : its start as `begun` returns it; None: unknown
+    """
+    foreign = False
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError, ValueError):
+        return False
+    except OSError:  # a process of another user, which may be hidden
+        foreign = True
+    state = _state(pid)
+    if state is None:  # the process is hidden or has just ended, or this is not Linux
+        return foreign or not Path("/proc/self/stat").exists()
+    return state[0] not in DEAD and (ticks is None or int(state[19]) == ticks)
+
+
+def _state(pid: int) -> list[str] | None:
+    """Return the fields of /proc/PID/stat after the command's name, see proc(5)."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    return text.rpartition(")")[2].split()

@@ -14,27 +14,32 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from io import FileIO
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import MissingFileError, StoreError
+from hpcwhirl.errors import MissingFileError, StoreError, unreadable
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import keep_names, telling
-from hpcwhirl.store.directory.listing import listed, run_of
-from hpcwhirl.store.directory.packing import packed, unpacked
 from hpcwhirl.store.directory.reader import Rows, rows_in
-from hpcwhirl.store.directory.record import Record, fields_of, header_of
+from hpcwhirl.store.directory.record import (
+    Record,
+    fields_of,
+    header_of,
+    packed,
+    unpacked,
+)
 
 EVERY = 1.0  # s between groups of finished cases; a kill costs one group
 MOST = 8 << 20  # bytes of waiting cases at which a group is written early
+NUMBERED = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?\.[a-z0-9]+", re.ASCII)
 
 
 class Journals:
@@ -143,7 +148,7 @@ def journal_name(run: int, rank: int) -> str:
     return f"{run:04d}-{rank:05d}.log"
 
 
-class Journal:
+class Journal(AbstractContextManager["Journal"]):
     """The journal and trace file of one rank of one run.
 
     Finished cases are written in groups, with one sync of each file, when `EVERY`
@@ -265,10 +270,6 @@ class Journal:
                 keep_names(place)
         self._named = True
 
-    def __enter__(self) -> Self:
-        """Return this object."""
-        return self
-
     def __exit__(self, *error: object) -> None:
         """Write the waiting cases and close both files."""
         with telling(f"in {self.journals.folder}"), self._both:
@@ -289,3 +290,43 @@ def _write(file: FileIO, parts: Iterable[bytes]) -> None:
             with suppress(OSError):
                 file.truncate(offset)
             raise
+
+
+def listed(folder: Path, ending: str) -> list[Path]:
+    """Return the files of a directory sorted by run and rank; [] if it does not exist.
+
+    Runs and ranks are compared as numbers, since as text 10000 comes before 9999. Names
+    without numbers come first.
+
+    Parameters
+    ----------
+    folder : one of the directories of a campaign
+    ending : ending of the file names, e.g. ``.log``
+
+    Raises
+    ------
+    MissingFileError
+        where the directory cannot be listed, which must not be taken for an empty one
+    """
+    try:
+        names = os.listdir(folder)  # noqa: PTH208 - glob is silent where it may not look
+    except FileNotFoundError as failed:
+        if not os.path.lexists(folder):
+            return []
+        raise unreadable(folder, failed) from None  # a broken link
+    except OSError as failed:
+        raise unreadable(folder, failed) from None
+    found = (folder / name for name in names if name.endswith(ending))
+    return sorted(found, key=_order)
+
+
+def run_of(path: Path) -> int:
+    """Return the run number in the name of a file, 0 for none."""
+    return _order(path)[0]
+
+
+def _order(path: Path) -> tuple[int, int, str]:
+    number = NUMBERED.fullmatch(path.name)
+    if number is None:
+        return 0, 0, path.name
+    return int(number[1]), int(number[2] or 0), path.name

@@ -25,15 +25,14 @@ import sys
 import threading
 import time
 import uuid
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
-from hpcwhirl.errors import InputError, MissingFileError, StoreError
+from hpcwhirl.errors import InputError, MissingFileError, StoreError, unreadable
 from hpcwhirl.store.atomic import NEW, Check, Say, make_folders, telling
-from hpcwhirl.store.directory.listing import unreadable
-from hpcwhirl.store.directory.process import begun, is_alive, machine
+from hpcwhirl.store.directory.heartbeats import begun, is_alive, machine
 
 CAMPAIGN, RESULTS = "campaign", "results"
 NAME = re.compile(r"(campaign|results|shard-\d+-of-\d+)\.([0-9a-f]{32})\.claim")
@@ -97,7 +96,7 @@ class Owner:
         return f"{who} ({self.known['command'][:MOST_COMMAND]})"
 
 
-class Claim:
+class Claim(AbstractContextManager["Claim"]):
     """A claim of this process on a campaign's directory, renewed until it is released.
 
     Parameters
@@ -187,10 +186,6 @@ class Claim:
         """Remove the claim."""
         self._end.set()
         self.take_back()
-
-    def __enter__(self) -> Self:
-        """Return this object."""
-        return self
 
     def __exit__(self, *error: object) -> None:
         """Release the claim."""

@@ -22,10 +22,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from hpcwhirl.errors import StoreError
+from hpcwhirl.errors import StoreError, unreadable
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.listing import unreadable
 from hpcwhirl.store.directory.record import (
     CHECKED,
     MALFORMED,

@@ -12,18 +12,23 @@ value for it, and the values, little-endian. Entries without a field are JSON te
 the slots that follow. The first number is the length of that text, or -k in the k-th of
 the text's slots, where the second number is the CRC-32 of the record. After damage, the
 next slot is found by its tag and CRC, wherever it begins.
+
+Other files of the directory hold lines of JSON with a CRC-32 (`sealed`), and arrays as
+raw bytes (`packed`).
 """
 
 from __future__ import annotations
 
 import json
+import math
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import BLADES, PERFORMANCE, ROW
 from hpcwhirl.scene.quantity import Quantity
@@ -40,11 +45,10 @@ FRAME = np.dtype(
 TAG = 4  # bytes
 CHECKED = 8  # first byte of a slot that its CRC covers
 NUMBERS = struct.Struct("<iI")
-DTYPES = {"f8": "<f8", "i8": "<i8", "word": "u1", "hex": "V32", "text": "S64"}
-CODES = {"f8": "d", "i8": "q", "word": "B", "hex": "32s", "text": "64s"}
-EMPTY: dict[str, Any] = {"f8": 0.0, "i8": 0, "word": 0, "hex": b"", "text": b""}
+HEX, TEXT = 32, 64  # bytes of a digest, and of a text
 NOTHING: Record = {}
 MALFORMED = (KeyError, TypeError, ValueError, RecursionError)
+TYPE = "<f8"
 
 
 class Layout:
@@ -60,14 +64,13 @@ class Layout:
         names = [named(table, name) for table, name, _, _ in self.fields]
         self.place = {name: place for place, name in enumerate(names)}
         self.tables = {table for table, *_ in self.fields if table}
-        kinds, bits = [kind for _, _, kind, _ in self.fields], -(-len(names) // 8)
-        own = [(n, DTYPES[kind]) for n, kind in zip(names, kinds, strict=True)]
+        self._kinds = [_kind(kind, words) for _, _, kind, words in self.fields]
+        bits = -(-len(names) // 8)
+        own = [(n, kind.dtype) for n, kind in zip(names, self._kinds, strict=True)]
         self.dtype = np.dtype([*FRAME.descr, ("has", "u1", (bits,)), *own])
         self.size = self.dtype.itemsize
-        codes = "".join(CODES[kind] for kind in kinds)
+        codes = "".join(kind.code for kind in self._kinds)
         self._body = struct.Struct(f"<{bits}s{codes}")
-        self._out = [_writer(kind, words) for _, _, kind, words in self.fields]
-        self._in = [_reader(kind, words) for _, _, kind, words in self.fields]
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
         """Pickle the fields only; compiled parts cannot be pickled."""
@@ -96,13 +99,14 @@ class Layout:
         """Return the bytes of a record's slots, each with the journal's `tag`."""
         left = {n: dict(v) if isinstance(v, dict) else v for n, v in record.items()}
         values, has = [], 0
-        for place, (table, name, kind, _) in enumerate(self.fields):
+        for place, (table, name, _, _) in enumerate(self.fields):
             part = left.get(table, NOTHING) if table else left
+            kind = self._kinds[place]
             try:
                 held = name in part
-                value = self._out[place](part[name]) if held else EMPTY[kind]
+                value = kind.write(part[name]) if held else kind.empty
             except (KeyError, TypeError, ValueError, OverflowError):
-                held, value = False, EMPTY[kind]
+                held, value = False, kind.empty
             values.append(value)
             if held:
                 del part[name]
@@ -124,7 +128,7 @@ class Layout:
         for place, (table, name, _, _) in enumerate(self.fields):
             if has >> place & 1:
                 part = record.setdefault(table, {}) if table else record
-                part[name] = self._in[place](values[place])
+                part[name] = self._kinds[place].read(values[place])
         for name, value in text.items():
             both = isinstance(value, dict) and isinstance(record.get(name), dict)
             record[name] = record[name] | value if both else value
@@ -241,27 +245,6 @@ def _text_of(left: Record) -> bytes:
     return json.dumps(left).encode() if left else b""
 
 
-def _writer(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts a value for a field, or raises if it cannot.
-
-    kind : "f8", "i8", "hex", "text", or "word", stored as its index in `words`
-    """
-    if kind == "word":
-        places = {word: place for place, word in enumerate(words)}
-        return places.__getitem__
-    return {"f8": _float, "i8": _whole, "hex": _of_hex, "text": _of_text}[kind]
-
-
-def _reader(kind: str, words: Sequence[str]) -> Callable[[Any], Any]:
-    """Return the function that converts a stored value back; see `_writer`."""
-    if kind == "word":
-        return words.__getitem__
-    known: dict[str, Callable[[Any], Any]] = {
-        "f8": float, "i8": int, "hex": bytes.hex, "text": _text,
-    }  # fmt: skip
-    return known[kind]
-
-
 def _float(value: Any) -> float:
     if not isinstance(value, float):
         raise TypeError
@@ -276,17 +259,94 @@ def _whole(value: Any) -> int:
 
 def _of_hex(value: str) -> bytes:
     found = bytes.fromhex(value)
-    if found.hex() != value or len(found) != struct.calcsize(CODES["hex"]):
+    if found.hex() != value or len(found) != HEX:
         raise ValueError
     return found
 
 
 def _of_text(value: str) -> bytes:
     found = value.encode()
-    if len(found) > struct.calcsize(CODES["text"]) or b"\0" in found:
+    if len(found) > TEXT or b"\0" in found:
         raise ValueError
     return found
 
 
 def _text(value: bytes) -> str:
     return value.rstrip(b"\0").decode(errors="replace")
+
+
+class _Kind(NamedTuple):
+    """How values of a field are stored.
+
+    Attributes
+    ----------
+    dtype, code, empty : dtype, code for `struct`, and value of a record without one
+    write, read : functions to and from the stored value; `write` raises if it cannot
+    """
+
+    dtype: str
+    code: str
+    empty: Any
+    write: Callable[[Any], Any]
+    read: Callable[[Any], Any]
+
+
+KINDS = {
+    "f8": _Kind("<f8", "d", 0.0, _float, float),
+    "i8": _Kind("<i8", "q", 0, _whole, int),
+    "hex": _Kind(f"V{HEX}", f"{HEX}s", b"", _of_hex, bytes.hex),
+    "text": _Kind(f"S{TEXT}", f"{TEXT}s", b"", _of_text, _text),
+}
+
+
+def _kind(name: str, words: Sequence[str]) -> _Kind:
+    """Return a kind by its name; the kind `word` is stored as an index in `words`."""
+    if name != "word":
+        return KINDS[name]
+    places = {word: place for place, word in enumerate(words)}
+    return _Kind("u1", "B", 0, places.__getitem__, words.__getitem__)
+
+
+def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
+    """Return (header, data): bytes, crc and shapes for `unpacked`, and the bytes.
+
+    Parameters
+    ----------
+    arrays : {name: array of any shape}; the order is kept
+    """
+    data = b"".join(np.asarray(a, dtype=TYPE).tobytes() for a in arrays.values())
+    shapes = {name: list(array.shape) for name, array in arrays.items()}
+    return {"bytes": len(data), "crc": zlib.crc32(data), "shapes": shapes}, data
+
+
+def unpacked(
+    head: Mapping[str, Any], data: bytes
+) -> dict[str, NDArray[np.float64]] | None:
+    """Return {name: read-only array} of packed data; None if these are damaged."""
+    if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
+        return None
+    out: dict[str, NDArray[np.float64]] = {}
+    start = 0
+    for name, shape in head["shapes"].items():
+        values = np.frombuffer(data, TYPE, math.prod(shape), start)
+        out[name] = values.reshape(shape)
+        start += values.nbytes
+    return out
+
+
+def sealed(record: Record) -> bytes:
+    """Return a JSON object as a line with its checksum."""
+    body = json.dumps(record).encode()
+    return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
+
+
+def opened(line: bytes) -> Record | None:
+    """Return the JSON object of a line, None if its checksum is wrong."""
+    seal, _, body = line.rstrip(b"\n").partition(b" ")
+    if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
+        return None
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):  # not written by this program
+        return None
+    return record if isinstance(record, dict) else None

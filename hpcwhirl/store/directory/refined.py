@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from hpcwhirl.store.hdf5 import dtype
 PLACE = "place_"  # prefix of the variable with a case's position along an input
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RefinedPlan(Manifest):
     """A plan with all cases that refinement has added so far.
 
@@ -40,8 +40,8 @@ class RefinedPlan(Manifest):
     twinned : addresses of the cases with twins; empty in a plan read from results
     """
 
-    addresses: list[Address] = field(default_factory=list)
-    family: Family | None = None
+    addresses: list[Address]
+    family: Family
     growth: Growth | None = None
     twinned: frozenset[Address] = frozenset()
 
@@ -86,7 +86,7 @@ def _extended(
 
 def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
     """Return the planner's row of each case of a plan from `grown_plan`, (cases,)."""
-    if not isinstance(plan, RefinedPlan) or plan.family is None:
+    if not isinstance(plan, RefinedPlan):
         return np.arange(len(planner))
     numbers = map(plan.family.number, plan.addresses)
     return np.array([planner.row(case) for case in numbers], dtype=np.int64)
@@ -147,7 +147,7 @@ def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
 
     Return {} for a plan that is not refined.
     """
-    if not isinstance(plan, RefinedPlan) or plan.family is None or plan.growth is None:
+    if not isinstance(plan, RefinedPlan) or plan.growth is None:
         return {}
     family, trees, rows = plan.family, plan.growth.trees, plan.addresses
     names = preset_of(digests_of(plan).base), family.rule.confirm

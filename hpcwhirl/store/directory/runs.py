@@ -9,7 +9,7 @@ from typing import Any
 from hpcwhirl.errors import MissingFileError
 from hpcwhirl.safe_open import read_regular
 from hpcwhirl.store.atomic import Say, write_whole
-from hpcwhirl.store.directory.listing import listed
+from hpcwhirl.store.directory.journal import listed
 
 Share = dict[str, Any]
 KEYS = {"rank": int, "host": str, "cases": int, "busy": float, "span": float}

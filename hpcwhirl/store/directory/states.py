@@ -1,6 +1,6 @@
 """Saved states of unfinished cases: one file with checksum each, replaced atomically.
 
-The first line, with a checksum (module `packing`), names what the state belongs to, and
+The first line, with a checksum (`record.sealed`), names what the state belongs to, and
 name, type and shape of every array. The arrays' bytes follow, little-endian, in that
 order.
 """
@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from hpcwhirl.errors import StoreError
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.store.atomic import write_whole
-from hpcwhirl.store.directory.listing import listed
-from hpcwhirl.store.directory.packing import opened, sealed
-from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.directory.journal import listed
+from hpcwhirl.store.directory.record import Record, opened, sealed
 
 Arrays = dict[str, NDArray[Any]]
 FORMAT = 2

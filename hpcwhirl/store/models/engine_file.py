@@ -95,32 +95,23 @@ Array = NDArray[Any]
 Kinds = dict[str, tuple[tuple[int, ...], bool]]
 # name: (dimensions allowed, whether it holds indices); the layout of `export-model`
 DATASETS: Kinds = {
-    "mass": ((2,), False),
-    "stiffness": ((2,), False),
-    "damping": ((2,), False),
-    "omega": ((1,), False),
-    "damping_ratio": ((1,), False),
-    "shapes": ((2,), False),
+    **dict.fromkeys(
+        ("mass", "stiffness", "damping", "shapes", "modal_centre", "coriolis",
+         "stress_stiffness", "softening", "stiffness_a", "stiffness_b"),
+        ((2,), False),
+    ),
+    **dict.fromkeys(
+        ("omega", "damping_ratio", "centrifugal_load", "speeds", "centre_damping",
+         "tip_station", "tip_angle", "tip_gap", "stress_name"),
+        ((1,), False),
+    ),
     "modal_tip_radial": ((2, 3), False),
     "modal_tip_tangential": ((2, 3), False),
-    "modal_centre": ((2,), False),
-    "coriolis": ((2,), False),
-    "centrifugal_load": ((1,), False),
-    "stress_stiffness": ((2,), False),
-    "softening": ((2,), False),
-    "speeds": ((1,), False),
-    "stiffness_a": ((2,), False),
-    "stiffness_b": ((2,), False),
-    "centre_damping": ((1,), False),
     "tip_radial": ((1, 2), True),
     "tip_tangential": ((1, 2), True),
     "centre": ((1,), True),
-    "tip_station": ((1,), False),
-    "tip_angle": ((1,), False),
-    "tip_gap": ((1,), False),
     "stress": ((4,), False),
-    "stress_name": ((1,), False),
-}
+}  # fmt: skip
 TEXTS = {"stress_name"}  # hold text; all others hold numbers
 LONGEST_NAME = 60  # bytes of a text
 COMPONENTS = (1, 6)  # of a stress: one, or all
@@ -138,6 +129,7 @@ CASING: Kinds = {
     "modal_tangential": ((1, 2), False),
     "station": ((1,), False),
 }
+KINDS = {"rotor": DATASETS, "casing": CASING}
 # All allowed names; `export-model` also writes labels and the casing in the coordinates
 # of the time integration, which are not read.
 LAYOUT = {
@@ -212,11 +204,6 @@ def are_two_ways(there: Collection[str]) -> bool:
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 
-def read_rotor(file: str) -> Given:
-    """Return the arrays of the rotor in an engine's file, see `_read`."""
-    return _read(file, "rotor", DATASETS)
-
-
 def points_named(file: str) -> int:
     """Return the number of contact points per tip, n_c, in an engine's file.
 
@@ -229,9 +216,8 @@ def points_named(file: str) -> int:
 
 
 @lru_cache(maxsize=64)
-def _points_named(file: str, content: str) -> int:
-    """Return n_c of a file; content : digest of the file, a key of the cache."""
-    del content
+def _points_named(file: str, _content: str) -> int:
+    """Return n_c of a file; _content : digest of the file, a key of the cache."""
     import h5py
 
     with readable(f"engine.file {file}"), h5py.File(file, "r") as root:
@@ -242,13 +228,8 @@ def _points_named(file: str, content: str) -> int:
     return 1
 
 
-def read_casing(file: str) -> Given:
-    """Return the arrays of the casing in an engine's file, see `_read`."""
-    return _read(file, "casing", CASING)
-
-
-def _read(file: str, name: str, datasets: Kinds) -> Given:
-    """Return the arrays of a group, finite, with the dimensions that `datasets` allow.
+def read_group(file: str, name: str) -> Given:
+    """Return the finite arrays of the group rotor or casing in an engine's file.
 
     Each axis has at most `LARGEST` entries (coordinates or modes), the file at most
     `scene.case_digest.MOST_BYTES`. Nothing is read from a larger file.
@@ -262,7 +243,7 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
     """
     import h5py
 
-    given = Given(file, {}, name)
+    given, datasets = Given(file, {}, name), KINDS[name]
     with readable(f"engine.file {file}"):
         check_bytes(file, check_regular(file))
         with h5py.File(file, "r") as root:

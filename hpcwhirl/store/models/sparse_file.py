@@ -76,11 +76,11 @@ def read_matrix(path: Path, name: str) -> sparse.csr_array:
     if reader is None:
         raise source.wrong(name, f"end in {', '.join(READERS)}", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        matrix = reader(source, name, _size(source, name))
+        matrix = reader(source, name, _bytes_of(source, name))
     return _checked(source, name, matrix)
 
 
-def _size(source: _Source, name: str) -> int:
+def _bytes_of(source: _Source, name: str) -> int:
     """Return the size of a matrix's file in bytes; refuse a file that is too large."""
     size = check_regular(Path(source.file))
     if size > MOST_BYTES:
@@ -123,7 +123,7 @@ def _rectangle(
     if path.suffix.lower() != ".mtx":
         raise source.wrong(name, "end in .mtx", path.suffix or "none")
     with readable(str(path), UNREADABLE):
-        size = _size(source, name)
+        size = _bytes_of(source, name)
         rows, columns, entries, _, field, _ = mminfo(source.file)
         fits = columns == shape[1] and rows == (rows if shape[0] is None else shape[0])
         if not fits or field not in {"real", "integer"}:
@@ -162,8 +162,7 @@ def _read_entries(
     return sparse.csr_array(mmread(source.file), dtype=np.float64)
 
 
-def _numpy(source: _Source, name: str, size: int) -> sparse.csr_array:
-    del size
+def _numpy(source: _Source, name: str, _size: int) -> sparse.csr_array:
     names, bytes_told = [*PARTS, "shape", "format"], 0
     with open_regular(source.file) as file, zipfile.ZipFile(file) as archive:
         for part in names:
@@ -207,10 +206,9 @@ def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
     return shape, kind
 
 
-def _hdf5(source: _Source, name: str, size: int) -> sparse.csr_array:
+def _hdf5(source: _Source, name: str, _size: int) -> sparse.csr_array:
     import h5py
 
-    del size
     with open_regular(source.file) as file, h5py.File(file, "r") as root:
         if name not in root:
             raise source.refusal(f"has no group {name} with data, indices, indptr")

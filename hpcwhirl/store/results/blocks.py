@@ -14,7 +14,6 @@ from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import end_time
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.blades import amplification
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.reader import Rows
 from hpcwhirl.store.directory.record import Record
@@ -22,7 +21,7 @@ from hpcwhirl.store.hdf5 import dtype, encode, missing
 from hpcwhirl.store.reading.shares import GROUP, TWIN_ROW, shares, words_of
 from hpcwhirl.store.results.contents import Contents, parts_of
 from hpcwhirl.store.results.layout import stored, swept_extra
-from hpcwhirl.store.results.measured import VALUES, WHY_NOT, measured_of
+from hpcwhirl.store.results.variables import VALUES, WHY_NOT, amplification, measured_of
 
 MOST_BYTES = 32 << 20  # most bytes of traces in a block, unless one case has more
 MOST_CASES = 1024

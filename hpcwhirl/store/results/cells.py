@@ -203,16 +203,12 @@ def _list(file: h5py.File, name: str) -> list[str]:
 def _put_points(
     group: h5py.Group, found: Boundaries, over: list[str], dotted: list[str]
 ) -> None:
-    at = np.array(found.at, dtype=float).reshape(-1, len(over))
     for number, name in enumerate(over):
-        _put(group, name, at[:, number], "point", INPUTS[dotted[number]])
-    for name in ("low", "high"):
-        _put(group, name, np.array(getattr(found, name), dtype=float), "point")
-    for name in ("along", "before", "behind", "panel"):
-        _put(group, name, np.array(getattr(found, name), dtype=np.int64), "point")
-    lines = np.array(found.lines, dtype=np.int64).reshape(-1, 2)
+        _put(group, name, found.at[:, number], "point", INPUTS[dotted[number]])
+    for name in ("low", "high", "along", "before", "behind", "panel"):
+        _put(group, name, getattr(found, name), "point")
     for number, name in enumerate(("line_begin", "line_end")):
-        _put(group, name, lines[:, number], "line")
+        _put(group, name, found.lines[:, number], "line")
 
 
 def _put(
@@ -298,7 +294,6 @@ def read_refined(path: Path, by: str = "") -> Refined | None:
         by = by or _text(file[CELLS].attrs["words"])
         cells, rows = _mixed_by(file, by)
         found = boundaries_of(cells, _cases(file, rows, by))
-        at = np.array(found.at, dtype=float).reshape(-1, len(over))
         return Refined(
             over,
             _list(file, "scale"),
@@ -306,9 +301,9 @@ def read_refined(path: Path, by: str = "") -> Refined | None:
             file["panel"][:],
             {name: rows[name] == rows[name].max() for name in over},
             by,
-            dict(zip(over, at.T, strict=True)),
-            np.array(found.panel, dtype=np.int64),
-            np.array(found.lines, dtype=np.int64).reshape(-1, 2),
+            dict(zip(over, found.at.T, strict=True)),
+            found.panel,
+            found.lines,
         )
 
 

@@ -1,8 +1,19 @@
-"""Contents of a future results file: plan, positions of records, sizes of axes."""
+"""Contents of a future results file: plan, positions of records, sizes of axes.
+
+Whether an existing `results.h5` is up to date is known without reading the journals:
+the group `performance` of the file stores its sources: the plan, and names, sizes and
+times of journals, traces and `runs/`. The file must be gathered again if one of these
+or the thresholds of the words have changed, or if size and time of `results.h5` differ
+from those in the stamp file, because another program has written to it. Copying a
+directory may change times, which costs one gathering.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -11,28 +22,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl import __version__
+from hpcwhirl.errors import WhirlError
 from hpcwhirl.refinement.rule import rule_of
 from hpcwhirl.refinement.words import ATTRACTOR, NUMBERS
+from hpcwhirl.safe_open import read_regular
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS, TRACES, variable_name
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.words import REGIMES
-from hpcwhirl.store.atomic import Say
-from hpcwhirl.store.directory.blades import asked_quantities, tuned_cases
+from hpcwhirl.store.atomic import Say, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.columns import CaseIndex
-from hpcwhirl.store.directory.completions import stages_in
+from hpcwhirl.store.directory.completions import CaseIndex, stages_in
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.reader import Rows, rows_at, samples_of
 from hpcwhirl.store.directory.record import Header
 from hpcwhirl.store.directory.refined import columns_of, full_plan, with_twins
 from hpcwhirl.store.directory.runs import Share
-from hpcwhirl.store.hdf5 import dtype
+from hpcwhirl.store.hdf5 import DAMAGE, dtype
+from hpcwhirl.store.reading.results_file import opened
 from hpcwhirl.store.reading.shares import words_of
-from hpcwhirl.store.results.freshness import source_of
-from hpcwhirl.store.results.measured import measured_of
+from hpcwhirl.store.results.variables import asked_quantities, measured_of, tuned_cases
 
 NAMED = ("status", "row.outcome", "row.regime")  # fields that decide the word of a case
+SOURCE = "gathered_from"  # attribute of the group `performance`
+STAMP = "results.stamp"  # in `runs`
 
 
 @dataclass
@@ -52,7 +66,7 @@ class Contents:
     shares : use of time of each rank of each run
     columns : {variable: (cases,)}, additional variables of a refined campaign
     found : {variable: (cases,)}, words and refined inputs of a refined campaign
-    source : digest of the files read, see `freshness`
+    source : digest of the files read, see `source_of`
     """
 
     journals: Journals
@@ -98,11 +112,6 @@ class Contents:
         """Interval between samples, s, if it is the same in all cases; else None."""
         found = np.unique(self.interval[np.isfinite(self.interval)])
         return float(found[0]) if len(found) == 1 else None
-
-    @property
-    def sample_axis(self) -> str:
-        """Name of the traces' axis: `time` if all cases share times, else `sample`."""
-        return "time" if self.common_interval is not None else "sample"
 
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
         """Return {trace: shape of one case, padded to the longest}."""
@@ -280,3 +289,53 @@ def parts_of(
         mine = np.flatnonzero(place[:, 0] == number)
         path, header = contents.files[number]
         yield mine, rows_at(path, header, place[mine, 1])
+
+
+def source_of(directory: Directory) -> str:
+    """Return a digest of the files that results are gathered from, "" if unknown."""
+    told = [__version__, *ROW, *STATUS, *PERFORMANCE]
+    try:
+        told.append(hashlib.sha256(read_regular(directory.plan.path)).hexdigest())
+        journals = directory.journals
+        files = [*journals.files(), *journals.trace_files(), *directory.runs.files()]
+        told += filter(None, map(_told, files))
+    except (OSError, WhirlError):  # the error is raised when the file is read
+        return ""
+    return hashlib.sha256(os.fsencode("\n".join(told))).hexdigest()
+
+
+def _told(path: Path) -> str:
+    """Return name, size and time of a file as text; "" for an empty file."""
+    state = path.stat()
+    if not state.st_size:
+        return ""
+    return f"{path.parent.name}/{path.name} {state.st_size} {state.st_mtime_ns}"
+
+
+def stamp(directory: Directory) -> None:
+    """Write the stamp (size and time) of results that were just gathered."""
+    with suppress(WhirlError):  # without a stamp, results are gathered again
+        write_whole(directory.runs.place / STAMP, _told(directory.results).encode())
+
+
+def _is_stamped(directory: Directory) -> bool:
+    try:
+        found = read_regular(directory.runs.place / STAMP)
+        return found == _told(directory.results).encode()
+    except (OSError, WhirlError):
+        return False
+
+
+def is_current(directory: Directory, words: Mapping[str, float]) -> bool:
+    """Return whether gathering again would write the same results file.
+
+    words : {root attribute: threshold} in use
+    """
+    try:
+        with opened(directory.results) as file:
+            same = all(file.attrs.get(n) == limit for n, limit in words.items())
+            known = bytes(file["performance"].attrs.get(SOURCE, b"")).decode()
+        same = same and known != "" and _is_stamped(directory)
+        return bool(same and known == source_of(directory))
+    except (WhirlError, KeyError, *DAMAGE):
+        return False

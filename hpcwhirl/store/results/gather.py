@@ -11,7 +11,6 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
@@ -22,19 +21,17 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hpcwhirl.errors import NoRoomError, WhirlError
+from hpcwhirl.errors import STOPPED, WRONG_INPUT, NoRoomError, WhirlError, say
 from hpcwhirl.launch import ALONE, Communicator, end_all, rest_until_root
 from hpcwhirl.store.atomic import Say, part_of, publish, sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import RESULTS, Asking, Claim
 from hpcwhirl.store.hdf5 import refusal, writing
 from hpcwhirl.store.results.blocks import Block, block_size, ranges, read_block
-from hpcwhirl.store.results.contents import Contents, contents_of
-from hpcwhirl.store.results.freshness import STAMP, stamp
+from hpcwhirl.store.results.contents import STAMP, Contents, contents_of, stamp
 from hpcwhirl.store.results.layout import LIBVER, define
 from hpcwhirl.store.results.sizes import results_bytes
 
-STOPPED, WRONG = 75, 2  # exit codes: the same command may succeed later; cannot succeed
 MORE = 1 << 16  # bytes of free space required beyond the known need
 
 
@@ -249,9 +246,8 @@ def _or_all_end(
             raise
         told = refusal(final, _cause(part, failed))
         time.sleep(5.0 if comm.rank else 0.0)  # lets rank 0 report first
-        line = f"hpcwhirl: stopped early: {told}; the same command continues"
-        print(line, file=sys.stderr)  # noqa: T201 - before all end
-        end_all(comm, STOPPED if isinstance(told, NoRoomError) else WRONG)
+        say(f"stopped early: {told}; the same command continues")
+        end_all(comm, STOPPED if isinstance(told, NoRoomError) else WRONG_INPUT)
 
 
 def _cause(part: Path, failed: Exception) -> Exception:

@@ -28,7 +28,6 @@ from hpcwhirl.scene.quantities import (
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import ENUMS
-from hpcwhirl.store.directory.blades import asked_quantities
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import refined_quantities
 from hpcwhirl.store.directory.runs import Share
@@ -44,10 +43,9 @@ from hpcwhirl.store.hdf5 import (
 )
 from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW, TWINS_OF
 from hpcwhirl.store.results.cells import define_cells
-from hpcwhirl.store.results.contents import Contents
-from hpcwhirl.store.results.freshness import SOURCE
-from hpcwhirl.store.results.measured import measured_of
+from hpcwhirl.store.results.contents import SOURCE, Contents
 from hpcwhirl.store.results.sampled import sample_attribute
+from hpcwhirl.store.results.variables import asked_quantities, measured_of
 
 LIBVER = ("v108", "v110")  # from 1.8 on attributes may exceed 64 kB
 CHUNK = 1 << 20  # bytes, largest size of a compressed chunk, which is of one case
@@ -199,13 +197,13 @@ def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
 
 
 def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
-    axis, shapes = contents.sample_axis, contents.trace_shapes()
-    samples = int(contents.samples.max())
-    interval = contents.common_interval
-    if interval is not None:
-        define_axis(file, "time", (1 + np.arange(samples)) * interval)
+    samples, shapes = int(contents.samples.max()), contents.trace_shapes()
+    axis, interval = "sample", contents.common_interval
+    if interval is not None:  # all cases share their times
+        axis = "time"
+        define_axis(file, axis, (1 + np.arange(samples)) * interval)
     else:
-        define_axis(file, "sample", samples)
+        define_axis(file, axis, samples)
     for name in dict.fromkeys(n for kept in contents.kept for n in TRACES[kept].axes):
         define_axis(file, name, contents.sizes[name])
     known = TRACES | {"time": AXES["time"]}

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.scene.table import listed
-from hpcwhirl.store.directory.blades import DETAIL, details_of
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import MEASURE, Manifest
 from hpcwhirl.store.directory.record import fields_of, header_of
 from hpcwhirl.store.directory.runs import Share
 from hpcwhirl.store.results.contents import Contents
 from hpcwhirl.store.results.layout import LIBVER, define
+from hpcwhirl.store.results.variables import DETAIL, details_of
 
 NAME = "0001-00000.bin"  # example of a trace file's name in a journal's header
 # traces that `full` keeps in addition to those of `orbit`
@@ -27,13 +27,8 @@ MORE = (
     "tips", "blade_impulse", "point_tips", "point_impulse", "casing", "stress", "worn",
 )  # fmt: skip
 ONE_RANK: Share = {
-    "run": 1,
-    "rank": 0,
-    "host": "",
-    "cases": 0,
-    "busy": 0.0,
-    "span": 1.0,
-}
+    "run": 1, "rank": 0, "host": "", "cases": 0, "busy": 0.0, "span": 1.0,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

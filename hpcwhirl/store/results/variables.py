@@ -1,21 +1,19 @@
-"""Optional variables that the inputs of a plan add to results; `amplification`."""
+"""Variables of results that only some plans have: asked by inputs, or a user's own."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hpcwhirl.scene.contact_laws import RIGID
 from hpcwhirl.scene.input_names import MISTUNING
 from hpcwhirl.scene.quantities import BLADES, CHAOS, OVER_SPEED, TUNED, WORN
 from hpcwhirl.scene.quantity import Quantity
 from hpcwhirl.scene.rules import CHANGING
-from hpcwhirl.store.directory.manifest import Manifest
-
-if TYPE_CHECKING:
-    from hpcwhirl.store.directory.record import Record
+from hpcwhirl.store.directory.manifest import MEASURE, Manifest
+from hpcwhirl.store.directory.record import Record
 
 DETAIL = "output.traces"
 MEASURED = "output.chaos"
@@ -23,6 +21,21 @@ LAW = "engine.casing.contact_law"
 # Entries of a row that mistuning leaves unchanged.
 MODEL = ("modes", "time_step", "scheme")
 LOOKED_AT = {"blades", "full"}
+VALUES, WHY_NOT = "measured", "measure_message"  # entries of a record
+REASON = Quantity("1", "why the user's function gave no numbers", kind="S240")
+
+
+def measured_of(plan: Manifest) -> dict[str, Quantity]:
+    """Return {variable: `Quantity`} of the numbers that the user's function returns.
+
+    `WHY_NOT`, the reason why a case has no numbers, is included. The result is {} for a
+    plan without such a function.
+    """
+    declared = plan.base.get(MEASURE) or {}
+    if not declared:
+        return {}
+    found = {name: Quantity(*told) for name, told in declared.items()}
+    return found | {WHY_NOT: REASON}
 
 
 def asked_quantities(plan: Manifest) -> dict[str, Quantity]:
