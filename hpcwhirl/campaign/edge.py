@@ -24,10 +24,10 @@ from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import changes
-from hpcwhirl.dynamics.blend import copy_of, distance, put_between
 from hpcwhirl.dynamics.history import since
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.side_by_side import copy_of, distance, put_between
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings

@@ -16,6 +16,7 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
+from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
@@ -27,10 +28,9 @@ from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.schemes.rotating_waves import folds_well
+from hpcwhirl.dynamics.schemes.equal_sectors import folds_well
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
-from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
 from hpcwhirl.scene.schemes import SCHEMES

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
@@ -28,7 +29,6 @@ from hpcwhirl.dynamics.point_sectors import (
 )
 from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
 from hpcwhirl.dynamics.slots import ring_modes
-from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.dynamics.whole_waves import drift_of, padded_blades
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model

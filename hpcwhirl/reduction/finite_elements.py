@@ -35,6 +35,7 @@ from hpcwhirl.reduction.modes import (
     lowest_of,
     physical_columns,
 )
+from hpcwhirl.reduction.points import Stress
 from hpcwhirl.reduction.sparse_modes import (
     PAIR,
     Condensed,
@@ -45,10 +46,9 @@ from hpcwhirl.reduction.sparse_modes import (
     whole_pairs,
 )
 from hpcwhirl.reduction.spin import check_turned, stiffness_terms
-from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
-from hpcwhirl.structure.assembly import turn
+from hpcwhirl.structure.elements import turn
 
 MORE = 2  # modes computed of each diameter in addition to the mean number wanted
 STRAINED = 1e-4  # largest strain by a translation, `_strained`; 14 digits give 1e-6

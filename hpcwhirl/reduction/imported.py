@@ -29,6 +29,7 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.points import (
     points_in,
     reordered,
+    stress_of,
     tip_points,
     with_single_points,
 )
@@ -43,7 +44,6 @@ from hpcwhirl.reduction.spin import (
     transformed,
     turned_alike,
 )
-from hpcwhirl.reduction.stress import stress_of
 from hpcwhirl.reduction.supports import Support
 from hpcwhirl.store.models.engine_file import Given, read_rotor
 

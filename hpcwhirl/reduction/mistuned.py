@@ -19,8 +19,8 @@ from hpcwhirl.reduction.modes import (
     reduction_basis,
     speed_of_basis,
 )
+from hpcwhirl.reduction.shaft import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.reduction.supports import planar
-from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 FORWARD = planar(1j)

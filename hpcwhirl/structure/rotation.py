@@ -24,9 +24,16 @@ from numpy.polynomial import Polynomial
 
 from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.scene import Rotor
-from hpcwhirl.structure.assembly import add_block, turn
-from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, beam, hermite
 from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spoke
+from hpcwhirl.structure.elements import (
+    POINTS,
+    WEIGHTS,
+    Section,
+    add_block,
+    beam,
+    hermite,
+    turn,
+)
 
 ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
@@ -75,7 +82,7 @@ class Member:
 
 
 def coriolis_of(length: float, section: Section) -> Floats:
-    """Return C (6, 6), kg, of a beam, in the DoF of `beams.beam`."""
+    """Return C (6, 6), kg, of a beam, in the DoF of `elements.beam`."""
     out = np.zeros((6, 6))
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length

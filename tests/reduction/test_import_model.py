@@ -27,9 +27,8 @@ from hpcwhirl.scene import Rotor
 from hpcwhirl.store.models.wheel_file import TABLES as KNOWN
 from hpcwhirl.store.models.wheel_file import TURNING, read_wheel
 from hpcwhirl.structure import bladed_disk, rotation_of
-from hpcwhirl.structure.assembly import add_block, turn
-from hpcwhirl.structure.beams import beam
 from hpcwhirl.structure.bladed_disk import blade, rim, spoke
+from hpcwhirl.structure.elements import add_block, beam, turn
 from hpcwhirl.structure.rotation import (
     coriolis_of,
     load_of,

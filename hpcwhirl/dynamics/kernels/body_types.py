@@ -97,7 +97,7 @@ class ContactSpace(NamedTuple):
     small, right : (N, N + 1), (N,), matrix and right side of the equations of the
         active blades; the latter becomes their multipliers
     active, where : (N,), 1 if a blade is active, else 0; (N + 1,), the active blades
-    chosen, held, left : (N,), (N,), (N + 1,), see `lemke.set_out`
+    chosen, held, left : (N,), (N,), (N + 1,), see `pivoting.set_out`
     """
 
     response: Floats
@@ -220,7 +220,7 @@ class CoupledBody(NamedTuple):
     read : (m, N + 2), radial displacements of tips, x_o, y_o, for unit amplitudes
     radial, tangential : (N, m), displacements of the tips for unit amplitudes
     stand : forces of supports that no constant matrix represents
-    swerve : blocks of (dOmega/dt) C, C as in `driven`, stored like `keep`; (0,) at
+    swerve : blocks of (dOmega/dt) C, C as in `coupled`, stored like `keep`; (0,) at
         constant speed
     force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
         (0,) at constant speed

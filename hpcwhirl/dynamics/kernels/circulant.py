@@ -24,10 +24,8 @@ from hpcwhirl.dynamics.kernels.keep_inverse import (
     remember,
     turn_to,
 )
-from hpcwhirl.dynamics.kernels.lemke import solve_singular
 from hpcwhirl.dynamics.kernels.passes import lowest_of
-from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
-from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
+from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_singular
 from hpcwhirl.dynamics.kernels.transform import (
     BEHIND,
     SPAN,
@@ -37,6 +35,8 @@ from hpcwhirl.dynamics.kernels.transform import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    add_six,
+    add_two,
     all_aligned,
     broadcast,
     fma,
@@ -45,6 +45,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     lower_of,
     store,
+    store_six,
 )
 
 MOST_KEPT = 8  # numbers of blades N whose index tables are cached

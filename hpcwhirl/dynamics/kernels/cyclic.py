@@ -71,7 +71,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     to_gaps,
     to_gaps_seldom,
 )
-from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
 from hpcwhirl.dynamics.kernels.samples import (
     along_of,
     aside_space,
@@ -90,11 +89,14 @@ from hpcwhirl.dynamics.kernels.skipped import (
 from hpcwhirl.dynamics.kernels.transform import BEHIND
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    add_six,
+    add_two,
     all_aligned,
     broadcast,
     fma,
     load,
     store,
+    store_six,
     total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicSpace, Sizes, WaveRotor

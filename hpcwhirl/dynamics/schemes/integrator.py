@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.casing_trace import waves_of_rigid
+from hpcwhirl.dynamics.casing import waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
