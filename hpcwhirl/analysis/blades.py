@@ -1,10 +1,18 @@
-"""Motion of the single blades: amplitude, peak, localisation."""
+"""Blades: amplitude, peak, localisation of their motion; contacts; the layer worn.
+
+Contacts tell which blade touched the casing where, when, and how hard.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from hpcwhirl.arrays import Floats
+from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.dynamics.kernels.layer import CUT, DEPTH
+from hpcwhirl.dynamics.layer import rod_area
+from hpcwhirl.scene import Scene
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
@@ -61,3 +69,75 @@ def localisation(size: Floats) -> float:
         return 1.0
     energy = (size / largest) ** 2
     return float(len(size) * (energy**2).sum() / energy.sum() ** 2)
+
+
+class Touches(NamedTuple):
+    """Contacts of all blades: one entry per blade and sampling interval in contact.
+
+    Attributes
+    ----------
+    time : (c,), s, middle of the interval
+    blade : (c,), 0 .. N - 1, the column of the impulses
+    angle : (c,), rad in [0, 2 pi), position on the casing, static frame
+    impulse : (c,), N s, normal
+    """
+
+    time: Floats
+    blade: Integers
+    angle: Floats
+    impulse: Floats
+
+
+def touches(
+    time: Floats, blade_impulse: Floats, speed: float, angles: Floats | None = None
+) -> Touches:
+    """Return the contacts of a run in order of time.
+
+    Blade j is at theta_j = Omega t + 2 pi j / N, evaluated at the middle of the
+    sampling interval, during which the blade turns by Omega times the interval.
+
+    Parameters
+    ----------
+    time : (n,), s, equally spaced, the first one interval after the start
+    blade_impulse : (n, N), N s, cumulative normal impulse of each column
+    speed : Omega, rad/s
+    angles : (N,), rad, angle at t = 0 of the contact point of each column; None: the
+        columns are blades
+    """
+    if not len(time):
+        none = np.zeros(0)
+        return Touches(none, np.zeros(0, np.int64), none, none)
+    change = np.diff(
+        blade_impulse, axis=0, prepend=np.zeros((1, blade_impulse.shape[1]))
+    )
+    sample, blade = np.nonzero(change > 0.0)
+    interval = time[1] - time[0] if len(time) > 1 else time[0]
+    when = time[sample] - interval / 2
+    around = 2 * np.pi
+    place = around * blade / blade_impulse.shape[1]
+    if angles is not None:
+        place = angles[blade]
+    angle = (speed * when + place) % around
+    return Touches(when, blade, angle, change[sample, blade])
+
+
+def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
+    """Return the variables `WORN` of a case, {} without a layer.
+
+    layer : (3, M), see `dynamics.history.History`
+    """
+    depth = layer[DEPTH]
+    if not len(depth):
+        return {}
+    return {
+        "wear_depth": float(depth.max()),
+        "wear_volume": float(depth.sum() * rod_area(scene)),
+        "wear_lobes": lobes_of(depth),
+        "wear_turning": float(layer[CUT].sum()),
+    }
+
+
+def lobes_of(depth: Floats) -> int:
+    """Return the strongest harmonic >= 1 of depths (M,) over the angle; 0: no wear."""
+    sizes = np.abs(np.fft.rfft(depth))[1:]
+    return 1 + int(sizes.argmax()) if depth.any() else 0

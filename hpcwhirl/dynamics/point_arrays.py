@@ -11,13 +11,13 @@ from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
-from hpcwhirl.dynamics.kernels.point_types import (
+from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
     PointRows,
     PointsContact,
     PointsRotor,
     SectorRows,
 )
-from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.point_sectors import (
     FEWEST,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.analysis.participation import family_amplitudes
-from hpcwhirl.analysis.spectrum import strongest
+from hpcwhirl.analysis.whirl import strongest
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.figures.motions import rotating
 from hpcwhirl.report.figures.sweeps import frequency_spectra

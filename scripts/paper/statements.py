@@ -10,7 +10,7 @@ from paper.motions import kinds, motion_statements, only_damped
 from paper.text import Number, Statement, said
 from paper.veering import frequencies, full_rotor
 
-from hpcwhirl.analysis.spectrum import after_revolutions, amplitude_spectrum, strongest
+from hpcwhirl.analysis.whirl import after_revolutions, amplitude_spectrum, strongest
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.structure import blade_stiffness
 

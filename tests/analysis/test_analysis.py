@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 
 from hpcwhirl import simulate
-from hpcwhirl.analysis.contact_map import touches
+from hpcwhirl.analysis.blades import touches
 from hpcwhirl.analysis.critical import campbell, coincidences, critical_speeds
 from hpcwhirl.analysis.participation import contributions, family_amplitudes
-from hpcwhirl.analysis.spectrum import (
-    after_revolutions,
-    amplitude_spectrum,
-    cascade,
-    strongest,
-)
 from hpcwhirl.analysis.stability import (
     closed_roots,
     coupled,
@@ -21,7 +15,13 @@ from hpcwhirl.analysis.stability import (
     sprung_roots,
     static_line,
 )
-from hpcwhirl.analysis.whirl import section
+from hpcwhirl.analysis.whirl import (
+    after_revolutions,
+    amplitude_spectrum,
+    cascade,
+    section,
+    strongest,
+)
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hpcwhirl.analysis.contact_map import lobes_of, wear_numbers
+from hpcwhirl.analysis.blades import lobes_of, wear_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels.bodies import layer_space
 from hpcwhirl.dynamics.kernels.body_types import Layer, Points

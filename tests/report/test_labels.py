@@ -8,7 +8,7 @@ import pytest
 
 import hpcwhirl
 from hpcwhirl.report import labels
-from hpcwhirl.report.labels import tell_in_units
+from hpcwhirl.report.canvas import tell_in_units
 from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import showing

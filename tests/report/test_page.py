@@ -16,8 +16,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis import rules
-from hpcwhirl.analysis.expression import value_of
-from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.analysis.expression import parse, value_of
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.cli import campaign, main

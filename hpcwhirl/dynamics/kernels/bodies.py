@@ -41,7 +41,7 @@ from hpcwhirl.dynamics.kernels.layer import (
     to_worn,
     wear,
 )
-from hpcwhirl.dynamics.kernels.opening import note_miss
+from hpcwhirl.dynamics.kernels.samples import note_miss
 from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
 from hpcwhirl.dynamics.kernels.verbs import (
     Motion,

@@ -23,7 +23,7 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_sin
 
 # indices of the ledger, whose entries are in J, IMPULSE in N s, others as said here
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `opening`
+CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `samples`
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
 ENTRIES = 9

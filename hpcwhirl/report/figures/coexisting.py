@@ -11,12 +11,11 @@ from matplotlib.lines import Line2D
 from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
 from hpcwhirl.analysis.branches import Branch, branches_of, folds_of
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.canvas import axis_of, new_figure, save, value_of
 from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
-from hpcwhirl.report.labels import axis_of, value_of
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.layout import figure_of
 from hpcwhirl.report.map.probabilities import figure_of_shares, varied
-from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.words import REGIMES, SHOWN
 from hpcwhirl.store.reading.reader import open_results

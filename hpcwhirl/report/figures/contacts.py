@@ -10,13 +10,12 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.contact_map import Touches, lobes_of, touches
+from hpcwhirl.analysis.blades import Touches, lobes_of, touches
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import axis_of, title_of
-from hpcwhirl.report.saving import new_figure
+from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 

@@ -28,9 +28,8 @@ from hpcwhirl.reduction.families import (
     rotor_by_diameter,
 )
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
-from hpcwhirl.report.labels import axis_of, eq13_of, legend_below, value_of
+from hpcwhirl.report.canvas import axis_of, eq13_of, legend_below, new_figure, value_of
 from hpcwhirl.report.map.axes import cell_edges
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, word_of

@@ -12,6 +12,7 @@ import numpy as np
 
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.report.canvas import part_of_name, save, tell_in_units
 from hpcwhirl.report.figures import (
     coexisting,
     contacts,
@@ -21,8 +22,6 @@ from hpcwhirl.report.figures import (
     sweeps,
     tip_lines,
 )
-from hpcwhirl.report.labels import tell_in_units
-from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.directory.blades import changes_in_time
 from hpcwhirl.store.reading.results_file import Results

@@ -11,19 +11,20 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.over_speed import Spell, crossings, spells_of
 from hpcwhirl.analysis.rotation import bands_over
-from hpcwhirl.analysis.spectrum import (
+from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
+from hpcwhirl.analysis.whirl import (
     after_revolutions,
     amplitude_spectrum,
     cascade,
     full_spectrum,
+    section,
 )
-from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
-from hpcwhirl.analysis.whirl import section
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import rotor_by_diameter
+from hpcwhirl.report.canvas import SEQUENTIAL, axis_of, new_figure, title_of
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
     POINTS,
@@ -35,9 +36,7 @@ from hpcwhirl.report.figures.frequencies import (
     shown_word,
 )
 from hpcwhirl.report.figures.motions import in_window, rotating
-from hpcwhirl.report.labels import SEQUENTIAL, axis_of, title_of
 from hpcwhirl.report.map.axes import cell_edges
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
+from hpcwhirl.report.canvas import new_figure
 from hpcwhirl.report.map.axes import Axis
 from hpcwhirl.report.map.captions import add_legend, panel_title, title_of, twin_keys
 from hpcwhirl.report.map.colours import TINT, UNSURE
@@ -24,7 +25,6 @@ from hpcwhirl.report.map.drawing import (
     rooms,
 )
 from hpcwhirl.report.map.refined import draw_refined, refined_cells
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.shares import SURE
 
 if TYPE_CHECKING:
