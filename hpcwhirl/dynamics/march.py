@@ -20,9 +20,8 @@ from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned

@@ -8,15 +8,17 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.kernels.body_types import (
+from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
     Contact,
     CoupledBody,
     DenseBody,
+    Load,
     ModalBody,
     Points,
+    Ring,
 )
-from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load, Ring
 from hpcwhirl.dynamics.layer import layer_of
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.turning import (

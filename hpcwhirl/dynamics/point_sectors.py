@@ -32,7 +32,7 @@ from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
 from hpcwhirl.dynamics.kernels.wave_types import SectorRows
 from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.reduction.bodies import contact_rows
-from hpcwhirl.reduction.degenerate import runs
+from hpcwhirl.reduction.cyclic_coordinates import runs
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 
 FEWEST = 3  # least number of sectors for which waves have a direction

@@ -32,7 +32,7 @@ import numpy as np
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody, Stand
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel

@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
-from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CoupledBody
 from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows

@@ -331,9 +331,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 
 
 def _spread(
-    wheel: FiniteElements,
-    cuts: Cut,
-    pieces: dict[int, Condensed],
+    wheel: FiniteElements, cuts: Cut, pieces: dict[int, Condensed]
 ) -> tuple[Floats, Floats, Spin | None, Floats | None]:
     """Return (M, K, terms of rotation, stress) of all sectors from reduced blocks.
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.reduction.degenerate import aligned
+from hpcwhirl.reduction.cyclic_coordinates import aligned
 from hpcwhirl.reduction.mistuned import modes_of, named_modes
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,

@@ -10,8 +10,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.cyclic_coordinates import diameters
-from hpcwhirl.reduction.degenerate import diameter_shares, dominant
+from hpcwhirl.reduction.cyclic_coordinates import diameter_shares, diameters, dominant
 from hpcwhirl.reduction.modes import (
     ModalModel,
     Spin,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl import simulate
-from hpcwhirl.analysis.blades import touches
+from hpcwhirl.analysis.blade_motion import touches
 from hpcwhirl.analysis.critical import campbell, coincidences, critical_speeds
 from hpcwhirl.analysis.participation import contributions, family_amplitudes
 from hpcwhirl.analysis.stability import (

@@ -13,7 +13,6 @@ from functools import lru_cache
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Indices, Integers
-from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import contact_space
 from hpcwhirl.dynamics.kernels.keep_inverse import (
@@ -24,6 +23,7 @@ from hpcwhirl.dynamics.kernels.keep_inverse import (
     remember,
     turn_to,
 )
+from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.passes import lowest_of
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_singular
 from hpcwhirl.dynamics.kernels.transform import (

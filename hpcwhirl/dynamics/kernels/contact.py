@@ -17,8 +17,8 @@ import math
 import numpy as np
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.body_types import ContactSpace
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
+from hpcwhirl.dynamics.kernels.kernel_types import ContactSpace
 from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_singular
 
 # indices of the ledger, whose entries are in J, IMPULSE in N s, others as said here

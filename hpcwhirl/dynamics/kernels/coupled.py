@@ -26,7 +26,6 @@ from typing import Any
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import modes, standing, verbs
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.contact import (
     BESIDE_X,
     BESIDE_Y,
@@ -35,6 +34,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     PULSE,
     ROTATION,
 )
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 

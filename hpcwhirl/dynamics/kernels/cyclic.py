@@ -25,11 +25,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
-from hpcwhirl.dynamics.kernels.circulant import (
-    by_slots,
-    circulant_space,
-    solved,
-)
+from hpcwhirl.dynamics.kernels.circulant import by_slots, circulant_space, solved
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
@@ -52,11 +48,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
 )
 from hpcwhirl.dynamics.kernels.flight import fly
-from hpcwhirl.dynamics.kernels.keep_inverse import (
-    length_of_known,
-    place_of,
-    recall,
-)
+from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known, place_of, recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,

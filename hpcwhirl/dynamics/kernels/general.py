@@ -21,11 +21,7 @@ import math
 import numpy as np
 
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
-from hpcwhirl.dynamics.kernels.circulant import (
-    constant_space,
-    guess,
-    solved,
-)
+from hpcwhirl.dynamics.kernels.circulant import constant_space, guess, solved
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,

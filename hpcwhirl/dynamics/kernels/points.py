@@ -23,13 +23,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.circulant import constant_space, guess, solved
-from hpcwhirl.dynamics.kernels.compiled import (
-    inlined,
-    kernel,
-    part,
-    rare,
-    rare_kernel,
-)
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     FRICTION,

@@ -8,8 +8,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
-from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
+from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace, CyclicState
 
 
 class CyclicRotor(NamedTuple):

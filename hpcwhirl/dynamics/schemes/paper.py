@@ -12,11 +12,7 @@ from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.casing import waves_of_coordinates
 from hpcwhirl.dynamics.operators import dense_arrays
 from hpcwhirl.dynamics.schemes.integrator import Integrator, reader
-from hpcwhirl.dynamics.schemes.two_bodies import (
-    dense_coordinates,
-    started,
-    two_bodies,
-)
+from hpcwhirl.dynamics.schemes.two_bodies import dense_coordinates, started, two_bodies
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 

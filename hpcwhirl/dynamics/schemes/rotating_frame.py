@@ -22,11 +22,7 @@ from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
-from hpcwhirl.dynamics.kernels.wave_types import (
-    UncoupledRotor,
-    WaveRotor,
-    WholeRotor,
-)
+from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.motion import (
     Amplitudes,
     Motion,

@@ -12,9 +12,13 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
 from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody
 from hpcwhirl.dynamics.kernels.contact import PULSE
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    BodiesState,
+    CoupledBody,
+    DenseBody,
+)
 from hpcwhirl.dynamics.layer import unworn
 from hpcwhirl.dynamics.motion import (
     FreeSteps,

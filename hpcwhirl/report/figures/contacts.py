@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.blades import Touches, lobes_of, touches
+from hpcwhirl.analysis.blade_motion import Touches, lobes_of, touches
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.layer import rods_of
