@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -90,8 +91,7 @@ def critical_of_waves(
                 {"nodal_diameter": k, "order": n, "speed": speed, "family": family}
                 for n, speed in speeds.items()
             ]
-    names = ("nodal_diameter", "order", "speed")
-    return sorted(rows, key=lambda row: tuple(row[name] for name in names))
+    return sorted(rows, key=itemgetter("nodal_diameter", "order", "speed"))
 
 
 def _crossings(
@@ -134,8 +134,7 @@ def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, A
         for family, frequencies in moving_families(table).items()
         for row in critical_speeds(frequencies, casing, orders if family == "1F" else 1)
     ]
-    names = ("nodal_diameter", "order", "speed")
-    return sorted(rows, key=lambda row: tuple(row[name] for name in names))
+    return sorted(rows, key=itemgetter("nodal_diameter", "order", "speed"))
 
 
 def coincidences(

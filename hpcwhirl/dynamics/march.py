@@ -32,7 +32,6 @@ from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.scene.schemes import SCHEMES
 
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
@@ -271,8 +270,8 @@ class March:
         The stress is computed from the state at each sample. A scheme that jumps does
         not stop at samples, so that none is stored.
         """
-        stress, own = self.model.rotor.stress, SCHEMES[self.scene.solver.scheme]
-        whole = self.scene.output.traces == "full" and not own.flies
+        stress, scene = self.model.rotor.stress, self.scene
+        whole = scene.output.traces == "full" and not scene.solver.flies
         return self.model.blades, len(stress.names) if stress and whole else 0
 
     def _empty_stresses(self) -> Floats:

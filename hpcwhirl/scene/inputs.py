@@ -16,7 +16,7 @@ from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Posit
 from hpcwhirl.scene.kept_tables import table_over_time
 from hpcwhirl.scene.quantity import given
 from hpcwhirl.scene.rules import OF_SCENE, end_time
-from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
+from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
 
 
 def speed_over_time(text: str) -> str:
@@ -63,6 +63,11 @@ class Solver(Inputs):
         "ratio of tip displacement to R_bd at which a run ends; displacement is the "
         "length of the vector of radial and tangential parts")
     # fmt: on
+
+    @property
+    def flies(self) -> bool:
+        """Whether its scheme jumps over steps without contact."""
+        return SCHEMES[self.scheme].flies
 
 
 class Output(Inputs):

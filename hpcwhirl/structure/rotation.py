@@ -91,11 +91,6 @@ def coriolis_of(length: float, section: Section) -> Floats:
     return np.asarray(out - out.T)
 
 
-def load_of(length: float, section: Section, start: tuple[float, float]) -> Floats:
-    """Return F_c (6,), kg m, of a beam that begins at `start`."""
-    return loads_of(length, section, start)[0]
-
-
 def loads_of(
     length: float, section: Section, start: tuple[float, float]
 ) -> tuple[Floats, Floats]:
@@ -177,7 +172,7 @@ def tensions(parts: list[Member], size: int) -> Floats:
         transform = part.transform[:, moving]
         elastic = beam(part.length, part.section)[1]
         add_block(stiffness, transform.T @ elastic @ transform, places)
-        pushed = load_of(part.length, part.section, part.start)
+        pushed = loads_of(part.length, part.section, part.start)[0]
         np.add.at(load, places, transform.T @ pushed)
         folded.append((elastic[3] @ transform, places))
     moved = np.linalg.solve(stiffness, load)
@@ -201,7 +196,7 @@ def rotation_of(rotor: Rotor) -> Rotation:
         _added(parts[a:b], forces[a:b], wide) for a, b in ((0, split[0]), split)
     )
     for part in parts[split[0] :]:
-        pull += float(load_of(part.length, part.section, part.start)[ROD].sum())
+        pull += float(loads_of(part.length, part.section, part.start)[0][ROD].sum())
     for j in range(blades):
         after = (j + 1) % blades * size + np.arange(NODE)
         places = np.r_[j * size + np.arange(size), after, total - 2, total - 1]

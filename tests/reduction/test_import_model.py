@@ -31,7 +31,7 @@ from hpcwhirl.structure.bladed_disk import blade, rim, spoke
 from hpcwhirl.structure.elements import add_block, beam, turn
 from hpcwhirl.structure.rotation import (
     coriolis_of,
-    load_of,
+    loads_of,
     members,
     stiffening_of,
     tensions,
@@ -143,7 +143,7 @@ def turning_sector(place):
         coriolis[grid] += lift.T @ coriolis_of(length, section) @ lift
         taut[grid] += lift.T @ stiff @ lift
         mass[grid] += lift.T @ beam(length, section)[0] @ lift
-        load[part.dofs] += lift.T @ load_of(length, section, part.start)
+        load[part.dofs] += lift.T @ loads_of(length, section, part.start)[0]
     return turning_files(place, coriolis, taut, mass, load)
 
 

@@ -35,14 +35,12 @@ from hpcwhirl.dynamics.turning_waves import (
     circle_of,
     diameters_of,
     is_basis,
-    is_exact,
     modal_places,
     modes_of,
     wave_arrays,
 )
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import RingOperator
 
 
@@ -54,9 +52,9 @@ def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
     arrays = cyclic_arrays(model, scene, beat)
     k, _ = cyclic.widths(model.blades)
     sizes = passes.ROTOR_STATE * arrays.rotor.hub.shape[1], 3 * 2 * k
-    exact = SCHEMES[scene.solver.scheme].flies
+    solver = scene.solver
     places = ModePlaces(
-        modal_steps(model.rotor, scene.solver.time_step, exact=exact),
+        modal_steps(model.rotor, solver.time_step, exact=solver.flies),
         partial(rotor_amplitudes, model),
         partial(rotor_slots, model),
     )
@@ -83,7 +81,7 @@ def cyclic_march(
     ring = passes.RING_STATE * (len(arrays.casing.items) // passes.ITEMS)
     state_at_rest = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, sums))
     state_at_rest.counter[contact.NEXT_TRY] = ready_at(scene)
-    exact = SCHEMES[scene.solver.scheme].flies
+    exact = scene.solver.flies
     passes_of: Any = flow if exact else differences
     march = cyclic.march_flow if exact else cyclic.march_differences
 
@@ -215,7 +213,7 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
         return None
     arrays = wave_arrays(model, scene, diameters, beat)
     k, _ = widths(model.blades)
-    seen = 0 if is_exact(scene) else waves.SEEN
+    seen = 0 if scene.solver.flies else waves.SEEN
     rotor = arrays.rotor.hub.shape[1] + 2 * k * seen
     places = _WavePlaces(model, diameters, arrays.rotor, seen=seen > 0)
     whole = cyclic_march(model, scene, arrays, (rotor, 3 * k), places)

@@ -44,7 +44,6 @@ from hpcwhirl.dynamics.schemes.integrator import (
 from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, ring_turned, turn_ring
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import SCHEMES
 
 
 class RotorPlaces(Protocol):
@@ -102,9 +101,8 @@ class RingPlaces:
     @property
     def steps(self) -> Steps:
         """Conversion between rates and increments of the ring's modes."""
-        exact = SCHEMES[self.scene.solver.scheme].flies
-        step = self.scene.solver.time_step
-        return modal_steps(self.model.casing, step, exact=exact)
+        solver = self.scene.solver
+        return modal_steps(self.model.casing, solver.time_step, exact=solver.flies)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
         """Return modal amplitudes and rates (n,), static frame, from a state.
@@ -288,7 +286,7 @@ def _motions(
 ) -> tuple[Callable[[CyclicState, int], Motion], Callable[[Motion], bool]]:
     """Return `Integrator.motion` and `begin`; state : of the kernel, at rest."""
     model, scene = ring.model, ring.scene
-    exact, places = SCHEMES[scene.solver.scheme].flies, circle(model, scene)
+    places = circle(model, scene)
 
     def motion(state: CyclicState, steps: int) -> Motion:
         s_b, s_c, _, _ = own.ended(state)
@@ -302,7 +300,7 @@ def _motions(
         still = np.zeros(len(now.rotor))
         if places is not None:
             still = model.rotor.shapes.T @ (model.rotor.mass @ places)
-        nothing_booked(state, exact=exact)
+        nothing_booked(state, exact=scene.solver.flies)
         before = rotor.write(state.rotor, now.rotor - still, now.rotor_rate)
         casing = ring.write(state.ring, now.casing, now.casing_rate)
         seen = [now, now._replace(rotor=before + still, casing=casing)]

@@ -242,8 +242,5 @@ def _drawn(
         tell_in_units(figure)
         return save(figure, path)
     except InputError as refused:
-        return (
-            f"{name}, case {of}: {refused}"
-            if kind.of == "case"
-            else (f"{name}: {refused}")
-        )
+        case = f", case {of}" if kind.of == "case" else ""
+        return f"{name}{case}: {refused}"
