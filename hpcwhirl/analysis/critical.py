@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.families import (
     Line,
     first_family,
@@ -172,22 +171,3 @@ def coincidences(
                 if speed > 0.0
             ]
     return out
-
-
-def campbell(
-    rotor: Mapping[str, float], k: int, speeds: Floats
-) -> dict[str, tuple[Floats, Floats]]:
-    """Return the lines k Omega +- omega_bd of a Campbell diagram, rad/s, static frame.
-
-    Parameters
-    ----------
-    rotor : {name of the mode: omega_bd, rad/s} of nodal diameter k
-    k : nodal diameter
-    speeds : (n,), Omega, rad/s
-
-    Returns
-    -------
-    {mode: ((n,) of k Omega + omega_bd, (n,) of k Omega - omega_bd)}; > 0: turns with
-    the rotation
-    """
-    return {name: (k * speeds + w, k * speeds - w) for name, w in rotor.items()}
