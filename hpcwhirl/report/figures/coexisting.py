@@ -106,8 +106,8 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
     axes.axhline(factor * scene.gap, color="black", ls="--", lw=0.8, label="gap")
     for start in found.time[1:][np.diff(found.pieces) != 0]:
         axes.axvline(start, ymax=0.02, color="black", lw=0.5)
-    axes.set(xlabel="t, s", ylabel=f"distance of the centre from its rest, {unit}",
-             ylim=(0.0, factor * most))  # fmt: skip
+    axes.set(xlabel=axis_of("time"), ylim=(0.0, factor * most))
+    axes.set_ylabel(f"distance of the centre from its rest, {unit}")
     axes.legend(fontsize=8, loc="upper left")
     late = np.arange(len(radius)) >= (1.0 - SETTLED) * len(radius)
     draw_orbit(plane, found.centre, late, scene.gap, transient=False)
@@ -158,20 +158,18 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
     with open_results(results.path) as whole:
         data = with_attractors(whole).isel(case=cases)
         starts = starts_of(data)
-        names = [n for n in starts.inputs if len(set(data[n].to_numpy().tolist())) > 1]
+        over, names = (
+            [n for n in of if len(set(data[n].to_numpy().tolist())) > 1]
+            for of in (starts.swept, starts.inputs)
+        )
         if len(names) > 2:
             others = " and ".join(names[2:])
             msg = f"starts differ in {', '.join(names)}: choose a value of {others}"
             raise InputError(f"{msg}, as --at {names[2]}=VALUE")
         if len(names) == 2:
-            data = _most_mixed(data, starts)
-            wish = Wish(names[0], names[1], colour="attractor")
-        else:
-            over = [
-                n for n in starts.swept if len(set(data[n].to_numpy().tolist())) > 1
-            ]
-            axes = [*over[:1], *names, None]
-            wish = Wish(axes[0], axes[1], colour="attractor")
+            data, over = _most_mixed(data, starts), []
+        axes = [*over[:1], *names, None]
+        wish = Wish(axes[0], axes[1], colour="attractor")
         return figure_of(data, picture_of(data, wish), wish, results.path)
 
 

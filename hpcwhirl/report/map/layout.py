@@ -136,15 +136,9 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path)
 def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
     """Hatch and fade cases whose word too few twins have; return legend entries."""
     picture = sheet.picture
-    if "word_share" not in data or SURE not in data.attrs:
-        return []
-    if picture.colours.name in {
-        "whirl",
-        "motion",
-        "attractor",
-    }:  # shares of twins are known for regimes only
-        return []
-    if picture.scattered and picture.free:  # the panel has points, but no cells
+    regimes = picture.colours.name not in {"whirl", "motion", "attractor"}
+    has_cells = not (picture.scattered and picture.free)  # else points only
+    if not (regimes and has_cells and "word_share" in data and SURE in data.attrs):
         return []
     unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
     for number, axes in enumerate(panels[: len(picture.panels)]):
