@@ -78,25 +78,6 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
     return hertz, amplitude
 
 
-def strongest(
-    where: Floats, amplitude: Floats, low: float, high: float
-) -> tuple[float, float]:
-    """Return (frequency, amplitude) of the strongest line in [low, high].
-
-    Return (nan, 0) if no line lies there.
-
-    Parameters
-    ----------
-    where, amplitude : (n,), frequencies and amplitudes of a spectrum
-    low, high : limits, in the unit of `where`
-    """
-    inside = np.flatnonzero((where >= low) & (where <= high))
-    if not len(inside):
-        return float("nan"), 0.0
-    top = inside[np.argmax(amplitude[inside])]
-    return float(where[top]), float(amplitude[top])
-
-
 def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
     """Return the largest amplitude of a spectrum in each bin of an axis, (m,).
 

@@ -13,14 +13,12 @@ from hpcwhirl.analysis.stability import (
     fastest,
     growth_of_diameter,
     sprung_roots,
-    static_line,
 )
 from hpcwhirl.analysis.whirl import (
     after_revolutions,
     amplitude_spectrum,
     cascade,
     section,
-    strongest,
 )
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
@@ -102,9 +100,9 @@ def test_the_amplitude_of_a_line_is_the_peak_of_its_sine():
     hertz, amplitude = amplitude_spectrum(
         5.0 + 3.0 * np.sin(2 * np.pi * 50 * TIME), INTERVAL
     )
-    place, height = strongest(hertz, amplitude, 10.0, 100.0)
-    assert (place, height) == (pytest.approx(50.0), pytest.approx(3.0, rel=1e-6))
-    assert np.isnan(strongest(hertz, amplitude, 1e6, 2e6)[0])
+    top = np.argmax(amplitude)
+    assert hertz[top] == pytest.approx(50.0)
+    assert amplitude[top] == pytest.approx(3.0, rel=1e-6)
 
 
 def test_a_narrow_line_survives_a_coarse_axis():
@@ -316,7 +314,7 @@ def test_without_friction_and_rotation_closed_contacts_only_lose_energy(model):
 @pytest.mark.parametrize("speed", [300.0, -300.0])
 def test_in_the_static_frame_the_ring_has_its_own_lines(model, speed):
     free = sprung_roots(coupled(model, 1, speed, 0.0), 0.0)
-    lines = static_line(free.imag, 1, speed)
+    lines = speed - free.imag
     own = (model.casing.diameter == 1) & (model.casing.phase == 0)
     soft = np.flatnonzero(own)[np.argmin(model.casing.omega[own])]
     omega, ratio = model.casing.omega[soft], model.casing.ratios[soft]
