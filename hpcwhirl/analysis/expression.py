@@ -322,32 +322,18 @@ def equal(a: Any, b: Any) -> Any:
     return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)
 
 
-def _unequal(a: Any, b: Any) -> Any:
-    return np.logical_not(equal(a, b))
-
-
-def _any_of(one: Any, *others: Any) -> Any:
-    return reduce(np.logical_or, [equal(one, other) for other in others])
-
-
-def _least(*parts: Any) -> Any:
-    return reduce(np.minimum, parts)
-
-
-def _most(*parts: Any) -> Any:
-    return reduce(np.maximum, parts)
-
-
 ORDER: dict[str, Callable[[Any, Any], Any]] = {
-    "==": equal, "!=": _unequal, "<": operator.lt, "<=": operator.le,
-    ">": operator.gt, ">=": operator.ge,
+    "==": equal, "!=": lambda a, b: np.logical_not(equal(a, b)),
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
 MEANING: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": _quotient,
-    "negative": operator.neg, "in": _any_of,
+    "negative": operator.neg,
+    "in": lambda a, *of: reduce(np.logical_or, [equal(a, b) for b in of]),
     "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
     "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10,
-    "min": _least, "max": _most,
+    "min": lambda *of: reduce(np.minimum, of),
+    "max": lambda *of: reduce(np.maximum, of),
 }  # fmt: skip
 
 

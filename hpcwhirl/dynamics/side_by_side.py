@@ -95,7 +95,8 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
     for name in MOTION:
         if name in parts:
             parts[name] = of_a * getattr(a, name) + of_b * getattr(b, name)
-    waits = [_waits(state) for state in (a, b)]
+    last, step = contact.LAST, contact.STEP  # where multipliers may be pending
+    waits = [state.counter[last] == state.counter[step] for state in (a, b)]
     if WAITING in parts:
         parts[WAITING] = of_a * waits[0] * a.lam + of_b * waits[1] * b.lam
     counter = parts["counter"]
@@ -105,11 +106,6 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
         counter[contact.LAST] = counter[contact.STEP]
         counter[contact.ENDED] = -1
     return type(a)._make(parts.values())
-
-
-def _waits(state: Any) -> bool:
-    """Return whether multipliers of the last step may be pending in a state."""
-    return bool(state.counter[contact.LAST] == state.counter[contact.STEP])
 
 
 def _residual(march: March) -> float:

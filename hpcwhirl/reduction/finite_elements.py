@@ -404,12 +404,13 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
         hub = 2 * len(places) + np.arange(2)
         mass[hub, hub] += centre.mass
         spin = spin and _with_shaft(spin, centre.mass, hub)
-        carried = _carried(mass, places)
+        moved = _translation(len(mass), places)
+        carried = float(moved[:, 0] @ mass @ moved[:, 0])
         strained = _strained(stiffness, places)
         if not centre.held and not strained <= STRAINED:
             raise wheel.refusal(_FRAMES.format(strained, STRAINED))
         if spin and not centre.held:
-            moved, speeds = _translation(len(mass), places), wheel.turning.get("speeds")
+            speeds = wheel.turning.get("speeds")
             check_turned(spin, mass, moved, speeds, wheel.wrong)
         stiffness[hub, hub] += centre.stiffness
     squared = _eigenvalues(wheel, mass, stiffness)
@@ -491,9 +492,3 @@ def _strained(stiffness: Floats, angle: Floats) -> float:
     tips = stiffness[: 2 * len(angle)]
     force = np.abs(tips @ _translation(len(stiffness), angle)).max(axis=1)
     return float((force / np.abs(tips).sum(axis=1)).max())
-
-
-def _carried(mass: Floats, angle: Floats) -> float:
-    """Return the whole rotor's mass in a translation along x, kg; angle : of tips."""
-    moved = _translation(len(mass), angle)[:, 0]
-    return float(moved @ mass @ moved)

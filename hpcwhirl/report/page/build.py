@@ -192,8 +192,9 @@ def _commands(results: Results) -> dict[str, Any]:
     told = {}
     for case in range(len(results)):
         given = results.settings(case)
-        if given_inputs(given, swept).keys() != swept | shared.keys():
-            told[case] = command_of(given, swept)
+        own = given_inputs(given, swept)
+        if own.keys() != swept | shared.keys():
+            told[case] = " ".join([PROGRAM, *(setting(n, v) for n, v in own.items())])
     return {"program": PROGRAM, "tail": tail, "commands": told}
 
 
@@ -308,12 +309,6 @@ def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, A
             for name in effects:
                 told.pop(name, None)
     return told
-
-
-def command_of(given: Mapping[str, Any], swept: frozenset[str]) -> str:
-    """Return the command that integrates a case; arguments as of `given_inputs`."""
-    told = given_inputs(given, swept)
-    return " ".join([PROGRAM, *(setting(n, v) for n, v in told.items())])
 
 
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
