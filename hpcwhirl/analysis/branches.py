@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -139,18 +140,11 @@ def _branch(results: Results, over: str, cases: list[int]) -> Branch:
 
 def folds_of(branch: Branch) -> list[Fold]:
     """Return the changes of word along a branch, in the order of its cases."""
-    pairs = zip(branch.words, branch.words[1:], strict=False)
-    at = [place for place, (a, b) in enumerate(pairs) if a != b]
+    rows = zip(branch.values.tolist(), branch.words, branch.radii.tolist(), strict=True)
     return [
-        Fold(
-            branch,
-            float(branch.values[n]),
-            float(branch.values[n + 1]),
-            branch.words[n],
-            branch.words[n + 1],
-            float(branch.radii[n]),
-        )
-        for n in at
+        Fold(branch, last, first, word, following, radius)
+        for (last, word, radius), (first, following, _) in pairwise(rows)
+        if word != following
     ]
 
 

@@ -15,8 +15,14 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.expression import Program, is_text, names_in, value_of
-from hpcwhirl.analysis.grammar import Step, parse
+from hpcwhirl.analysis.expression import (
+    Program,
+    Step,
+    is_text,
+    names_in,
+    parse,
+    value_of,
+)
 from hpcwhirl.errors import SHOWN, InputError, nearest, one_line, unknown
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.scene.words import SHOWN as WORDS

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
-from hpcwhirl.arrays import Floats
 from hpcwhirl.reduction.families import (
     Line,
     first_family,
@@ -90,8 +90,7 @@ def critical_of_waves(
                 {"nodal_diameter": k, "order": n, "speed": speed, "family": family}
                 for n, speed in speeds.items()
             ]
-    names = ("nodal_diameter", "order", "speed")
-    return sorted(rows, key=lambda row: tuple(row[name] for name in names))
+    return sorted(rows, key=itemgetter("nodal_diameter", "order", "speed"))
 
 
 def _crossings(
@@ -134,8 +133,7 @@ def critical_of_families(table: list[Line], orders: int = 1) -> list[dict[str, A
         for family, frequencies in moving_families(table).items()
         for row in critical_speeds(frequencies, casing, orders if family == "1F" else 1)
     ]
-    names = ("nodal_diameter", "order", "speed")
-    return sorted(rows, key=lambda row: tuple(row[name] for name in names))
+    return sorted(rows, key=itemgetter("nodal_diameter", "order", "speed"))
 
 
 def coincidences(
@@ -173,22 +171,3 @@ def coincidences(
                 if speed > 0.0
             ]
     return out
-
-
-def campbell(
-    rotor: Mapping[str, float], k: int, speeds: Floats
-) -> dict[str, tuple[Floats, Floats]]:
-    """Return the lines k Omega +- omega_bd of a Campbell diagram, rad/s, static frame.
-
-    Parameters
-    ----------
-    rotor : {name of the mode: omega_bd, rad/s} of nodal diameter k
-    k : nodal diameter
-    speeds : (n,), Omega, rad/s
-
-    Returns
-    -------
-    {mode: ((n,) of k Omega + omega_bd, (n,) of k Omega - omega_bd)}; > 0: turns with
-    the rotation
-    """
-    return {name: (k * speeds + w, k * speeds - w) for name, w in rotor.items()}

@@ -151,7 +151,9 @@ def track(
         if tell:
             tell(made)
         if made < strides:
-            pair = _again(motions, pair, near, count)
+            held = _held(motions, pair, count, math.inf)
+            pair, halved = bisect(motions, held.low, held.high, near)
+            count.halvings += halved
     pair = _held(motions, pair, count, 2.0 * max(far, pair.distance))
     return Tracked(pieces, pair, grown / max(over, 1), count.halvings, count.widened)
 
@@ -174,19 +176,6 @@ def _shadow(
         path.append(low)
         apart.append(pair.distance)
     return path, apart, pair
-
-
-def _again(
-    motions: Motions[State], pair: Pair[State], near: float, count: _Count
-) -> Pair[State]:
-    """Return a separated pair after bisection to the distance `near`.
-
-    The pair is widened first if both of its states now lead to the same side.
-    """
-    held = _held(motions, pair, count, math.inf)
-    found, made = bisect(motions, held.low, held.high, near)
-    count.halvings += made
-    return found
 
 
 def _held(

@@ -8,23 +8,299 @@ cases (`cases --where`, and on the page) and the colours of maps (`map --colour`
     numbers, names, 'words'
 
 A name that is no variable is a word: ``regime == sustained``. Numbers are equal if they
-agree to nine digits. A condition used as a number is 1 or 0. `grammar` parses a text;
-nothing is executed as code. `report/page/assets/expression.js` implements the same
-language.
+agree to nine digits. A condition used as a number is 1 or 0. A text is parsed
+into a program of steps; nothing is executed as code. The grammar:
+
+    either   = both {"or" both}
+    both     = negated {"and" negated}
+    negated  = {"not"} compared
+    compared = sum {("==" | "!=" | "<" | "<=" | ">" | ">=") sum}
+             | sum ["not"] "in" "(" sum {"," sum} ")"
+    sum      = product {("+" | "-") product}
+    product  = signed {("*" | "/") signed}
+    signed   = {"-"} atom
+    atom     = number | name | 'word' | "(" either ")"
+             | function "(" either {"," either} ")"
+
+`report/page/assets/expression.js` implements the same language, and refuses the same
+texts.
 """
 
 from __future__ import annotations
 
 import operator
+import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache, reduce
 from itertools import pairwise
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
-from hpcwhirl.analysis.grammar import Step, parse
+from hpcwhirl.errors import SHOWN, InputError, one_line
 from hpcwhirl.store.reading.select import SAME
+
+LONGEST = 2000  # largest number of characters of a condition
+DEEPEST = 30  # largest number of nested brackets
+COMPARED = ("==", "!=", "<=", ">=", "<", ">")
+# {function: (least, largest) number of arguments}
+FUNCTIONS = {
+    "abs": (1, 1), "sqrt": (1, 1), "exp": (1, 1), "log": (1, 1), "log10": (1, 1),
+    "min": (2, 99), "max": (2, 99),
+}  # fmt: skip
+RESERVED = ("and", "or", "not", "in")
+CLOSING = {"(": ")", "[": "]", "{": "}"}
+INSTEAD = {
+    "=": "write == for 'is equal to'", "&": "write and", "&&": "write and",
+    "|": "write or", "||": "write or", "!": "write not", "<>": "write !=",
+    "**": "there are no powers: write x * x", "^": "there are no powers: write x * x",
+    "%": "there is no remainder",
+}  # fmt: skip
+TOKEN = re.compile(
+    r"""\s*(?:
+    (?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+    |(?P<name>[^\W\d][\w.]*)
+    |'(?P<single>[^']*)'|"(?P<double>[^"]*)"
+    |(?P<instead>&&?|\|\|?|\*\*|<>|\^|%|=(?!=)|!(?!=))
+    |(?P<sign>==|!=|<=|>=|[<>()\[\]{}+\-*/,])
+    )""",
+    re.VERBOSE,
+)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a postfix program: pops its operands off a stack, pushes its value.
+
+    Attributes
+    ----------
+    does : "number", "word", "name", or an operation: "negative", "not", "and", "or",
+        "compare", "in", "+", "-", "*", "/" or a function
+    parts : number of operands; 0 for a leaf
+    value : number, word or name of a leaf; for a comparison its signs, one fewer than
+        operands, separated by spaces
+    text : the subexpression of the condition that this step completes
+    """
+
+    does: str
+    parts: int
+    value: float | str
+    text: str
+
+
+@dataclass(frozen=True)
+class _Token:
+    kind: str
+    value: str
+    start: int
+    end: int
+
+
+@cache
+def parse(text: str) -> tuple[Step, ...]:
+    """Return the program of a condition or a numeric expression.
+
+    Raises
+    ------
+    InputError
+        if the text does not follow this grammar, is too long or nested too deeply
+    """
+    if len(text) > LONGEST:
+        msg = f"a condition has at most {LONGEST} characters, got {len(text)}"
+        raise InputError(msg)
+    parser = _Parser(text.rstrip())
+    try:
+        parser.either()
+        parser.end()
+    except _NoneError as failed:
+        shown = one_line(text.strip(), SHOWN)
+        raise InputError(f"cannot read the condition '{shown}': {failed}") from None
+    return tuple(parser.steps)
+
+
+class _NoneError(Exception):
+    """Raised where a text does not follow the grammar."""
+
+
+def _refuse(why: str) -> NoReturn:
+    raise _NoneError(why)
+
+
+def _tokens(text: str) -> list[_Token]:
+    tokens, at = [], 0
+    while at < len(text):
+        part = TOKEN.match(text, at)
+        if part is None:
+            _refuse(f"'{text[at:].strip()[:12]}' is not expected there")
+        kind, value = str(part.lastgroup), part[str(part.lastgroup)]
+        if kind == "instead":
+            _refuse(f"'{value}' is not known here, {INSTEAD[value]}")
+        kind = "word" if kind in {"single", "double"} else kind
+        at = part.end()
+        long = len(value) + 2 * (kind == "word")  # including quotation marks
+        tokens.append(_Token(kind, value, at - long, at))
+    return tokens
+
+
+class _Parser:
+    """Recursive-descent parser: each method appends the steps of a rule it reads."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.steps: list[Step] = []
+        self.tokens: list[_Token] | None = None
+        self.at = self.depth = 0
+
+    @property
+    def _next(self) -> _Token:
+        if self.tokens is None:
+            self.tokens = _tokens(self.text)
+        last = len(self.text)
+        more = self.at < len(self.tokens)
+        return self.tokens[self.at] if more else _Token("end", "", last, last)
+
+    def _is(self, kind: str, *values: str) -> bool:
+        token = self._next
+        return token.kind == kind and token.value in values
+
+    def _take(self) -> _Token:
+        token = self._next
+        self.at += 1
+        return token
+
+    def _expect(self, sign: str) -> None:
+        if not self._is("sign", sign):
+            _refuse(f"'{sign}' is missing{self._before()}")
+        self.at += 1
+
+    def _before(self) -> str:
+        return f" before '{self._next.value}'" if self._next.kind != "end" else ""
+
+    def _step(self, does: str, parts: int, start: int, value: float | str = "") -> None:
+        end = self.tokens[self.at - 1].end if self.tokens else 0
+        self.steps.append(Step(does, parts, value, self.text[start:end]))
+
+    def end(self) -> None:
+        """Refuse text after the end of the condition."""
+        if self._next.kind != "end":
+            _refuse(f"'{self._next.value}' is not expected there")
+
+    def either(self) -> None:
+        self._joined(self.both, "name", "or")
+
+    def both(self) -> None:
+        self._joined(self.negated, "name", "and")
+
+    def _joined(self, part: Callable[[], None], kind: str, *signs: str) -> None:
+        start = self._next.start
+        part()
+        while self._is(kind, *signs):
+            does = self._take().value
+            part()
+            self._step(does, 2, start)
+
+    def _repeated(
+        self, part: Callable[[], None], sign: tuple[str, str], does: str
+    ) -> None:
+        starts = []
+        while self._is(*sign):
+            starts.append(self._take().start)
+        part()
+        for start in reversed(starts):
+            self._step(does, 1, start)
+
+    def negated(self) -> None:
+        self._repeated(self.compared, ("name", "not"), "not")
+
+    def compared(self) -> None:
+        start = self._next.start
+        self.sum()
+        if self._is("name", "not", "in"):
+            self._member(start)
+            return
+        signs = []
+        while self._is("sign", *COMPARED):
+            signs.append(self._take().value)
+            self.sum()
+        if signs:
+            self._step("compare", len(signs) + 1, start, " ".join(signs))
+
+    def _member(self, start: int) -> None:
+        away = self._take().value == "not"
+        if away and not self._is("name", "in"):
+            _refuse("'in' is missing after 'not'")
+        self.at += away
+        opening = self._next.value if self._next.kind == "sign" else ""
+        if opening not in CLOSING:
+            _refuse("a list such as (damped, sustained) is missing after 'in'")
+        count = self._list(self.sum, CLOSING[opening])
+        self._step("in", count + 1, start)
+        if away:
+            self._step("not", 1, start)
+
+    def _list(self, part: Callable[[], None], closing: str) -> int:
+        """Read a bracketed list separated by commas; return its number of parts."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            _refuse(f"it has more than {DEEPEST} brackets within each other")
+        self.at += 1
+        part()
+        count = 1
+        while self._is("sign", ","):
+            self.at += 1
+            if self._is("sign", closing):
+                break
+            part()
+            count += 1
+        self._expect(closing)
+        self.depth -= 1
+        return count
+
+    def sum(self) -> None:
+        self._joined(self.product, "sign", "+", "-")
+
+    def product(self) -> None:
+        self._joined(self.signed, "sign", "*", "/")
+
+    def signed(self) -> None:
+        self._repeated(self.atom, ("sign", "-"), "negative")
+
+    def atom(self) -> None:
+        token = self._next
+        if self._is("sign", "("):
+            if self._list(self.either, ")") > 1:
+                _refuse("a list may stand only after 'in'")
+            return
+        if token.kind == "end":
+            _refuse("something is missing at its end")
+        if token.kind == "sign" or (token.value in RESERVED and token.kind == "name"):
+            _refuse(f"'{token.value}' stands where a number or a name should")
+        self.at += 1
+        if token.kind == "name" and self._is("sign", "("):
+            self._call(token)
+            return
+        value = _number(token.value) if token.kind == "number" else token.value
+        self._step(token.kind, 0, token.start, value)
+
+    def _call(self, token: _Token) -> None:
+        name = token.value
+        if name not in FUNCTIONS:
+            _refuse(f"there is no function '{name}'; there are {', '.join(FUNCTIONS)}")
+        least, most = FUNCTIONS[name]
+        count = self._list(self.either, ")")
+        if not least <= count <= most:
+            wanted = f"{least}" if least == most else f"{least} to {most}"
+            _refuse(f"the number of arguments of {name} must be {wanted}, got {count}")
+        self._step(name, count, token.start)
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if value == float("inf"):
+        _refuse(f"a number is below 1.8e308, got one of {len(text)} characters")
+    return value
+
 
 Program = tuple[Step, ...]
 
@@ -46,32 +322,18 @@ def equal(a: Any, b: Any) -> Any:
     return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)
 
 
-def _unequal(a: Any, b: Any) -> Any:
-    return np.logical_not(equal(a, b))
-
-
-def _any_of(one: Any, *others: Any) -> Any:
-    return reduce(np.logical_or, [equal(one, other) for other in others])
-
-
-def _least(*parts: Any) -> Any:
-    return reduce(np.minimum, parts)
-
-
-def _most(*parts: Any) -> Any:
-    return reduce(np.maximum, parts)
-
-
 ORDER: dict[str, Callable[[Any, Any], Any]] = {
-    "==": equal, "!=": _unequal, "<": operator.lt, "<=": operator.le,
-    ">": operator.gt, ">=": operator.ge,
+    "==": equal, "!=": lambda a, b: np.logical_not(equal(a, b)),
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
 MEANING: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": _quotient,
-    "negative": operator.neg, "in": _any_of,
+    "negative": operator.neg,
+    "in": lambda a, *of: reduce(np.logical_or, [equal(a, b) for b in of]),
     "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
     "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10,
-    "min": _least, "max": _most,
+    "min": lambda *of: reduce(np.minimum, of),
+    "max": lambda *of: reduce(np.maximum, of),
 }  # fmt: skip
 
 
@@ -85,7 +347,7 @@ def value_of(program: Program, known: Mapping[str, Any]) -> Any:
 
     Parameters
     ----------
-    program : result of `grammar.parse`
+    program : result of `parse`
     known : {name: number, word or truth value, or an array of these}; a name that is
         missing stands for itself as a word
     """

@@ -196,30 +196,25 @@ def _ranges(
 ) -> list[SafeRange]:
     """Return the safe ranges of one line, given its cases in ascending order."""
     safe = np.concatenate([[False], words == SAFE, [False]])
-    starts, ends = (np.flatnonzero(safe[1:] & ~safe[:-1]),
-                    np.flatnonzero(safe[:-1] & ~safe[1:]))  # fmt: skip
+    runs = np.flatnonzero(safe[1:] != safe[:-1]).reshape(-1, 2)
     nan = float("nan")
-    if not len(starts):
+    if not len(runs):
         return [SafeRange(fixed, nan, nan, nan, nan, "", "", 0, nan)]
-    out = []
-    for first, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        below, above = (i if 0 <= i < len(values) else None for i in (first - 1, end))
-        twins = share[first:end]
-        finite = twins[np.isfinite(twins)]
-        out.append(
-            SafeRange(
-                fixed,
-                low=float(values[first]),
-                high=float(values[end - 1]),
-                below=nan if below is None else float(values[below]),
-                above=nan if above is None else float(values[above]),
-                word_below="" if below is None else str(words[below]),
-                word_above="" if above is None else str(words[above]),
-                cases=end - first,
-                share=float(finite.min()) if len(finite) else nan,
-            )
+    at, told = [nan, *values.tolist(), nan], ["", *words.tolist(), ""]
+    return [
+        SafeRange(
+            fixed,
+            low=at[first + 1],
+            high=at[end],
+            below=at[first],
+            above=at[end + 1],
+            word_below=told[first],
+            word_above=told[end + 1],
+            cases=end - first,
+            share=float(np.fmin.reduce(share[first:end])),
         )
-    return out
+        for first, end in runs.tolist()
+    ]
 
 
 @dataclass(frozen=True)

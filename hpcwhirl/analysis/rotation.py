@@ -7,20 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.analysis.critical import campbell, critical_of_families, critical_of_waves
+from hpcwhirl.analysis.critical import critical_of_families, critical_of_waves
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.rotation_choice import choice_of
 from hpcwhirl.case.unbalance import facts_of_unbalance
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import (
+    Line,
     first_family,
     modal_table,
     moving_families,
     moving_ranks,
     rotor_by_diameter,
 )
-from hpcwhirl.reduction.modes import ModalModel
+from hpcwhirl.reduction.modes import ModalModel, SpinBlock
 from hpcwhirl.reduction.supports import ROUND, valid_up_to
 from hpcwhirl.reduction.waves import (
     largest_growth,
@@ -159,9 +160,8 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
     """
     model = rotor_by_diameter(case.model)
     if model.spin is None:
-        table = modal_table(case.model)
-        own = {name: w[k] for name, w in moving_families(table).items() if k in w}
-        return campbell(own, k, speeds)
+        own = own_waves(modal_table(case.model), k)
+        return {name: (k * speeds + w, k * speeds - w) for name, w in own.items()}
     if not model.spin.waves:
         msg = "waves of one nodal diameter need equal blades where rotation is full"
         raise InputError(msg)
@@ -169,10 +169,24 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
         return {}
     piece = model.spin.waves[k]
     turned = np.array([wave_roots(model, piece, s).imag for s in speeds.tolist()])
-    static, count = k * speeds[:, None] - turned, len(piece.omega)
+    return _pairs(model, piece, k * speeds[:, None] - turned)
+
+
+def own_waves(table: list[Line], k: int) -> dict[str, float]:
+    """Return {family: omega, rad/s} at nodal diameter k, families with omega > 0."""
+    found = moving_families(table)
+    return {family: own[k] for family, own in found.items() if k in own}
+
+
+def _pairs(model: ModalModel, piece: SpinBlock, values: Floats) -> Waves:
+    """Return the values of both waves of each family from those of all roots (n, 2m).
+
+    The roots are in the order of `wave_roots`.
+    """
+    count = len(piece.omega)
     return {
-        name: (static[:, count - 1 - rank], static[:, count + rank])
-        for rank, name in moving_ranks(model, k).items()
+        name: (values[:, count - 1 - rank], values[:, count + rank])
+        for rank, name in moving_ranks(model, piece.k).items()
     }
 
 
@@ -194,13 +208,9 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
     spin = model.spin
     if spin is None or len(spin.waves) < 2:
         return np.array(fastest), {}
-    piece, count = spin.waves[1], len(spin.waves[1].omega)
+    piece = spin.waves[1]
     rates = np.array([wave_roots(model, piece, s).real for s in speeds.tolist()])
-    own = {
-        name: (rates[:, count - 1 - rank], rates[:, count + rank])
-        for rank, name in moving_ranks(model, 1).items()
-    }
-    return np.array(fastest), own
+    return np.array(fastest), _pairs(model, piece, rates)
 
 
 def bands_over(case: Case, speeds: Floats) -> Waves:

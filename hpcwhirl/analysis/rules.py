@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.expression import asker, names_in, value_of
-from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.analysis.expression import asker, names_in, parse, value_of
 from hpcwhirl.scene.quantities import CHAOS
 from hpcwhirl.scene.words import DEFINED, MOTION_RULES, NO_REGIME, RULES, Rule
 

@@ -179,17 +179,14 @@ def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
     table[drawn.draw[here] // width, drawn.block[here]] = values[here]
     whole = np.isfinite(table).all(axis=1)
     a, b, *mixed = table[whole].T
-    estimates, ends = (
-        np.full((2, width - 2), np.nan),
-        np.full((2, 2, width - 2), np.nan),
-    )
+    estimates, *ends = np.full((3, 2, width - 2), np.nan)
     if whole.sum() >= FEWEST:
         estimates = indices(a, b, np.array(mixed))
-        ends = intervals(a, b, np.array(mixed))
+        ends = [*intervals(a, b, np.array(mixed))]
     both = np.concatenate([a, b])
     return {
-        "first": estimates[0], "first_low": ends[0, 0], "first_high": ends[1, 0],
-        "total": estimates[1], "total_low": ends[0, 1], "total_high": ends[1, 1],
+        "first": estimates[0], "first_low": ends[0][0], "first_high": ends[1][0],
+        "total": estimates[1], "total_low": ends[0][1], "total_high": ends[1][1],
         "draws": int(whole.sum()), "dropped": int((~whole).sum()),
         "mean": both.mean() if len(both) else np.nan,
         "deviation": both.std() if len(both) else np.nan,

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, null_space
 
-from hpcwhirl.arrays import Complexes, Floats
+from hpcwhirl.arrays import Complexes
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.reduction.model import Model
@@ -189,17 +189,6 @@ def fastest(roots: Complexes, below: float = np.inf) -> complex:
     return complex(slow[np.argmax(slow.real)]) if len(slow) else complex(-np.inf, 0.0)
 
 
-def static_line(line: Floats | float, k: int, speed: float) -> Floats | float:
-    """Return the static-frame frequency of a line in the rotating frame, rad/s.
-
-    A value > 0 is forward.
-
-    e^{i (k phi + line t)} with phi = theta - Omega t turns as theta = (k Omega - line)
-    t / k; for k = 1 the result is the frequency of the centre's orbit.
-    """
-    return k * speed - line
-
-
 def growth_of_diameter(
     model: Model, k: int, speed: float, friction: float
 ) -> dict[str, float]:
@@ -211,7 +200,8 @@ def growth_of_diameter(
     `closed_line`, rad/s, its frequency in the rotating frame; `slow` and `slow_line`,
     the same for roots below `SLOW`; `sprung`, 1/s, the largest growth below `SLOW` with
     springs of 1e3 .. 1e9 N/m at each blade, with `sprung_line`, and `spring`, N/m.
-    Lines are in the rotating frame, of e^{i k phi}; see `static_line`
+    Lines are in the rotating frame, of e^{i (k phi + line t)}; in the static frame such
+    a motion has the frequency k Omega - line, > 0 forward
     """
     pair = coupled(model, k, speed, friction)
     roots = closed_roots(pair)

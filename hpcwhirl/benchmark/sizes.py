@@ -22,12 +22,13 @@ from hpcwhirl.benchmark.bench import (
 )
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
-from hpcwhirl.dynamics.kernels.point_types import PointsRotor, SectorRows
 from hpcwhirl.dynamics.kernels.transform import products, span_of
 from hpcwhirl.dynamics.kernels.vectors import FOUR
 from hpcwhirl.dynamics.kernels.wave_types import (
     CyclicRotor,
     GeneralRotor,
+    PointsRotor,
+    SectorRows,
     UncoupledRotor,
     WaveRotor,
     WholeRotor,

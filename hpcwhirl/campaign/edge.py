@@ -24,15 +24,14 @@ from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import changes
-from hpcwhirl.dynamics.blend import copy_of, distance, put_between
 from hpcwhirl.dynamics.history import since
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.side_by_side import copy_of, distance, put_between
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import one_thread
 from hpcwhirl.scene import Scene, apply_settings
 from hpcwhirl.scene.contact_laws import RIGID
-from hpcwhirl.scene.schemes import SCHEMES
 
 USUAL = Thresholds()
 AFTER = 2.0  # time at which the two states are taken, in durations of the pulse
@@ -308,7 +307,7 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
     march = March(resolve(apply_settings(scene, settings)))
     march.unfold()
     goal = math.ceil(start / march.scene.solver.time_step)
-    if SCHEMES[march.scene.solver.scheme].flies:  # jumps end at rows of evidence
+    if march.scene.solver.flies:  # jumps end at rows of evidence
         goal = -(-goal // march.beat) * march.beat
     march.reach(goal)
     if march.done:

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.blades import blade_numbers
+from hpcwhirl.analysis.blade_motion import blade_numbers, wear_numbers
 from hpcwhirl.analysis.chaos import motion_numbers, twins_of
-from hpcwhirl.analysis.contact_map import wear_numbers
 from hpcwhirl.analysis.over_speed import told_over_speed, words_over_speed
 from hpcwhirl.analysis.regimes import (
     STEADY_SHARE,

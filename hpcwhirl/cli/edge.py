@@ -235,7 +235,7 @@ def _show(facts: dict[str, Any]) -> None:
 
 
 def _plot(path: Path, scene: Scene, found: Edge) -> None:
+    from hpcwhirl.report.canvas import save
     from hpcwhirl.report.figures.coexisting import edge_figure
-    from hpcwhirl.report.saving import save
 
     print(f"figure: {save(edge_figure(scene, found), path)}", file=sys.stderr)

@@ -16,8 +16,8 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, Spin, stiffening_at
+from hpcwhirl.reduction.points import Stress
 from hpcwhirl.reduction.round_casing import table_of
-from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.scene import to_toml
 from hpcwhirl.structure import FourierOperator
 

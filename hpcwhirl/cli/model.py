@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import asdict
 from itertools import product
 from typing import Any
 
@@ -25,7 +26,7 @@ from hpcwhirl.cli.options import (
     tell_remarks,
 )
 from hpcwhirl.errors import SHOWN, InputError, one_line, shown
-from hpcwhirl.reduction.families import UNKNOWN, as_records, modal_table
+from hpcwhirl.reduction.families import UNKNOWN, modal_table
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.quantities import DERIVED
 from hpcwhirl.structure import blade_stiffness
@@ -54,7 +55,7 @@ def facts_of(case: Case, orders: int) -> dict[str, Any]:
     foreign = engine.file != ""  # only the tips of such a rotor's blades are known
     return {
         "engine": title_of(engine.name, engine.file),
-        "modes": as_records(table),
+        "modes": [asdict(line) for line in table],
         "blade_stiffness": None if foreign else blade_stiffness(engine.rotor),
         "critical_speeds": critical_of(case, orders),
         "lines": lines_of(case),

@@ -13,7 +13,6 @@ from hpcwhirl.case.limits import step_counts
 from hpcwhirl.dynamics.kernels import flight, passes, waves
 from hpcwhirl.dynamics.kernels.wave_types import Flight
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import SCHEMES
 
 LONGEST = 10  # exponent: jumps of 1, 2, 4, ... 2^LONGEST steps have coefficients
 
@@ -93,7 +92,7 @@ def flight_arrays(
     rotor : free motion of the rotor
     ring : coefficients of the ring's modes, packed as in the kernel
     """
-    if not SCHEMES[scene.solver.scheme].flies:
+    if not scene.solver.flies:
         return ()
     total, _ = step_counts(scene)
     counts = np.array([2**p for p in range(LONGEST + 1)] + [beat], dtype=np.int64)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.dynamics.kernels.body_types import Layer
+from hpcwhirl.dynamics.kernels.kernel_types import Layer
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
 

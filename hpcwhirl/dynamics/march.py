@@ -16,24 +16,22 @@ from hpcwhirl.case.plan import Marched
 from hpcwhirl.case.profile import NEVER, held_displacement, release_step
 from hpcwhirl.case.resolve import Case
 from hpcwhirl.case.speed import angle_at, law_of, schedule_of
+from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.free_decay import FreeDecay, next_look
 from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.kernels import contact
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.flight import LESS
-from hpcwhirl.dynamics.kernels.kernel_types import Strides, Tracks
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, Strides, Tracks
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.dynamics.motion import Motion, check_continuable, turned
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes import scheme_of
-from hpcwhirl.dynamics.schemes.rotating_waves import folds_well
+from hpcwhirl.dynamics.schemes.equal_sectors import folds_well
 from hpcwhirl.dynamics.start import start_of
 from hpcwhirl.dynamics.tracks import CERTAIN, empty_tracks, history_of
-from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.numbers import representable
-from hpcwhirl.scene.schemes import SCHEMES
 
 SLICE_SECONDS = 0.01  # duration of a slice
 FIRST_SLICE = 256  # steps of the first slice, before the time of a step is known
@@ -272,8 +270,8 @@ class March:
         The stress is computed from the state at each sample. A scheme that jumps does
         not stop at samples, so that none is stored.
         """
-        stress, own = self.model.rotor.stress, SCHEMES[self.scene.solver.scheme]
-        whole = self.scene.output.traces == "full" and not own.flies
+        stress, scene = self.model.rotor.stress, self.scene
+        whole = scene.output.traces == "full" and not scene.solver.flies
         return self.model.blades, len(stress.names) if stress and whole else 0
 
     def _empty_stresses(self) -> Floats:

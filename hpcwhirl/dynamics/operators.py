@@ -8,20 +8,27 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.kernels.body_types import (
+from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
+from hpcwhirl.dynamics.kernels.kernel_types import (
     NOTHING,
+    Arrays,
     Contact,
     CoupledBody,
     DenseBody,
+    Load,
     ModalBody,
     Points,
+    Ring,
 )
-from hpcwhirl.dynamics.kernels.contact import ELEMENTS, RIGID, WAVES
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load, Ring
 from hpcwhirl.dynamics.layer import layer_of
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.dynamics.turning import ALIKE, coupled_body, standing, turning
-from hpcwhirl.dynamics.unbalance import circling_matrices
+from hpcwhirl.dynamics.turning import (
+    ALIKE,
+    circling_matrices,
+    coupled_body,
+    standing,
+    turning,
+)
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model

@@ -7,16 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
+from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, Load
-from hpcwhirl.dynamics.kernels.point_types import (
+from hpcwhirl.dynamics.kernels.vectors import all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import (
     PointRows,
     PointsContact,
     PointsRotor,
     SectorRows,
 )
-from hpcwhirl.dynamics.kernels.vectors import all_aligned
 from hpcwhirl.dynamics.operators import friction_with_sign, pulse_load
 from hpcwhirl.dynamics.point_sectors import (
     FEWEST,
@@ -28,7 +29,6 @@ from hpcwhirl.dynamics.point_sectors import (
 )
 from hpcwhirl.dynamics.point_waves import PointWaves, real_rows
 from hpcwhirl.dynamics.slots import ring_modes
-from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.dynamics.whole_waves import drift_of, padded_blades
 from hpcwhirl.reduction.bodies import centre_rows
 from hpcwhirl.reduction.model import Model

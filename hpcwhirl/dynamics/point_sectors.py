@@ -28,11 +28,11 @@ from scipy.linalg import schur
 
 from hpcwhirl.arrays import Complexes, Floats, Integers
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.point_types import SectorRows
 from hpcwhirl.dynamics.kernels.vectors import FOUR, all_aligned
+from hpcwhirl.dynamics.kernels.wave_types import SectorRows
 from hpcwhirl.dynamics.slots import transforms
 from hpcwhirl.reduction.bodies import contact_rows
-from hpcwhirl.reduction.degenerate import runs
+from hpcwhirl.reduction.cyclic_coordinates import runs
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 
 FEWEST = 3  # least number of sectors for which waves have a direction
@@ -200,7 +200,7 @@ def diameters_of(rows: Complexes, blades: int) -> Integers:
 
 @dataclass(frozen=True)
 class Slots:
-    """Slot (nodal diameter) and row of each wave, see `kernels.point_types.SectorRows`.
+    """Slot (nodal diameter) and row of each wave, see `kernels.wave_types.SectorRows`.
 
     Attributes
     ----------

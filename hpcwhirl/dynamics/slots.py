@@ -31,7 +31,6 @@ from hpcwhirl.reduction.bodies import centre_rows, tip_rows
 from hpcwhirl.reduction.model import MOST_KEPT, Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import SCHEMES
 from hpcwhirl.structure import FourierOperator
 
 MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
@@ -163,10 +162,6 @@ def _pushed(items: Floats, mu: float) -> Floats:
     return out
 
 
-def _flies(scene: Scene) -> bool:
-    return SCHEMES[scene.solver.scheme].flies
-
-
 @lru_cache(maxsize=MOST_KEPT)
 def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
     """Return the part of a rotor's arrays that is independent of speed and friction.
@@ -285,8 +280,9 @@ def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0)
     step, given = scene.solver.time_step, _round(model)
-    ring, mu = _ring(given, step, flies=_flies(scene)), friction_with_sign(scene).hex()
-    items = _rubbed_ring(given, step, mu, flies=_flies(scene)).copy()
+    flies, mu = scene.solver.flies, friction_with_sign(scene).hex()
+    ring = _ring(given, step, flies=flies)
+    items = _rubbed_ring(given, step, mu, flies=flies).copy()
     spin = ring.turns * scene.speed
     turn = np.exp(1j * (spin * step))
     items[passes.TURN_RE, ring.row, ring.slot] = turn.real
@@ -310,7 +306,7 @@ def turn_ring(
     if not len(items):
         return
     step = scene.solver.time_step
-    ring = _ring(_round(model), step, flies=_flies(scene))
+    ring = _ring(_round(model), step, flies=scene.solver.flies)
     modes = ring.row * ring.items.shape[2] + ring.slot
     place = (modes - modes % FOUR) * passes.ITEMS + modes % FOUR  # as `passes.item`
     real, imag = (place + FOUR * w for w in (passes.TURN_RE, passes.TURN_IM))
@@ -463,7 +459,7 @@ def _rubbed(
 def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
     """Return the arrays of the cyclic kernel; beat : steps between rows of evidence."""
     step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
-    rotor, hub, column = _rubbed(model, step, mu, flies=_flies(scene))
+    rotor, hub, column = _rubbed(model, step, mu, flies=scene.solver.flies)
     loading, casing = casing_arrays(model, scene)
     flyer = flying_modes(passes.unpacked(rotor), step)
     flight = flight_arrays(scene, beat, flyer, casing.items)
@@ -479,7 +475,7 @@ def ring_column(model: Model, scene: Scene) -> Floats:
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(model.blades)
     step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
-    return _ring_column(_round(model), step, mu, flies=_flies(scene))
+    return _ring_column(_round(model), step, mu, flies=scene.solver.flies)
 
 
 @lru_cache(maxsize=MOST_RUBBED)

@@ -87,7 +87,8 @@ def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
     modes, draw, how : the inputs start_modes, start_draw and start_as
     """
     rotor, casing = names_of(model), casing_names(model)
-    bodies = (rotor, model.rotor.omega), (casing, _omega(model.casing))
+    of_casing = np.zeros(0) if model.casing is None else model.casing.omega
+    bodies = (rotor, model.rotor.omega), (casing, of_casing)
     _check(modes, [*rotor, *casing])
     found, shares = list[Floats](), 0.0
     for names, omega in bodies:
@@ -99,10 +100,6 @@ def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
         shares += float((parts**2).sum()) / 2.0
         found += [parts[0] / np.where(omega > 0.0, omega, 1.0), parts[1]]
     return Amplitudes(*(part / math.sqrt(shares) for part in found))
-
-
-def _omega(body: ModalModel | None) -> Floats:
-    return np.zeros(0) if body is None else body.omega
 
 
 def _normal(draw: float, part: str, name: str) -> float:

@@ -11,7 +11,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.limits import shortest_limits
 from hpcwhirl.case.speed import law_of
 from hpcwhirl.case.unbalance import centre_of, circle, swing
-from hpcwhirl.dynamics.casing_trace import unfolded
+from hpcwhirl.dynamics.casing import unfolded
 from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks

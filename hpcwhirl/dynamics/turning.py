@@ -7,25 +7,133 @@ Coriolis forces, treated implicitly, do no work: b^T C b = 0, b = x_{n+1} - x_{n
 includes the supports' damping c_s, and K(Omega) their skew part S, which does the work
 b^T S x_n / 2 in a step, entered as damping. Together they are the loss of a damper
 that does not rotate, less the work that its torque takes from the rotation.
+
+The force of an unbalance is constant in the rotating frame. A coordinate s that stays 1
+represents it in kernels without constant forces; `case.unbalance` explains x_s:
+
+modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
+damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
+`turning_waves.Circle`. If supports differ by direction, two further modes that vary as
+cos 2 Omega t and sin 2 Omega t add the ellipse's Re xi and -Im xi.
+
+matrices: the coordinates are x, and the column of s in A^-1 K is -A^-1 F. Energy and
+loss are those of x less `DenseBody.still`, (x_s, 1), that is of y: the potential of the
+force is included.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import law_of
-from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, Stand
-from hpcwhirl.dynamics.unbalance import circling_modes
+from hpcwhirl.case.unbalance import centre_of, circle, is_unbalanced, swing
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody, DenseBody, Stand
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.reduction.waves import turning_matrices
 from hpcwhirl.scene import Scene
+
+EPSILON = float(np.finfo(float).eps)
+
+
+def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
+    """Return an unbalanced rotor's modes, and further ones that represent its circle.
+
+    The circle is x_s, see `case.unbalance`.
+    """
+    rows, count = read_by(model, scene), 2 * model.blades
+    radial, tangential = (rows[:, places] for places in model.places)
+    hub = rows[:, count : count + 2]
+    none = np.zeros(len(rows))
+    pulls = np.array([0.0, *(len(rows) - 1) * [swings(scene)[0]]])
+    return body._replace(
+        keep=np.append(body.keep, pulls > 0.0),
+        pull=np.append(body.pull, pulls),
+        give=np.append(body.give, none),
+        stiffness=np.append(body.stiffness, none),
+        damping=np.append(body.damping, none),
+        push=np.append(body.push, none),
+        starts=np.append(body.starts, body.starts[-1] + 1 + np.arange(len(rows))),
+        read=np.vstack([body.read, np.hstack([radial, hub])]),
+        radial=np.ascontiguousarray(np.hstack([body.radial, radial.T])),
+        tangential=np.ascontiguousarray(np.hstack([body.tangential, tangential.T])),
+    )
+
+
+def read_by(model: Model, scene: Scene) -> Floats:
+    """Return the displacements of the rotor for unit amplitudes of the added modes, m.
+
+    They are (1, n); (3, n) on supports that differ by direction; (0, n) if balanced.
+    """
+    places, swung = circle(model, scene), swing(model, scene)
+    if places is None:
+        return np.zeros((0, len(model.rotor.shapes)))
+    if swung is None:
+        return places[None, :]
+    return np.stack([places, swung.real, -swung.imag])
+
+
+def swings(scene: Scene) -> tuple[float, float]:
+    """Return (2 - 2 cos a, sin a), a = 2 Omega dt.
+
+    By the angle a the ellipse of an unbalanced rotor turns in a step, rotating frame.
+    """
+    half = scene.speed * scene.solver.time_step
+    return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
+
+
+def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
+    """Return (amplitudes, increments) at step 0 of the modes of `circling_modes`."""
+    pull, sine = swings(scene)
+    q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
+    return q[:count], d[:count]
+
+
+def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
+    """Return energy, J, and the centre's squared distance, m^2, by round-off in a step.
+
+    A step computes A^-1 K (x, 1), which vanishes on the circle, as a difference of
+    numbers of size |A^-1 K| |(x_s, 1)|, n products each, and adds it to x. With e the
+    relative error of a number, the error of the increment of x is at most
+
+    a = n e |A^-1 K| |(x_s, 1)| + e |x_s|
+
+    with energy a M a / 2 dt^2 + a |K| a / 2. The centre that has this energy is at most
+    sqrt(2 c E) away, c being its static compliance. Errors of different steps are
+    independent, so that their energies add.
+
+    body : result of `circling_matrices`
+    step : dt, s
+    """
+    still, hub = np.abs(body.still), 2 * model.blades
+    error = EPSILON * (len(still) * np.abs(body.pull).T @ still + still)
+    held = np.abs(body.mass) / step**2 + np.abs(body.stiffness)
+    energy = 0.5 * float(error @ held @ error)
+    own = model.rotor.stiffness
+    soft = np.linalg.solve(own, np.eye(len(own))[:, hub])[hub]
+    return energy, 2.0 * float(soft) * energy
+
+
+def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
+    """Return an unbalanced rotor's matrices with the added coordinate s, which is 1.
+
+    places : (n,), displacement of the circle, x_s, m, in the rotor's coordinates
+    """
+    size = len(places)
+    names = ("keep", "pull", "inverse", "mass", "stiffness", "damping", "push")
+    plain = {name: np.zeros((size + 1, size + 1)) for name in names}
+    for name in names:
+        plain[name][:size, :size] = getattr(body, name)  # stored transposed
+    plain["pull"][size, :size] = -places @ body.pull
+    placed = body.stand, body.radial, body.tangential, body.centre, np.append(places, 1)
+    return DenseBody._make([*(plain[name] for name in names), *placed])
+
 
 NONE = np.zeros((0, 0))
 ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
@@ -147,7 +255,7 @@ def coupled_body(model: Model, scene: Scene) -> CoupledBody:
     """Return the kernel's arrays of a rotor as modes at rest, coupled by rotation.
 
     With an unbalance they include modes that represent its circle x_s, see
-    `dynamics.unbalance`; at a changing speed, `dynamics.varying` adds further modes.
+    `circling_modes`; at a changing speed, `dynamics.varying` adds further modes.
     """
     order, starts = by_diameter(model.rotor)
     step = turning(model, scene, model.rotor.shapes[:, order])

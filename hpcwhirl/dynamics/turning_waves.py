@@ -18,7 +18,6 @@ Hermitian forms of a.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -40,7 +39,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import SpinBlock
 from hpcwhirl.reduction.waves import diameter_matrices
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import SCHEMES
 
 WORST = 1e6  # condition number of scaled waves beyond which they are no basis
 
@@ -215,14 +213,9 @@ def _hermitian(matrix: Complexes) -> Complexes:
 
 def diameters_of(model: Model, scene: Scene) -> list[Diameter]:
     """Return the waves of each nodal diameter of a rotor of equal sectors."""
-    spin, exact = model.rotor.spin, is_exact(scene)
+    spin, exact = model.rotor.spin, scene.solver.flies
     pieces = spin.waves if spin else ()
     return [_diameter(model, scene, piece, exact=exact) for piece in pieces]
-
-
-def is_exact(scene: Scene) -> bool:
-    """Return whether a scene's scheme follows the exact flow."""
-    return not math.isfinite(SCHEMES[scene.solver.scheme].order)
 
 
 def _diameter(model: Model, scene: Scene, piece: SpinBlock, *, exact: bool) -> Diameter:
@@ -315,7 +308,7 @@ def wave_arrays(
     opens = [own.radial @ own.shapes @ own.pushed(mu) for own in diameters]
     waves_of = np.exp(2j * np.pi * (np.outer(np.arange(blades), k) % blades) / blades)
     column = (waves_of @ np.array(opens)).real + ring_column(model, scene)
-    count = waves.FLOW_ITEMS if is_exact(scene) else waves.ITEMS
+    count = waves.FLOW_ITEMS if scene.solver.flies else waves.ITEMS
     flyer = flying_waves(unpacked(rotor.items, count), scene.solver.time_step)
     flight = flight_arrays(scene, beat, flyer, casing.items)
     contact = CyclicContact(column, *transforms(blades), flight)

@@ -6,7 +6,7 @@ linear, x = y + r. r is the motion due to f_0, the forces of the unbalance and E
 forces on the blades; it begins with the circle of the unbalance at the first speed. y
 is the motion due to contact. At a constant speed r is that circle, and y the motion
 about it, as in `case.unbalance`. Both are integrated by the same scheme, see
-`kernels.driven`.
+`kernels.coupled`.
 
 From one interval to the next the motion is continuous, while the matrices of its
 energy change: the change of the energy of y is entered as work of the loading.
@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
-from hpcwhirl.dynamics.kernels.kernel_types import BodiesState
+from hpcwhirl.dynamics.kernels.kernel_types import BodiesState, CoupledBody
 from hpcwhirl.dynamics.motion import FreeSteps
 from hpcwhirl.dynamics.turning import by_diameter
 from hpcwhirl.reduction.bodies import centre_rows, contact_rows

@@ -176,10 +176,7 @@ class WholeWaves:
 
 
 def whole_waves(
-    model: Model,
-    scene: Scene,
-    terms: Terms | None = None,
-    blocks: Iterable[Any] = (),
+    model: Model, scene: Scene, terms: Terms | None = None, blocks: Iterable[Any] = ()
 ) -> WholeWaves:
     """Return the waves of central differences of a rotor with terms of rotation.
 

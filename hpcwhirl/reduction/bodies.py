@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from hpcwhirl.arrays import Floats
-from hpcwhirl.reduction.harmonics import at_station, harmonic_model, shell_model
+from hpcwhirl.reduction.craig_bampton import rough_modes
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.reduction.mistuned import boundary_of, named_after, whole_model
 from hpcwhirl.reduction.modes import (
@@ -18,8 +18,12 @@ from hpcwhirl.reduction.modes import (
     modal_model,
     with_ratio,
 )
-from hpcwhirl.reduction.nearby import rough_modes
-from hpcwhirl.reduction.round_casing import round_casing
+from hpcwhirl.reduction.round_casing import (
+    at_station,
+    harmonic_model,
+    round_casing,
+    shell_model,
+)
 from hpcwhirl.reduction.spin import standing_damping, with_blocks
 from hpcwhirl.reduction.supports import Support, bearing_of, small_damping
 from hpcwhirl.scene import Casing, Rotor

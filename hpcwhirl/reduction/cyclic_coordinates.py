@@ -3,13 +3,24 @@
 In complex form, Eq. (10) reads x_j = sqrt(2) Re(z e^{i k theta_j} / sqrt(N)), with
 z = u^{k,c} - i u^{k,s}; for the simple harmonics (Eq. 5) there is no sqrt(2) Re. A
 centre displacement belongs to k = 1 alone (Eq. 11), as z_o (e_x + i e_y) / sqrt(2).
+
+Modes of equal frequency are separated into modes of one nodal diameter each.
+If modes share a frequency, an eigensolver returns any basis of their space, in which
+nodal diameters are mixed. A rotation of the rotor by one sector maps this space to
+itself, so that it is the sum of one subspace per diameter: with the discrete Fourier
+transform of the tips on diameter k, T_k, and G_k = T_k^H T_k, modes x of diameter k
+solve
+
+(sum_k k G_k) x = k (sum_k G_k) x.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from hpcwhirl.arrays import Complexes, Floats
+from hpcwhirl.arrays import Complexes, Floats, Indices, Integers
 from hpcwhirl.structure import CyclicStructure
 
 
@@ -99,3 +110,138 @@ def spread(k: int, sectors: int) -> Floats:
     if is_simple(k, sectors):
         return waves.real[:, None]
     return np.asarray(np.sqrt(2) * np.column_stack([waves.real, -waves.imag]))
+
+
+SAME = 1e-8  # relative difference of omega^2 up to which frequencies count as equal
+ROUND_OFF = 1e-15  # an eigensolver's error of omega^2, relative to m times the largest
+NEAR = 1e-3  # relative difference of omega of modes that a small asymmetry may mix
+PURE = 0.99  # least share of one diameter in a mode that counts as unmixed
+STILL = 1e-10  # squared tip motion, relative to the largest, that counts as 0
+
+
+def diameter_shares(shapes: Floats, blades: int) -> Floats:
+    """Return the share of each nodal diameter in each mode's tips, (N // 2 + 1, m).
+
+    Parameters
+    ----------
+    shapes : (n, m), the tips (radial, tangential of blade 0, 1, ...) first
+    blades : N
+    """
+    power = np.einsum("kmm->km", _grams(shapes, blades))
+    return np.asarray(power / np.maximum(power.sum(axis=0), np.finfo(float).tiny))
+
+
+def _grams(shapes: Floats, blades: int) -> Floats:
+    """Return G_k = T_k^H T_k, (N // 2 + 1, m, m), of shapes (n, m), tips first."""
+    tips = shapes[: 2 * blades].reshape(blades, 2, -1)
+    waves = np.fft.fft(tips, axis=0)[: blades // 2 + 1]
+    twice = [1.0 if is_simple(k, blades) else 2.0 for k in diameters(blades)]
+    squared = np.einsum("kam,kan->kmn", waves.conj(), waves).real
+    return np.asarray(np.array(twice)[:, None, None] * squared)
+
+
+def runs(values: Floats, apart: Floats) -> Iterator[Indices]:
+    """Yield the indices of each run of ascending values that lie close together.
+
+    values : (m,), ascending
+    apart : (m,), largest difference of neighbours in a run
+
+    Runs of a single value are left out.
+    """
+    cuts = np.flatnonzero(np.diff(values) > apart[1:]) + 1
+    for run in np.split(np.arange(len(values)), cuts):
+        if len(run) > 1:
+            yield run
+
+
+def mixed(shapes: Floats, blades: int) -> bool:
+    """Return whether the tips of any mode move in several nodal diameters."""
+    power = np.einsum("kmm->km", _grams(shapes, blades))
+    whole = power.sum(axis=0)
+    moving = whole > STILL * max(float(whole.max()), np.finfo(float).tiny)
+    return bool((power.max(axis=0)[moving] < PURE * whole[moving]).any())
+
+
+def unmixed(
+    shapes: Floats, blades: int, hub: Floats | None = None
+) -> tuple[Floats, int]:
+    """Return an orthogonal matrix that combines modes to ones of one diameter each.
+
+    Parameters
+    ----------
+    shapes : (n, m), modes of one frequency, the tips first
+    blades : N
+    hub : (2, m), x_o and y_o, which count as tips in k = 1; optional
+
+    Returns
+    -------
+    columns : (m, m), combinations sorted by diameter, those without tip motion last
+    moving : number of combinations with tip motion
+    """
+    grams = _grams(shapes, blades)
+    if hub is not None:
+        grams[1] += blades * hub.T @ hub
+    size, axes = np.linalg.eigh(grams.sum(axis=0))
+    moving = size > STILL * size[-1]
+    white = axes[:, moving] / np.sqrt(size[moving])
+    weighed = np.tensordot(np.arange(len(grams)), grams, axes=1)
+    diameter, inner = np.linalg.eigh(white.T @ weighed @ white)
+    near = np.rint(diameter)
+    parts = [
+        np.linalg.svd(white @ inner[:, near == k])[0][:, : np.count_nonzero(near == k)]
+        for k in np.unique(near)
+    ]  # each orthonormal in itself
+    left, _, right = np.linalg.svd(np.hstack([*parts, axes[:, ~moving]]))
+    return np.asarray(left @ right), int(moving.sum())
+
+
+def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
+    """Return mode shapes with one nodal diameter each, as far as possible.
+
+    Only modes whose frequencies are equal to round-off are combined, so that the
+    results are modes, too.
+
+    Parameters
+    ----------
+    shapes : (n, m), mass-orthonormal, the tips first
+    omega : (m,), ascending
+    blades : N
+    """
+    squared, out = omega**2, shapes.copy()
+    same = SAME * squared + ROUND_OFF * len(omega) * squared.max()
+    for run in runs(squared, same):
+        if mixed(shapes[:, run], blades):
+            out[:, run] = shapes[:, run] @ unmixed(shapes[:, run], blades)[0]
+    return out
+
+
+def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
+    """Return the nodal diameter of each mode, (m,): the one that dominates its tips.
+
+    Mixed modes of nearly one frequency get the diameters of their unmixed combinations
+    (see `unmixed`), with which they are paired by the largest overlap.
+
+    Parameters are those of `aligned`.
+    """
+    out = np.asarray(np.argmax(diameter_shares(shapes, blades), axis=0), dtype=np.int64)
+    for run in runs(omega, NEAR * omega):
+        if mixed(shapes[:, run], blades):
+            out[run] = _assigned(shapes[:, run], out[run], blades)
+    return out
+
+
+def _assigned(shapes: Floats, first: Integers, blades: int) -> Integers:
+    """Return the nodal diameter of each mixed mode, (m,), by its best unmixed match.
+
+    Modes and unmixed modes are paired by largest overlap. A mode that is paired with
+    one without tip motion keeps its diameter in `first`.
+
+    first : (m,), nodal diameter that dominates the tips of each mode
+    """
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
+    columns, moving = unmixed(shapes, blades)
+    shares = diameter_shares(shapes @ columns, blades)
+    _, paired = linear_sum_assignment(columns**2, maximize=True)
+    diameter = np.argmax(shares, axis=0)[paired]
+    return np.asarray(np.where(paired < moving, diameter, first), dtype=np.int64)

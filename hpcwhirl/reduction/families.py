@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -159,11 +159,6 @@ def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
         for rank, name in names.items()
         if name == "1F" or share[rank] > MOVING_SHARE
     }
-
-
-def as_records(table: list[Line]) -> list[dict[str, object]]:
-    """Return the lines of the table as dictionaries."""
-    return [asdict(line) for line in table]
 
 
 @lru_cache(maxsize=MOST_KEPT)

@@ -35,6 +35,7 @@ from hpcwhirl.reduction.modes import (
     lowest_of,
     physical_columns,
 )
+from hpcwhirl.reduction.points import Stress
 from hpcwhirl.reduction.sparse_modes import (
     PAIR,
     Condensed,
@@ -45,10 +46,9 @@ from hpcwhirl.reduction.sparse_modes import (
     whole_pairs,
 )
 from hpcwhirl.reduction.spin import check_turned, stiffness_terms
-from hpcwhirl.reduction.stress import Stress
 from hpcwhirl.store.models.wheel_file import Cut, FiniteElements
 from hpcwhirl.structure import CyclicStructure
-from hpcwhirl.structure.assembly import turn
+from hpcwhirl.structure.elements import turn
 
 MORE = 2  # modes computed of each diameter in addition to the mean number wanted
 STRAINED = 1e-4  # largest strain by a translation, `_strained`; 14 digits give 1e-6
@@ -331,9 +331,7 @@ def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
 
 
 def _spread(
-    wheel: FiniteElements,
-    cuts: Cut,
-    pieces: dict[int, Condensed],
+    wheel: FiniteElements, cuts: Cut, pieces: dict[int, Condensed]
 ) -> tuple[Floats, Floats, Spin | None, Floats | None]:
     """Return (M, K, terms of rotation, stress) of all sectors from reduced blocks.
 
@@ -406,12 +404,13 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
         hub = 2 * len(places) + np.arange(2)
         mass[hub, hub] += centre.mass
         spin = spin and _with_shaft(spin, centre.mass, hub)
-        carried = _carried(mass, places)
+        moved = _translation(len(mass), places)
+        carried = float(moved[:, 0] @ mass @ moved[:, 0])
         strained = _strained(stiffness, places)
         if not centre.held and not strained <= STRAINED:
             raise wheel.refusal(_FRAMES.format(strained, STRAINED))
         if spin and not centre.held:
-            moved, speeds = _translation(len(mass), places), wheel.turning.get("speeds")
+            speeds = wheel.turning.get("speeds")
             check_turned(spin, mass, moved, speeds, wheel.wrong)
         stiffness[hub, hub] += centre.stiffness
     squared = _eigenvalues(wheel, mass, stiffness)
@@ -493,9 +492,3 @@ def _strained(stiffness: Floats, angle: Floats) -> float:
     tips = stiffness[: 2 * len(angle)]
     force = np.abs(tips @ _translation(len(stiffness), angle)).max(axis=1)
     return float((force / np.abs(tips).sum(axis=1)).max())
-
-
-def _carried(mass: Floats, angle: Floats) -> float:
-    """Return the whole rotor's mass in a translation along x, kg; angle : of tips."""
-    moved = _translation(len(mass), angle)[:, 0]
-    return float(moved @ mass @ moved)

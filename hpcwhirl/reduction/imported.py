@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
 from hpcwhirl.arrays import Floats, Integers
-from hpcwhirl.reduction.degenerate import aligned
+from hpcwhirl.reduction.cyclic_coordinates import aligned
 from hpcwhirl.reduction.mistuned import modes_of, named_modes
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
@@ -29,6 +29,7 @@ from hpcwhirl.reduction.modes import (
 from hpcwhirl.reduction.points import (
     points_in,
     reordered,
+    stress_of,
     tip_points,
     with_single_points,
 )
@@ -43,7 +44,6 @@ from hpcwhirl.reduction.spin import (
     transformed,
     turned_alike,
 )
-from hpcwhirl.reduction.stress import stress_of
 from hpcwhirl.reduction.supports import Support
 from hpcwhirl.store.models.engine_file import Given, read_group
 

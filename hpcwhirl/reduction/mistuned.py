@@ -10,8 +10,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl.arrays import Floats, Indices, Integers
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.cyclic_coordinates import diameters
-from hpcwhirl.reduction.degenerate import diameter_shares, dominant
+from hpcwhirl.reduction.cyclic_coordinates import diameter_shares, diameters, dominant
 from hpcwhirl.reduction.modes import (
     ModalModel,
     Spin,
@@ -19,8 +18,8 @@ from hpcwhirl.reduction.modes import (
     reduction_basis,
     speed_of_basis,
 )
+from hpcwhirl.reduction.shaft import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.reduction.supports import planar
-from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 FORWARD = planar(1j)

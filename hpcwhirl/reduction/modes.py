@@ -22,10 +22,9 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     real_block,
     spread,
 )
-from hpcwhirl.reduction.points import TipPoints
-from hpcwhirl.reduction.stress import Stress
+from hpcwhirl.reduction.points import Stress, TipPoints
+from hpcwhirl.reduction.shaft import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.reduction.supports import ROUND, Bearing, Support
-from hpcwhirl.reduction.tilt import energy_in_shaft, turning_tilt, with_tilt
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]

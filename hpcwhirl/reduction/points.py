@@ -1,10 +1,15 @@
-"""Several contact points per tip: their places, and their indices among coordinates.
+"""Points of the blades: several contact points per tip; named points with stress.
 
-Point m = 0 .. n_c - 1 of blade j lies at the axial place zeta_m, 0 in the casing's
-middle, and at the angle 2 pi j / N + tau_m, with radial and tangential axes at that
-angle. Its clearance is the scene's gap plus that of the tip's profile. One point of
-each blade, `TipPoints.reference`, represents the tip in the traces of blades, in the
+Contact point m = 0 .. n_c - 1 of blade j lies at the axial place zeta_m, 0 in the
+casing's middle, and at the angle 2 pi j / N + tau_m, with radial and tangential axes at
+that angle. Its clearance is the scene's gap plus that of the tip's profile. One point
+of each blade, `TipPoints.reference`, represents the tip in the traces of blades, in the
 labels of modes and in the radial growth with the speed.
+
+Stress is linear in the coordinates, sigma = S x, with x the displacements from the
+equilibrium at speed: it is the stress of the vibration, without that of the centrifugal
+load. Results have von Mises' equivalent stress of six components, given in any
+orthogonal axes that turn with the rotor, or the signed value of a single component.
 """
 
 from __future__ import annotations
@@ -16,9 +21,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
+from hpcwhirl.store.models.engine_file import COMPONENTS, Given, wrong_name
 
 if TYPE_CHECKING:
     from hpcwhirl.store.models.engine_file import Given
+
 
 BY_POINT = "tip_station", "tip_angle", "tip_gap"
 BY_BLADE = (
@@ -159,3 +166,72 @@ def _places(given: Given, count: int) -> tuple[Floats, Floats, Floats]:
         worst = angle[np.abs(angle).argmax()]
         raise given.wrong("tip_angle", "be within +-pi rad", f"{worst:g}")
     return station, angle, gap
+
+
+ROWS, NAMES = "stress", "stress_name"
+
+
+@dataclass(frozen=True)
+class Stress:
+    """Stress at P points of each blade.
+
+    Attributes
+    ----------
+    names : P names, all different
+    rows : (N, P, c, n), Pa/m, S of a rotor's n coordinates; c = 6: normal stresses xx,
+        yy, zz, then shear stresses yz, zx, xy
+    """
+
+    names: tuple[str, ...]
+    rows: Floats
+
+    def of(self, basis: Floats) -> Stress:
+        """Return the stress in the coordinates y of x = basis y."""
+        return replace(self, rows=self.rows @ basis)
+
+    def at(self, places: Floats) -> Floats:
+        """Return the stress at all points, (N, P), Pa, for displacements (n,), m.
+
+        It is von Mises' stress of six components, or the only component with its sign.
+        """
+        found = self.rows @ places
+        return von_mises(found) if found.shape[-1] > 1 else found[..., 0]
+
+
+def von_mises(stress: Floats) -> Floats:
+    """Return von Mises' equivalent stress (...,) of components (..., 6)."""
+    normal, shear = stress[..., :3], stress[..., 3:]
+    apart = normal - np.roll(normal, 1, axis=-1)
+    squared = (apart**2).sum(axis=-1) / 2 + 3 * (shear**2).sum(axis=-1)
+    return np.asarray(np.sqrt(squared))
+
+
+def stress_of(given: Given, blades: int) -> Stress | None:
+    """Return the stress of a rotor in the file's coordinates; None if it has none.
+
+    Raises
+    ------
+    InputError
+        if rows or names are missing or have a wrong size, or two names are equal
+    """
+    there = [name for name in (ROWS, NAMES) if name in given]
+    if not there:
+        return None
+    if len(there) == 1:
+        other = NAMES if there[0] == ROWS else ROWS
+        raise given.refusal(f"has rotor/{there[0]} without rotor/{other}")
+    if "mass" not in given:
+        allowed = "come with rotor/mass, whose coordinates it refers to"
+        raise given.wrong(ROWS, allowed, "modes alone")
+    rows, names = given[ROWS], tuple(map(str, given[NAMES]))
+    if rows.shape[2] not in COMPONENTS:
+        told = " or ".join(map(str, COMPONENTS))
+        raise given.wrong(ROWS, f"have {told} components (axis 2)", rows.shape[2])
+    size = blades, len(names), rows.shape[2], len(given["mass"])
+    if rows.shape != size:
+        told = "blades, names, components, coordinates"
+        raise given.wrong(ROWS, f"be {size} ({told})", rows.shape)
+    wrong = wrong_name(names)
+    if wrong is not None:
+        raise given.wrong(NAMES, "be names that are all different", repr(wrong))
+    return Stress(names, rows)

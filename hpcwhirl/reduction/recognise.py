@@ -19,8 +19,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
-from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple, spread
-from hpcwhirl.reduction.degenerate import ROUND_OFF, SAME, runs, unmixed
+from hpcwhirl.reduction.cyclic_coordinates import (
+    ROUND_OFF,
+    SAME,
+    diameters,
+    is_simple,
+    runs,
+    spread,
+    unmixed,
+)
 from hpcwhirl.reduction.modes import ModalModel, Symmetry, centre_rows, has_centre
 from hpcwhirl.reduction.supports import planar
 

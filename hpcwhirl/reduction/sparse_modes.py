@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh, eigh_tridiagonal, solve
-from scipy.sparse.linalg import (
-    ArpackNoConvergence,
-    LinearOperator,
-    eigsh,
-    onenormest,
-)
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, onenormest
 
 from hpcwhirl.arrays import Floats, Matrix
 from hpcwhirl.errors import ModelError

@@ -16,11 +16,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats, Indices
 from hpcwhirl.errors import InputError
-from hpcwhirl.reduction.cyclic_coordinates import (
-    diameters,
-    is_simple,
-    spread,
-)
+from hpcwhirl.reduction.cyclic_coordinates import diameters, is_simple, spread
 from hpcwhirl.reduction.modes import (
     SUSPENSION_SHARE,
     ModalModel,

@@ -10,10 +10,9 @@ import xarray
 from xarray.core.utils import UncachedAccessor
 from xarray.plot.accessor import DataArrayPlotAccessor
 
-from hpcwhirl.analysis.spectrum import full_spectrum
+from hpcwhirl.analysis.whirl import full_spectrum
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import axis_of, title_of
-from hpcwhirl.report.saving import new_figure
+from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.scene.words import MOTIONS, SHOWN, WHIRLS
 from hpcwhirl.store.reading.results_file import Results
 

@@ -5,6 +5,7 @@ A row is an input: its default, unit and meaning, then its symbol and limits.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ValidationError
@@ -16,17 +17,10 @@ from hpcwhirl.scene.input_types import Finite, Inputs, Label, NonNegative, Posit
 from hpcwhirl.scene.kept_tables import table_over_time
 from hpcwhirl.scene.quantity import given
 from hpcwhirl.scene.rules import OF_SCENE, end_time
-from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SchemeName
+from hpcwhirl.scene.schemes import DEFAULT, MEANINGS, SCHEMES, SchemeName
 
-
-def speed_over_time(text: str) -> str:
-    """Return a table of speeds over time as one line of text, see `table_over_time`."""
-    return table_over_time(text, "speed")
-
-
-def gap_over_time(text: str) -> str:
-    """Return a table of gaps over time as one line of text, see `table_over_time`."""
-    return table_over_time(text, "gap")
+SpeedTable = Annotated[str, AfterValidator(partial(table_over_time, name="speed"))]
+GapTable = Annotated[str, AfterValidator(partial(table_over_time, name="gap"))]
 
 
 class Solver(Inputs):
@@ -63,6 +57,11 @@ class Solver(Inputs):
         "ratio of tip displacement to R_bd at which a run ends; displacement is the "
         "length of the vector of radial and tangential parts")
     # fmt: on
+
+    @property
+    def flies(self) -> bool:
+        """Whether its scheme jumps over steps without contact."""
+        return SCHEMES[self.scheme].flies
 
 
 class Output(Inputs):
@@ -171,7 +170,7 @@ class Scene(Inputs, metaclass=_Told):
         "exponentially, with the time constant (speed_to - speed) / acceleration, as "
         "by windmilling")
     speed_to: Finite = given(0.0, "rad/s", "speed at the end of the change; see `ramp`")
-    speed_table: Annotated[str, AfterValidator(speed_over_time)] = given("", "1",
+    speed_table: SpeedTable = given("", "1",
         "table of the speed, instead of acceleration; a CSV file of columns time, s, "
         "and speed, rad/s, or such rows in one line; linear between rows, then held; "
         "kept as text")
@@ -180,7 +179,7 @@ class Scene(Inputs, metaclass=_Told):
         "(1 - exp(-t/gap_time)); < 0: it opens", symbol="Δ")
     gap_time: Positive = given(1.0, "s",
         "time constant of the gap's closure", symbol="τ_g")
-    gap_table: Annotated[str, AfterValidator(gap_over_time)] = given("", "1",
+    gap_table: GapTable = given("", "1",
         "table of the gap, instead of gap_closure; a CSV file of columns time, s, and "
         "gap, m, or such rows in one line; its first gap is `gap`; linear between "
         "rows, then held; kept as text")

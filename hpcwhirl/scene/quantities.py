@@ -219,8 +219,7 @@ DERIVED: dict[str, Quantity] = {
     **_real("s", time_step_limit="largest stable step of central differences"),
     **_real("1", centre_share="share of a mode's strain energy in the shaft's springs"),
     **_real(
-        "1",
-        clearance_consumption="radial amplitude of a mode's tips / whole amplitude",
+        "1", clearance_consumption="radial amplitude of a mode's tips / whole amplitude"
     ),
 }
 # arrays of a model's file, by the last part of their names

@@ -9,18 +9,18 @@ circulant. The terms of rotation of a bladed disk (Coriolis, stiffening, softeni
 the same elements.
 """
 
-from hpcwhirl.structure.assembly import CyclicStructure
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk
+from hpcwhirl.structure.elements import CyclicStructure
 from hpcwhirl.structure.fourier import (
     FourierOperator,
     Sines,
     Stations,
     Uniform,
     harmonic_matrices,
+    shell_matrices,
 )
 from hpcwhirl.structure.ring import RingOperator, ring
 from hpcwhirl.structure.rotation import Rotation, rotation_of
-from hpcwhirl.structure.shell import shell_matrices
 from hpcwhirl.structure.tilting import Tilt
 
 __all__ = [

@@ -11,8 +11,7 @@ from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Rotor
 from hpcwhirl.scene.rules import NO_BLADE
-from hpcwhirl.structure.assembly import CyclicStructure, add_block, turn
-from hpcwhirl.structure.beams import Section, beam
+from hpcwhirl.structure.elements import CyclicStructure, Section, add_block, beam, turn
 from hpcwhirl.structure.tilting import tilt_of
 
 NODE = 3  # DoF of a node: radial, tangential, rotation

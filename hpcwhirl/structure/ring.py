@@ -8,8 +8,15 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.scene import Casing
-from hpcwhirl.structure.assembly import CyclicStructure, add_block
-from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, curved, hermite
+from hpcwhirl.structure.elements import (
+    POINTS,
+    WEIGHTS,
+    CyclicStructure,
+    Section,
+    add_block,
+    curved,
+    hermite,
+)
 
 NODE = 4  # DoF per node: u, u', w, w'
 

@@ -24,9 +24,16 @@ from numpy.polynomial import Polynomial
 
 from hpcwhirl.arrays import Floats, Indices
 from hpcwhirl.scene import Rotor
-from hpcwhirl.structure.assembly import add_block, turn
-from hpcwhirl.structure.beams import POINTS, WEIGHTS, Section, beam, hermite
 from hpcwhirl.structure.bladed_disk import GHOST, NODE, blade_sections, rim, spoke
+from hpcwhirl.structure.elements import (
+    POINTS,
+    WEIGHTS,
+    Section,
+    add_block,
+    beam,
+    hermite,
+    turn,
+)
 
 ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
@@ -75,18 +82,13 @@ class Member:
 
 
 def coriolis_of(length: float, section: Section) -> Floats:
-    """Return C (6, 6), kg, of a beam, in the DoF of `beams.beam`."""
+    """Return C (6, 6), kg, of a beam, in the DoF of `elements.beam`."""
     out = np.zeros((6, 6))
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
         along = np.array([1 - xi, xi])
         out[np.ix_(ROD, BEND)] -= mass * np.outer(along, hermite(xi, length))
     return np.asarray(out - out.T)
-
-
-def load_of(length: float, section: Section, start: tuple[float, float]) -> Floats:
-    """Return F_c (6,), kg m, of a beam that begins at `start`."""
-    return loads_of(length, section, start)[0]
 
 
 def loads_of(
@@ -170,7 +172,7 @@ def tensions(parts: list[Member], size: int) -> Floats:
         transform = part.transform[:, moving]
         elastic = beam(part.length, part.section)[1]
         add_block(stiffness, transform.T @ elastic @ transform, places)
-        pushed = load_of(part.length, part.section, part.start)
+        pushed = loads_of(part.length, part.section, part.start)[0]
         np.add.at(load, places, transform.T @ pushed)
         folded.append((elastic[3] @ transform, places))
     moved = np.linalg.solve(stiffness, load)
@@ -194,7 +196,7 @@ def rotation_of(rotor: Rotor) -> Rotation:
         _added(parts[a:b], forces[a:b], wide) for a, b in ((0, split[0]), split)
     )
     for part in parts[split[0] :]:
-        pull += float(load_of(part.length, part.section, part.start)[ROD].sum())
+        pull += float(loads_of(part.length, part.section, part.start)[0][ROD].sum())
     for j in range(blades):
         after = (j + 1) % blades * size + np.arange(NODE)
         places = np.r_[j * size + np.arange(size), after, total - 2, total - 1]

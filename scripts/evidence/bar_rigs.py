@@ -24,7 +24,7 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel, modal_model
 from hpcwhirl.scene import Scene, apply_settings, named_scene
 from hpcwhirl.structure import CyclicStructure, FourierOperator
-from hpcwhirl.structure.beams import Section, beam
+from hpcwhirl.structure.elements import Section, beam
 
 Floats = NDArray[np.float64]
 Answer = Callable[[Floats], Floats]

@@ -21,7 +21,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import in_turn, parser_of
 
-from hpcwhirl.analysis.contact_map import wear_numbers
+from hpcwhirl.analysis.blade_motion import wear_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings, named_scene

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from identify.space import GAP, Engine, Floats
 
-from hpcwhirl.analysis.stability import closed_roots, coupled, sprung_roots, static_line
+from hpcwhirl.analysis.stability import closed_roots, coupled, sprung_roots
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import Scene, apply_settings
 
@@ -52,7 +52,7 @@ def growths(engine: Engine) -> Growths:
     for speed, root in WANTED:
         name, _, kind = root.partition(" ")
         found, (low, high) = roots[speed, kind], LINES[name]
-        lines = static_line(found.imag, 1, speed)
+        lines = speed - found.imag  # in the static frame
         own = found.real[(lines > low) & (lines < high)]
         out[speed, root] = float(own.max(initial=NONE))
     return out

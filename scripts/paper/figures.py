@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from hpcwhirl.report.canvas import save
 from hpcwhirl.report.figures import frequencies, motions, shapes, sweeps
-from hpcwhirl.report.saving import save
 from hpcwhirl.scene import engine_inputs, engine_names
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hpcwhirl.analysis.participation import family_amplitudes
-from hpcwhirl.analysis.spectrum import strongest
+from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.report.figures.motions import rotating
 from hpcwhirl.report.figures.sweeps import frequency_spectra
@@ -18,6 +18,25 @@ PAPER_SPEEDS = (270.0, 410.0, 420.0, 520.0)  # rad/s, Figs. 9 to 14
 BANDS = {"1F": (30, 60), "suspension": (85, 125), "2F": (220, 270)}  # Hz
 EARLY = 0.02  # s: before contact makes neighbours part
 Row = dict[str, Any]
+
+
+def strongest(
+    where: Floats, amplitude: Floats, low: float, high: float
+) -> tuple[float, float]:
+    """Return (frequency, amplitude) of the strongest line in [low, high].
+
+    Return (nan, 0) if no line lies there.
+
+    Parameters
+    ----------
+    where, amplitude : (n,), frequencies and amplitudes of a spectrum
+    low, high : limits, in the unit of `where`
+    """
+    inside = np.flatnonzero((where >= low) & (where <= high))
+    if not len(inside):
+        return float("nan"), 0.0
+    top = inside[np.argmax(amplitude[inside])]
+    return float(where[top]), float(amplitude[top])
 
 
 class Found:

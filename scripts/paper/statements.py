@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from paper.found import BANDS, PAPER_SPEEDS, Found
+from paper.found import BANDS, PAPER_SPEEDS, Found, strongest
 from paper.motions import kinds, motion_statements, only_damped
 from paper.text import Number, Statement, said
 from paper.veering import frequencies, full_rotor
 
-from hpcwhirl.analysis.spectrum import after_revolutions, amplitude_spectrum, strongest
+from hpcwhirl.analysis.whirl import after_revolutions, amplitude_spectrum
 from hpcwhirl.reduction.bodies import rotor_model
 from hpcwhirl.structure import blade_stiffness
 

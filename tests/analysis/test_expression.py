@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis.columns import Source, matching
-from hpcwhirl.analysis.expression import MEANING, asker, value_of
-from hpcwhirl.analysis.grammar import FUNCTIONS, parse
+from hpcwhirl.analysis.expression import FUNCTIONS, MEANING, asker, parse, value_of
 from hpcwhirl.analysis.rules import as_data
 from hpcwhirl.errors import InputError
 

@@ -5,8 +5,7 @@ import pytest
 from made_up import whirl_word
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.analysis.spectrum import full_spectrum
-from hpcwhirl.analysis.whirl import static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import full_spectrum, static_frame, whirl_numbers
 
 TIME = np.arange(1, 5001) * 2e-4
 

@@ -14,8 +14,8 @@ from hpcwhirl.cli import main
 from hpcwhirl.dynamics import turning_waves, whole_waves
 from hpcwhirl.dynamics.free_modes import roots_of
 from hpcwhirl.dynamics.kernels import contact, passes
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.timestep import recursion

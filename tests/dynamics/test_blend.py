@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.dynamics.blend import copy_of, distance, put_between
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.side_by_side import copy_of, distance, put_between
 from hpcwhirl.scene import apply_settings, named_scene
 
 KINDS = {

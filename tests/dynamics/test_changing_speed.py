@@ -26,7 +26,7 @@ from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.waves import tip_growth, turning_matrices
 from hpcwhirl.scene import Scene, apply_settings
-from hpcwhirl.structure.beams import Section
+from hpcwhirl.structure.elements import Section
 from hpcwhirl.structure.rotation import loads_of
 from tests.support.jeffcott import HEAVY, MASS, stiff
 from tests.support.run_up import by_another, orbit, run_up

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hpcwhirl.analysis.contact_map import lobes_of, wear_numbers
+from hpcwhirl.analysis.blade_motion import lobes_of, wear_numbers
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.kernels.bodies import layer_space
-from hpcwhirl.dynamics.kernels.body_types import Layer, Points
 from hpcwhirl.dynamics.kernels.contact import ENTRIES, IMPACT, WEAR, contact_space
+from hpcwhirl.dynamics.kernels.kernel_types import Layer, Points
 from hpcwhirl.dynamics.kernels.layer import leave, press, to_worn, wear
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign

@@ -8,9 +8,9 @@ from jeffcott import stiff
 
 from hpcwhirl.case.profile import departure, room_of, shape_of
 from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.casing import wall_of
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
-from hpcwhirl.dynamics.walls import wall_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene

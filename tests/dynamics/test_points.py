@@ -16,7 +16,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
 from hpcwhirl.dynamics.kernels.contact import pulse_of
 from hpcwhirl.dynamics.kernels.cyclic import widths
-from hpcwhirl.dynamics.kernels.point_types import PointRows, SectorRows
+from hpcwhirl.dynamics.kernels.wave_types import PointRows, SectorRows
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import apply_settings, named_scene

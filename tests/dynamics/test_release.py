@@ -6,11 +6,10 @@ import pytest
 from hpcwhirl.case.profile import departure, held_displacement, profile_of
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.speed import USUAL
-from hpcwhirl.dynamics.blend import copy_of, put_between
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.motion import Motion
-from hpcwhirl.dynamics.side_by_side import SideBySide
+from hpcwhirl.dynamics.side_by_side import SideBySide, copy_of, put_between
 from hpcwhirl.dynamics.snapshot import fingerprint, restore, snapshot
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.errors import InputError

@@ -9,12 +9,12 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.free_decay import FreeDecay
 from hpcwhirl.dynamics.history import LEDGER_TERMS
 from hpcwhirl.dynamics.kernels import keep_inverse
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody
 from hpcwhirl.dynamics.kernels.compiled import kernel
 from hpcwhirl.dynamics.kernels.contact import LAST
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.general import general_space
+from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor, WholeRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance

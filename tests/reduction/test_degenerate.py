@@ -8,7 +8,7 @@ from launch import words_of
 from hpcwhirl.analysis.critical import critical_speeds
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
-from hpcwhirl.reduction.degenerate import aligned, diameter_shares, unmixed
+from hpcwhirl.reduction.cyclic_coordinates import aligned, diameter_shares, unmixed
 from hpcwhirl.reduction.families import first_family, modal_table
 from hpcwhirl.scene import apply_settings, named_scene
 

@@ -27,12 +27,11 @@ from hpcwhirl.scene import Rotor
 from hpcwhirl.store.models.wheel_file import TABLES as KNOWN
 from hpcwhirl.store.models.wheel_file import TURNING, read_wheel
 from hpcwhirl.structure import bladed_disk, rotation_of
-from hpcwhirl.structure.assembly import add_block, turn
-from hpcwhirl.structure.beams import beam
 from hpcwhirl.structure.bladed_disk import blade, rim, spoke
+from hpcwhirl.structure.elements import add_block, beam, turn
 from hpcwhirl.structure.rotation import (
     coriolis_of,
-    load_of,
+    loads_of,
     members,
     stiffening_of,
     tensions,
@@ -144,7 +143,7 @@ def turning_sector(place):
         coriolis[grid] += lift.T @ coriolis_of(length, section) @ lift
         taut[grid] += lift.T @ stiff @ lift
         mass[grid] += lift.T @ beam(length, section)[0] @ lift
-        load[part.dofs] += lift.T @ load_of(length, section, part.start)
+        load[part.dofs] += lift.T @ loads_of(length, section, part.start)[0]
     return turning_files(place, coriolis, taut, mass, load)
 
 

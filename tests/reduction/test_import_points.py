@@ -17,7 +17,7 @@ from hpcwhirl.reduction.bodies import contact_rows
 from hpcwhirl.reduction.imported import rotor_from
 from hpcwhirl.store.models.wheel_file import read_wheel
 from hpcwhirl.structure import bladed_disk
-from hpcwhirl.structure.assembly import turn
+from hpcwhirl.structure.elements import turn
 
 INNER = TIP - 3  # the node of a blade before its tip
 PLACES = {"station": [-0.02, 0.03], "turn": [0.0, 0.0], "gap": [1e-5, 0.0]}

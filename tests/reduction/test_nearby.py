@@ -6,9 +6,9 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from hpcwhirl.reduction import bodies, craig_bampton
+from hpcwhirl.reduction.craig_bampton import ROUGH, modes_near, rough_modes
 from hpcwhirl.reduction.factors import factored, negative_pivots
 from hpcwhirl.reduction.mistuned import boundary_of, whole_model
-from hpcwhirl.reduction.nearby import ROUGH, modes_near, rough_modes
 from hpcwhirl.scene import Rotor
 from hpcwhirl.structure import bladed_disk, rotation_of
 

@@ -15,9 +15,9 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.finite_elements import _translation
 from hpcwhirl.reduction.imported import rotor_from
-from hpcwhirl.reduction.stress import von_mises
-from hpcwhirl.structure.beams import beam
+from hpcwhirl.reduction.points import von_mises
 from hpcwhirl.structure.bladed_disk import blade_sections
+from hpcwhirl.structure.elements import beam
 
 NAMES = ["root", "middle"]
 NODES = 0, 2  # of a blade of four elements

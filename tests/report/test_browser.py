@@ -16,8 +16,7 @@ from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds, name_regime
 from hpcwhirl.cli import main
 from hpcwhirl.cli.options import scene_of
-from hpcwhirl.report.page.build import write_page
-from hpcwhirl.report.page.data import page_data
+from hpcwhirl.report.page.build import page_data, write_page
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.quantities import ROW, STATUS
 from hpcwhirl.scene.words import REGIMES, word_of

@@ -15,7 +15,7 @@ from paper import veering
 from paper.reasons import REASONS, with_reason
 
 from hpcwhirl.analysis.critical import coincidences
-from hpcwhirl.analysis.rotation import critical_of, waves_over
+from hpcwhirl.analysis.rotation import critical_of, own_waves, waves_over
 from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import main
@@ -249,7 +249,7 @@ def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
     assert f"Eq. 13, suspension: {own['suspension']:.0f} rad/s" in told
     assert sum(t.startswith("Eq. 13") for t in told) == 2
     table = modal_table(resolve(soft).model)
-    waves, casing = frequencies.own_waves(table, 1), first_family(table, "casing")
+    waves, casing = own_waves(table, 1), first_family(table, "casing")
     at = {  # in view, of the first two multiples of the casing's frequency
         (family, row["order"]): row["speed"] for family in ("1F", "suspension")
         for row in coincidences({1: waves[family]}, casing, 2) if row["side"] == -1

@@ -16,7 +16,7 @@ from synthetic import grid_of, synthetic
 from hpcwhirl import open_results, words
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.cli import main
-from hpcwhirl.report import labels
+from hpcwhirl.report import canvas
 from hpcwhirl.report.map import drawing, layout, maps
 from hpcwhirl.report.map.axes import cell_edges, straight
 from hpcwhirl.report.map.data import Wish, picture_of
@@ -360,7 +360,7 @@ def test_a_number_over_decades_has_a_logarithmic_bar_with_its_unit(made):
 def test_a_number_with_signs_has_zero_in_the_middle(made):
     colours = drawn(made("many"), colour="growth_rate").picture.colours
     assert colours.norm()(0.0) == pytest.approx(0.5)
-    assert colours.map() == labels.DIVERGING
+    assert colours.map() == canvas.DIVERGING
 
 
 def test_one_number_may_be_over_another(made):

@@ -16,14 +16,13 @@ import numpy as np
 import pytest
 
 from hpcwhirl.analysis import rules
-from hpcwhirl.analysis.expression import value_of
-from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.analysis.expression import parse, value_of
 from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.cli import campaign, main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.page import build, data, thin
+from hpcwhirl.report.page import build, thin
 from hpcwhirl.scene import digest
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -167,7 +166,7 @@ def test_two_thousand_cases_with_orbits_stay_below_eight_megabytes():
     libraries = sum(len(build._asset(name)) for name in build.LIBRARIES)
     own = sum(len(build._asset(f"assets/{name}.js")) for name in build.SCRIPTS)
     record = thin.sizes_for(2000).bytes
-    columns = 8 * (len(data.ROW) + len(data.STATUS) + len(data.PERFORMANCE) + 8)
+    columns = 8 * (len(build.ROW) + len(build.STATUS) + len(build.PERFORMANCE) + 8)
     whole = 2000 * 4 / 3 * (record + columns) + libraries + own
     assert whole < 8e6 - 4e5  # left for names, messages and commands
     assert thin.sizes_for(20_000).orbit >= 50
@@ -256,7 +255,7 @@ def test_few_cases_of_traces_are_in_memory_at_a_time(tmp_path, monkeypatch):
         folder = made_up.campaign(tmp_path / str(cases), sweep, samples=1000)
         results = Results(folder)
         tracemalloc.start()
-        parts = data._records(results)
+        parts = build._records(results)
         kept = sum(map(len, parts[1]))
         peaks.append(tracemalloc.get_traced_memory()[1] - kept)
         tracemalloc.stop()
@@ -296,7 +295,7 @@ def test_a_case_without_samples_among_others_has_no_orbit(tmp_path):
     )
     with h5py.File(folder / "results.h5", "r+") as file:
         file["centre"][1] = np.nan
-    slots = data._records(Results(folder))[2]
+    slots = build._records(Results(folder))[2]
     assert slots.tolist() == [0, -1, 1]
 
 

@@ -7,8 +7,7 @@ import made_up
 import pytest
 
 from hpcwhirl.cli import main
-from hpcwhirl.report.page.build import write_page
-from hpcwhirl.report.page.data import page_data
+from hpcwhirl.report.page.build import page_data, write_page
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
 

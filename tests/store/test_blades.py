@@ -5,7 +5,7 @@ import pytest
 from launch import BARE, launch, root_variables
 
 import hpcwhirl
-from hpcwhirl.analysis.blades import blade_amplitudes, blade_numbers, localisation
+from hpcwhirl.analysis.blade_motion import blade_amplitudes, blade_numbers, localisation
 from hpcwhirl.analysis.shares import shares
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.errors import InputError

@@ -22,7 +22,7 @@ from hpcwhirl.reduction.waves import (
 )
 from hpcwhirl.scene import Rotor, Scene, apply_settings
 from hpcwhirl.structure import bladed_disk, rotation_of
-from hpcwhirl.structure.rotation import load_of, members, stiffening_of, tensions
+from hpcwhirl.structure.rotation import loads_of, members, stiffening_of, tensions
 
 STIFF = Rotor(young=2.1e17, damping=0.0, suspension_damping=0.0, elements=3, blades=7)
 WRIGHT = {0.0: 3.5160, 1.0: 3.6816, 2.0: 4.1373, 5.0: 6.4495}  # Wright et al. 1982
@@ -95,7 +95,7 @@ def test_a_rigid_turn_meets_no_force():
         stiff = stiffening_of(part.length, part.section, along, mean)
         turned += turn @ stiff @ turn
         place = np.array([arms[0], across, 0, arms[1], across, 0])
-        spun += place @ load_of(part.length, part.section, part.start)
+        spun += place @ loads_of(part.length, part.section, part.start)[0]
     assert turned == pytest.approx(spun, rel=1e-12)
 
 

@@ -11,8 +11,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
 from hpcwhirl.scene import Casing, apply_settings, named_scene
 from hpcwhirl.structure import harmonic_matrices, shell_matrices
-from hpcwhirl.structure.fourier import Sines
-from hpcwhirl.structure.shell import fluegge
+from hpcwhirl.structure.fourier import Sines, fluegge
 
 RADIUS = 0.5
 # Lam and Loy, J. Sound Vib. 188 (1995) 363, simply supported, L/R = 20, t/R = 0.01,

@@ -12,8 +12,8 @@ from hpcwhirl.structure import (
     harmonic_matrices,
     ring,
 )
-from hpcwhirl.structure.beams import Section, beam, curved, hermite
 from hpcwhirl.structure.bladed_disk import blade
+from hpcwhirl.structure.elements import Section, beam, curved, hermite
 
 STEEL = {"young": 210e9, "density": 7800.0}
 

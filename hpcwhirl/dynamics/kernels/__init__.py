@@ -92,11 +92,7 @@ def save_apart(cache: Any, key: Any, data: Any) -> None:
 def cache_facts() -> dict[str, Any]:
     """Return {fact: value} of numba's cache: path, writability, number of kernels."""
     compiled = sum(1 for _ in WANTED.rglob("*.nbc")) if WANTED.is_dir() else 0
-    return {
-        "cache": str(WANTED),
-        "cache_writable": KEPT,
-        "cache_kernels": compiled,
-    }
+    return {"cache": str(WANTED), "cache_writable": KEPT, "cache_kernels": compiled}
 
 
 DIGEST = _digest()

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.body_types import LayerSpace
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     ELEMENTS,
@@ -33,6 +32,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
     write_sample,
 )
+from hpcwhirl.dynamics.kernels.kernel_types import LayerSpace
 from hpcwhirl.dynamics.kernels.layer import (
     closed_by,
     keep_depth,
@@ -41,7 +41,7 @@ from hpcwhirl.dynamics.kernels.layer import (
     to_worn,
     wear,
 )
-from hpcwhirl.dynamics.kernels.opening import note_miss
+from hpcwhirl.dynamics.kernels.samples import note_miss
 from hpcwhirl.dynamics.kernels.shape import is_shaped, shape_at
 from hpcwhirl.dynamics.kernels.verbs import (
     Motion,
@@ -179,9 +179,9 @@ def march_bodies(
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : types of `body_types`: two `DenseBody`; or a `ModalBody`
+    rotor, casing : types of `kernel_types`: two `DenseBody`; or a `ModalBody`
         or `CoupledBody`, and a `ModalBody`
-    contact, state, tracks : `body_types.Contact`, `kernel_types.BodiesState`,
+    contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """
     w_rotor, compliance, ring, lost, points, layer = contact

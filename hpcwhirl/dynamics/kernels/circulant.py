@@ -13,7 +13,6 @@ from functools import lru_cache
 import numpy as np
 
 from hpcwhirl.arrays import Floats, Indices, Integers
-from hpcwhirl.dynamics.kernels.body_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import contact_space
 from hpcwhirl.dynamics.kernels.keep_inverse import (
@@ -24,10 +23,9 @@ from hpcwhirl.dynamics.kernels.keep_inverse import (
     remember,
     turn_to,
 )
-from hpcwhirl.dynamics.kernels.lemke import solve_singular
+from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace
 from hpcwhirl.dynamics.kernels.passes import lowest_of
-from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
-from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
+from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_singular
 from hpcwhirl.dynamics.kernels.transform import (
     BEHIND,
     SPAN,
@@ -37,6 +35,8 @@ from hpcwhirl.dynamics.kernels.transform import (
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    add_six,
+    add_two,
     all_aligned,
     broadcast,
     fma,
@@ -45,6 +45,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     lower_of,
     store,
+    store_six,
 )
 
 MOST_KEPT = 8  # numbers of blades N whose index tables are cached

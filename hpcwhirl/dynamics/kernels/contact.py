@@ -17,14 +17,13 @@ import math
 import numpy as np
 from numba import njit
 
-from hpcwhirl.dynamics.kernels.body_types import ContactSpace
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
-from hpcwhirl.dynamics.kernels.lemke import solve_singular
-from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve
+from hpcwhirl.dynamics.kernels.kernel_types import ContactSpace
+from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_singular
 
 # indices of the ledger, whose entries are in J, IMPULSE in N s, others as said here
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `opening`
+CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `samples`
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
 ENTRIES = 9
@@ -166,7 +165,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
     method is block principal pivoting from the penetrating set; after 3 N exchanges
     only the last violating blade is exchanged (Murty), which ends for any P-matrix. If
     a part of W is singular, since more blades touch than the bodies have modes for, the
-    method is that of `lemke`.
+    method is Lemke's, see `pivoting`.
 
     Parameters
     ----------

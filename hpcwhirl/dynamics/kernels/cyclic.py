@@ -25,11 +25,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
-from hpcwhirl.dynamics.kernels.circulant import (
-    by_slots,
-    circulant_space,
-    solved,
-)
+from hpcwhirl.dynamics.kernels.circulant import by_slots, circulant_space, solved
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
@@ -52,11 +48,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     watch,
 )
 from hpcwhirl.dynamics.kernels.flight import fly
-from hpcwhirl.dynamics.kernels.keep_inverse import (
-    length_of_known,
-    place_of,
-    recall,
-)
+from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known, place_of, recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
@@ -71,7 +63,6 @@ from hpcwhirl.dynamics.kernels.passes import (
     to_gaps,
     to_gaps_seldom,
 )
-from hpcwhirl.dynamics.kernels.row_sums import add_six, add_two, store_six
 from hpcwhirl.dynamics.kernels.samples import (
     along_of,
     aside_space,
@@ -90,11 +81,14 @@ from hpcwhirl.dynamics.kernels.skipped import (
 from hpcwhirl.dynamics.kernels.transform import BEHIND
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
+    add_six,
+    add_two,
     all_aligned,
     broadcast,
     fma,
     load,
     store,
+    store_six,
     total_of,
 )
 from hpcwhirl.dynamics.kernels.wave_types import CyclicSpace, Sizes, WaveRotor

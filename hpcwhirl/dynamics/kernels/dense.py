@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.body_types import DenseBody
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
+from hpcwhirl.dynamics.kernels.kernel_types import DenseBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 

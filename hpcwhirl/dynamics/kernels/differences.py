@@ -42,14 +42,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     work_ring,
     work_rotor,
 )
-from hpcwhirl.dynamics.kernels.vectors import (
-    FOUR,
-    broadcast,
-    element,
-    fma,
-    load,
-    store,
-)
+from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, element, fma, load, store
 from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 

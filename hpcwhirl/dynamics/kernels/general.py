@@ -21,11 +21,7 @@ import math
 import numpy as np
 
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
-from hpcwhirl.dynamics.kernels.circulant import (
-    constant_space,
-    guess,
-    solved,
-)
+from hpcwhirl.dynamics.kernels.circulant import constant_space, guess, solved
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, rare
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
@@ -65,7 +61,6 @@ from hpcwhirl.dynamics.kernels.differences import (
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
-from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RING_STATE,
@@ -76,6 +71,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     push_pulse,
     to_gaps,
 )
+from hpcwhirl.dynamics.kernels.samples import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import is_shaped, write_shape
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,

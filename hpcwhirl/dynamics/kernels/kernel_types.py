@@ -4,11 +4,15 @@ Numba treats a NamedTuple like a tuple; a kernel unpacks it once, at its beginni
 The suffixes `_b` and `_c` are those of rotor (blades) and casing. There are N blades, k
 slots (nodal diameters), and `wide` columns of the transform to gaps, see
 `cyclic.widths`.
+
+Those of the loop `bodies`, whose casing is in the static frame, come last.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 
@@ -184,3 +188,272 @@ class Ring(NamedTuple):
 
 # (name of an array, the array, number of values that it must have), for each array
 Wanted = list[tuple[str, Floats | Integers, int]]
+
+
+NOTHING, NO_MODES = np.zeros(0), np.zeros(0, dtype=np.int64)
+
+
+class Points(NamedTuple):
+    """Positions and clearances of N contact points, blade by blade.
+
+    Attributes
+    ----------
+    angle, turn : (N,), angle from blade 0 to the point, in rad and in turns
+    gap : (N,), m, clearance beyond that of the scene
+    weight : (N, L), values of the casing's L axial functions at the points
+    """
+
+    angle: Floats
+    turn: Floats
+    gap: Floats
+    weight: Floats
+
+
+class Layer(NamedTuple):
+    """Rods of a layer that wears, all alike; see `layer`.
+
+    Attributes
+    ----------
+    flex : m/N, elastic compliance of a rod
+    soft, rub : m/N, wear in a step per force beyond the limit; m s/(N rad), increase of
+        `soft` per rad/s of the rotor's speed
+    limit, growth : N, force above which an unworn rod wears; N/m, its rise with wear
+    under : number of rods under the edge of a tip
+    """
+
+    flex: float
+    soft: float
+    rub: float
+    limit: float
+    growth: float
+    under: int
+
+
+class LayerSpace(NamedTuple):
+    """Work space of `layer`.
+
+    Attributes
+    ----------
+    rod, left : (N,), first rod under each tip at the end and at the start of a step
+    sunk : (N,), m, depth s of tips below the unworn surface
+    give, shifted : (N,), m/N and m: 1 / (dP/ds), P(s) being the force on a tip; gaps of
+        the linearised problem
+    w : (N, N), m/N, the rotor's part of the Delassus matrix, plus diag(give)
+    """
+
+    rod: Integers
+    left: Integers
+    sunk: Floats
+    give: Floats
+    shifted: Floats
+    w: Floats
+
+
+class Contact(NamedTuple):
+    """Contact of two bodies.
+
+    w_rotor, compliance : m/N: (N, N), the rotor's part of the Delassus matrix; (R, R),
+        compliance of the ring's R radial coordinates
+    ring, lost : kind of the ring; index of the lost blade, -1 for none
+    points : positions of the contact points
+    layer : rods on the casing; unused if the state has no rods
+    """
+
+    w_rotor: Floats
+    compliance: Floats
+    ring: Ring
+    lost: int
+    points: Points
+    layer: Layer
+
+
+class ContactSpace(NamedTuple):
+    """Work space of `contact.complementarity`.
+
+    Attributes
+    ----------
+    response : (R,), m/N, radial displacements of the ring due to a unit multiplier
+    w : (N, N), m/N, the Delassus matrix W, transposed
+    have : (N,), 1 if a row of `w` has been computed, else 0
+    small, right : (N, N + 1), (N,), matrix and right side of the equations of the
+        active blades; the latter becomes their multipliers
+    active, where : (N,), 1 if a blade is active, else 0; (N + 1,), the active blades
+    chosen, held, left : (N,), (N,), (N + 1,), see `pivoting.set_out`
+    """
+
+    response: Floats
+    w: Floats
+    have: Integers
+    small: Floats
+    right: Floats
+    active: Integers
+    where: Integers
+    chosen: Integers
+    held: Integers
+    left: Integers
+
+
+class ConstantSpace(NamedTuple):
+    """Work space of `circulant`: `padded` is N, rounded up to a multiple of four.
+
+    Attributes
+    ----------
+    push : (padded,), multipliers of the active blades, N
+    known : (N + 3 + CHANGES,), array of the state: the active blades of the last
+        solution; their number, whether their inverse is sound, the number of changes
+        since it was computed anew, and these changes, see `keep_inverse`
+    inverse : (padded, padded) flat, N/m, inverse of these blades' part of the Delassus
+        matrix W, transposed
+    rows : (N, 2 wide) flat, m/N; row j: change of all gaps, folded, due to a unit
+        multiplier on blade j
+    where : (N + 1,), the active blades
+    fallback, near, lam, opened : work space and arguments of `circulant.pivot`
+    work : (4 padded,), work space of `keep_inverse`
+    again : (2 wide,), folded gaps with the multipliers acting, m
+    symbol, wave : spectrum (2 k,), m/N, of a circulant W, times 2 / N (slots 0 and
+        N / 2: 1 / N); argument of `passes.to_gaps`. Empty for other W or a transform
+        that is not split
+    spectrum, spread : (4 k,), spectrum of the multipliers, then that of the change of
+        gaps that they cause; work space of `transform.to_slots`. Empty like `symbol`
+    """
+
+    push: Floats
+    known: Integers
+    inverse: Floats
+    rows: Floats
+    where: Integers
+    fallback: ContactSpace
+    near: Floats
+    lam: Floats
+    opened: Floats
+    work: Floats
+    again: Floats
+    symbol: Floats
+    wave: Floats
+    spectrum: Floats
+    spread: Floats
+
+
+class ModalBody(NamedTuple):
+    """A body as modes, of amplitude q and increment d = q_n - q_{n-1}.
+
+    Attributes
+    ----------
+    keep, pull, give : (m,), coefficients of a step, see `timestep.recursion`
+    rate : (m,), damping loss of a step over (q_{n+1} - q_{n-1})^2
+    omega : (m,), rad/s
+    read : (m, r), radial coordinates for unit amplitudes; of the rotor: tips, x_o, y_o
+    radial, tangential : (r, m), coordinates on which multipliers act, for unit
+        amplitudes; of the rotor: tips
+    """
+
+    keep: Floats
+    pull: Floats
+    give: Floats
+    rate: Floats
+    omega: Floats
+    read: Floats
+    radial: Floats
+    tangential: Floats
+
+
+class Stand(NamedTuple):
+    """Forces of supports at the centre beyond constant matrices, see `standing`.
+
+    Attributes
+    ----------
+    hub : (2, n), x_o, y_o for unit coordinates of the body; (0, 0) if there are no
+        such forces
+    moved : (2, n), increment of the coordinates in a step by a unit force at x_o, y_o
+    give : (2, 2), change of the velocity of x_o, y_o by a unit force, m/(N s)
+    stiffness, damping : k_d, N/m; c_d, N s/m, see `reduction.supports`
+    speed, step : Omega, rad/s; dt, s
+    film, clearance : c_0, N s/m, and c, m, of a squeeze film; 0, 1 if there is none
+    circle : z_s, m, displacement of an unbalanced rotor's centre without contact
+    """
+
+    hub: Floats
+    moved: Floats
+    give: Floats
+    stiffness: complex
+    damping: complex
+    speed: float
+    step: float
+    film: float
+    clearance: float
+    circle: complex
+
+
+class CoupledBody(NamedTuple):
+    """A rotor's modes that are coupled by its rotation, see `turning`.
+
+    At a changing speed, see `dynamics.varying`, the amplitudes of the first `own` modes
+    are those of y, the motion that contact causes; the further ones are those of the
+    motion without contact, mode by mode.
+
+    Attributes
+    ----------
+    keep, pull, give, stiffness, damping, push : blocks of the matrices of
+        `turning.Turning`, one for each nodal diameter, each by columns, flat
+    starts : (b + 1,), the first mode of each block, and m
+    own : number of modes that contact moves; at constant speed further ones represent
+        the circle of an unbalanced rotor
+    read : (m, N + 2), radial displacements of tips, x_o, y_o, for unit amplitudes
+    radial, tangential : (N, m), displacements of the tips for unit amplitudes
+    stand : forces of supports that no constant matrix represents
+    swerve : blocks of (dOmega/dt) C, C as in `coupled`, stored like `keep`; (0,) at
+        constant speed
+    force : (m,), N/sqrt(kg), of unbalance and changing speed, 0 on the first modes;
+        (0,) at constant speed
+    work : (m,), N/sqrt(kg), work space for the forces of the present step
+    alike : (m - own,), for each further mode, the index of the same mode among the
+        first `own`
+    blocks : b, number of blocks of the first modes
+    """
+
+    keep: Floats
+    pull: Floats
+    give: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+    starts: Integers
+    own: int
+    read: Floats
+    radial: Floats
+    tangential: Floats
+    stand: Stand
+    swerve: Floats = NOTHING
+    force: Floats = NOTHING
+    work: Floats = NOTHING
+    alike: Integers = NO_MODES
+    blocks: int = 0
+
+
+class DenseBody(NamedTuple):
+    """A body as matrices (n, n), all stored transposed, with A = M/dt^2 + D/2dt.
+
+    Attributes
+    ----------
+    keep, pull, inverse : A^-1 (M/dt^2 - D/2dt), A^-1 K, A^-1
+    mass, stiffness, damping : M, K, D
+    push : S (n, n), circulatory; (0, 0) for a body without it
+    stand : forces of supports that no constant matrix represents
+    radial, tangential, centre : indices of the coordinates that are radial, tangential,
+        and x_o, y_o, if the body has them
+    still : (n,), the coordinates at rest on the circle of an unbalanced rotor, from
+        which its energy is measured; (0,) for another body
+    """
+
+    keep: Floats
+    pull: Floats
+    inverse: Floats
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    push: Floats
+    stand: Stand
+    radial: Integers
+    tangential: Integers
+    centre: Integers
+    still: Floats

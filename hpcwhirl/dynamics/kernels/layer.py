@@ -35,10 +35,10 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     Parameters
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
-    points : `body_types.Points`
+    points : `kernel_types.Points`
     worn : (3, M), see `kernel_types.BodiesState`
     under : number of rods under a tip
-    space : `body_types.LayerSpace`; out: `rod`, `left`
+    space : `kernel_types.LayerSpace`; out: `rod`, `left`
     gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
         returned if there are none
     """
@@ -124,11 +124,11 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
     Parameters
     ----------
-    layer, softness : `body_types.Layer`; m/N, wear of a step by force beyond a limit
+    layer, softness : `kernel_types.Layer`; m/N, wear of a step by force beyond a limit
     worn : (3, M), see `kernel_types.BodiesState`
     gaps : (N,), m, predicted, to the unworn surface
     lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface, m
-    own : `body_types.LayerSpace`; out: `sunk`
+    own : `kernel_types.LayerSpace`; out: `sunk`
     """
     blades = len(gaps)
     for j in range(blades):

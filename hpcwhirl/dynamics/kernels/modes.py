@@ -5,8 +5,8 @@ from __future__ import annotations
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.body_types import ModalBody
 from hpcwhirl.dynamics.kernels.contact import FRICTION, ROTATION
+from hpcwhirl.dynamics.kernels.kernel_types import ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 

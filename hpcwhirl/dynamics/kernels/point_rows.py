@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, verb
 from hpcwhirl.dynamics.kernels.keep_inverse import place_of
-from hpcwhirl.dynamics.kernels.point_types import PointRows
 from hpcwhirl.dynamics.kernels.vectors import FOUR, broadcast, load, store
+from hpcwhirl.dynamics.kernels.wave_types import PointRows
 from hpcwhirl.dynamics.kernels.whole import (
     add_rows,
     moved_by,

@@ -23,13 +23,7 @@ import numpy as np
 
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY
 from hpcwhirl.dynamics.kernels.circulant import constant_space, guess, solved
-from hpcwhirl.dynamics.kernels.compiled import (
-    inlined,
-    kernel,
-    part,
-    rare,
-    rare_kernel,
-)
+from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare, rare_kernel
 from hpcwhirl.dynamics.kernels.contact import (
     COMPLEMENTARITY,
     FRICTION,
@@ -53,7 +47,6 @@ from hpcwhirl.dynamics.kernels.contact import (
 from hpcwhirl.dynamics.kernels.cyclic import angle_of, flush
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
-from hpcwhirl.dynamics.kernels.opening import note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import copy_to
 from hpcwhirl.dynamics.kernels.point_rows import (
     begin_moves,
@@ -64,7 +57,7 @@ from hpcwhirl.dynamics.kernels.point_rows import (
     read_every,
     turn_points,
 )
-from hpcwhirl.dynamics.kernels.point_types import PointRows, PointsSpace, SectorRows
+from hpcwhirl.dynamics.kernels.samples import note_miss_folded
 from hpcwhirl.dynamics.kernels.sectors import room_of_sectors
 from hpcwhirl.dynamics.kernels.shape import faded
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -75,6 +68,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     load,
     store,
 )
+from hpcwhirl.dynamics.kernels.wave_types import PointRows, PointsSpace, SectorRows
 from hpcwhirl.dynamics.kernels.whole import (
     add_one,
     drift_of,
@@ -254,7 +248,7 @@ def march_points(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
     tracks, space,
 ):  # fmt: skip
-    """Take `steps` steps, see `bodies.march_bodies` and `point_types.PointsRotor`."""
+    """Take `steps` steps, see `bodies.march_bodies` and `wave_types.PointsRotor`."""
     s_b, gaps, counter, last, ledger = (
         state.rotor, state.gaps, state.counter, state.last, state.ledger,
     )  # fmt: skip

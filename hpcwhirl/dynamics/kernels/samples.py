@@ -1,12 +1,21 @@
-"""Reading a state of the cyclic kernel: energies, works, tips, samples.
+"""Reading a state of the cyclic kernel: energies, works, tips, samples; check of gaps.
 
 Samples do not change the motion: they are taken from copies in which the pending step
 is completed.
+
+The solved contact problem must agree with the motion of the bodies. The multipliers are
+found from predicted gaps and the Delassus matrix, and applied to the bodies'
+amplitudes. If a sample falls on a step with contact, the gaps are computed again from
+the amplitudes. Their difference from g + W lambda (the miss), relative to the lengths
+of which they are sums, is round-off unless a row of W or the effect of a multiplier is
+wrong. The energy ledger would not show such an error, since it has the work of the
+forces that were really applied.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from hpcwhirl.dynamics.kernels.compiled import does, inlined, part, rare, verb
 from hpcwhirl.dynamics.kernels.contact import (
@@ -14,6 +23,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     FRICTION,
     IMPACT,
     LAST,
+    MISS,
     ROTATION,
     SAMPLE,
     STEP,
@@ -21,16 +31,18 @@ from hpcwhirl.dynamics.kernels.contact import (
 )
 from hpcwhirl.dynamics.kernels.flight import leap
 from hpcwhirl.dynamics.kernels.flow import column_sums, end_step, energies_of
+from hpcwhirl.dynamics.kernels.keep_inverse import place_of
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
-from hpcwhirl.dynamics.kernels.opening import note_miss_cyclic
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RADIAL,
+    RING_STATE,
     ROTOR_STATE,
     SI,
     SR,
     copy_to,
     item,
+    to_gaps_seldom,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -242,3 +254,71 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
             column_sums(aside.sums_b, aside.sums_c, step), sample, yes, not yes, tracks,
         )  # fmt: skip
         counter[SAMPLE] = own[SAMPLE]
+
+
+@njit(cache=True)
+def note_miss(actual, solved, u, gap, ledger):
+    """Raise ledger[MISS] to the largest |actual - solved| / (gap + |u| + |actual|).
+
+    actual, solved, u : (N,) or more, m: gaps computed from the amplitudes, corrected
+        gaps of the contact problem, displacements of the tips
+    """
+    worst, reach, apart = 0.0, 0.0, 0.0
+    for j in range(len(actual)):
+        worst = max(worst, abs(actual[j] - solved[j]))
+        reach = max(reach, abs(u[j]))
+        apart = max(apart, abs(actual[j]))
+    if worst > ledger[MISS] * (gap + reach + apart):
+        ledger[MISS] = worst / (gap + reach + apart)
+
+
+@rare
+def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
+    """Raise ledger[MISS] to the error of the solved gaps of a step, like `note_miss`.
+
+    Both are folded: `again` (2 wide,), m, computed from the amplitudes, and `gaps`.
+    Entries that repeat a blade are not compared, since pivoting does not correct them.
+
+    reach : bound of the tips' displacements, m
+    gaps, row : corrected gaps in folded rows, and where the row of this step begins
+    """
+    worst, apart = 0.0, 0.0
+    for j in range(blades):
+        at = place_of(j, blades, len(again) // 2)
+        worst = max(worst, abs(again[at] - gaps[row + at]))
+        apart = max(apart, abs(again[at]))
+    if worst > ledger[MISS] * (gap + reach + apart):
+        ledger[MISS] = worst / (gap + reach + apart)
+
+
+@rare
+def add_ring(t, c, k, spectrum):
+    """Add the ring's displacement in a state t to a spectrum (2 k,), m.
+
+    t, c : state without pending step; packed items of the modes, see `passes`
+    """
+    size = len(t) // RING_STATE
+    for m in range(size):
+        psi = item(c, RADIAL, m)
+        spectrum[m % k] += psi * t[m]
+        spectrum[k + m % k] += psi * t[size + m]
+
+
+@rare
+def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
+                     blades, ledger):  # fmt: skip
+    """Do what `note_miss_folded` does, for gaps computed from states t_b, t_c.
+
+    t_b, t_c : states of the cyclic kernel's bodies, without pending step
+    reach : bound of the tips' displacements, m
+    gaps, row : as in `note_miss_folded`
+    spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps
+    again : (2 wide,), out: gaps of the states
+    """
+    width, size = len(spectrum), len(t_b) // ROTOR_STATE
+    k, wide = width // 2, len(wave) // width
+    for m in range(size):
+        spectrum[m % width] += item(c_b, RADIAL, m) * t_b[m]
+    add_ring(t_c, c_c, k, spectrum)
+    to_gaps_seldom(spectrum, wave, gap, k, wide, again, 0)
+    note_miss_folded(again, gaps, row, reach, gap, blades, ledger)

@@ -25,7 +25,6 @@ from hpcwhirl.dynamics.kernels.point_rows import (
     read_every,
     turn_points,
 )
-from hpcwhirl.dynamics.kernels.point_types import SectorRows
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -36,6 +35,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
     store,
     total_of,
 )
+from hpcwhirl.dynamics.kernels.wave_types import SectorRows
 from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 
 

@@ -27,7 +27,7 @@ import cmath
 from numba import njit
 
 from hpcwhirl.dynamics.kernels import verbs
-from hpcwhirl.dynamics.kernels.body_types import DenseBody, ModalBody
+from hpcwhirl.dynamics.kernels.kernel_types import DenseBody, ModalBody
 from hpcwhirl.dynamics.kernels.verbs import does
 
 CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this value

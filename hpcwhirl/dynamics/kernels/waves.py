@@ -32,7 +32,6 @@ from hpcwhirl.dynamics.kernels.compiled import (
 from hpcwhirl.dynamics.kernels.contact import LAST, STEP
 from hpcwhirl.dynamics.kernels.flight import bound_rotor, jump_rotor
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Wanted
-from hpcwhirl.dynamics.kernels.opening import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     load_both,
@@ -41,8 +40,10 @@ from hpcwhirl.dynamics.kernels.passes import (
     to_gaps,
 )
 from hpcwhirl.dynamics.kernels.samples import (
+    add_ring,
     along_of,
     at_blade,
+    note_miss_folded,
     read_centre,
     sample_rotor,
     write_all,

@@ -50,11 +50,7 @@ from hpcwhirl.dynamics.kernels.differences import (
     settle_ring,
 )
 from hpcwhirl.dynamics.kernels.keep_inverse import SIZE, place_of
-from hpcwhirl.dynamics.kernels.passes import (
-    copy_to,
-    load_both,
-    store_both,
-)
+from hpcwhirl.dynamics.kernels.passes import copy_to, load_both, store_both
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
+from hpcwhirl.dynamics.schemes.equal_sectors import (
+    cyclic_modes,
+    has_waves,
+    is_cyclic,
+    waves_apart,
+)
 from hpcwhirl.dynamics.schemes.integrator import Integrator
-from hpcwhirl.dynamics.schemes.rotating_waves import has_waves, waves_apart
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 import hpcwhirl.dynamics.kernels.coupled
-import hpcwhirl.dynamics.kernels.driven
 import hpcwhirl.dynamics.kernels.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.speed import Interval, law_of
@@ -25,8 +24,11 @@ from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.motion import FreeSteps, Motion, modal_steps
 from hpcwhirl.dynamics.operators import friction_with_sign, modal_arrays
 from hpcwhirl.dynamics.schemes.integrator import Integrator, at_rest
-from hpcwhirl.dynamics.schemes.places import ModePlaces
-from hpcwhirl.dynamics.schemes.rotating_frame import Rotating, in_rotating_frame
+from hpcwhirl.dynamics.schemes.rotating_frame import (
+    ModePlaces,
+    Rotating,
+    in_rotating_frame,
+)
 from hpcwhirl.dynamics.schemes.two_bodies import (
     Coordinates,
     modal_coordinates,

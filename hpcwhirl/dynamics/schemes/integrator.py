@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.casing_trace import waves_of_rigid
+from hpcwhirl.dynamics.casing import waves_of_rigid
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
@@ -70,7 +70,7 @@ class Integrator:
         pending step is completed; None for kernels that leave no step pending
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
-        `dynamics.unbalance`; 0 for states that have the motion about the circle
+        `dynamics.turning`; 0 for states that have the motion about the circle
     """
 
     kernel: Callable[..., Any]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from hpcwhirl.dynamics.layer import wears
 from hpcwhirl.dynamics.schemes import general
-from hpcwhirl.dynamics.schemes.cyclic import cyclic_modes, is_cyclic
+from hpcwhirl.dynamics.schemes.equal_sectors import cyclic_modes, is_cyclic, waves_apart
 from hpcwhirl.dynamics.schemes.integrator import Integrator
-from hpcwhirl.dynamics.schemes.rotating_waves import waves_apart
 from hpcwhirl.dynamics.schemes.several_points import points_apart
 from hpcwhirl.dynamics.schemes.whole import whole_apart
 from hpcwhirl.reduction.model import Model

@@ -9,15 +9,11 @@ import numpy as np
 import hpcwhirl.dynamics.kernels.dense
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.casing_trace import waves_of_coordinates
+from hpcwhirl.dynamics.casing import waves_of_coordinates
 from hpcwhirl.dynamics.operators import dense_arrays
 from hpcwhirl.dynamics.schemes.integrator import Integrator, reader
-from hpcwhirl.dynamics.schemes.two_bodies import (
-    dense_coordinates,
-    started,
-    two_bodies,
-)
-from hpcwhirl.dynamics.unbalance import jitter
+from hpcwhirl.dynamics.schemes.two_bodies import dense_coordinates, started, two_bodies
+from hpcwhirl.dynamics.turning import jitter
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 

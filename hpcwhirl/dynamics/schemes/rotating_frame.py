@@ -1,24 +1,37 @@
-"""Integrators of kernels in the rotating frame, with the ring by nodal diameter."""
+"""Integrators of kernels in the rotating frame, with the ring by nodal diameter.
+
+Layouts of the motions read a motion from a state without pending step and write one to
+a state at time 0. A kernel completes the pending step when it begins the next one. At
+time 0 nothing may be pending: the previous increment is set to the opposite of the
+present one, since dissipation and works of a step depend on their sum.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import angle_at
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.casing_trace import waves_of_modes
-from hpcwhirl.dynamics.kernels import contact
+from hpcwhirl.dynamics.casing import waves_of_modes
+from hpcwhirl.dynamics.kernels import contact, passes
+from hpcwhirl.dynamics.kernels.circulant import folded
+from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
-from hpcwhirl.dynamics.kernels.wave_types import (
-    UncoupledRotor,
-    WaveRotor,
-    WholeRotor,
+from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
+from hpcwhirl.dynamics.motion import (
+    Amplitudes,
+    Motion,
+    Steps,
+    amplitudes,
+    gaps_of,
+    lowering,
+    modal_steps,
 )
-from hpcwhirl.dynamics.motion import Amplitudes, Motion, amplitudes, lowering
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import (
     Balance,
@@ -28,16 +41,144 @@ from hpcwhirl.dynamics.schemes.integrator import (
     unfold,
     with_space,
 )
-from hpcwhirl.dynamics.schemes.places import (
-    RingPlaces,
-    RotorPlaces,
-    nothing_booked,
-    write_gaps,
-)
-from hpcwhirl.dynamics.slots import ring_amplitudes, turn_ring
+from hpcwhirl.dynamics.slots import ring_amplitudes, ring_slots, ring_turned, turn_ring
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-from hpcwhirl.scene.schemes import SCHEMES
+
+
+class RotorPlaces(Protocol):
+    """Layout of the rotor's motion in a kernel's state; modes are those at rest."""
+
+    def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
+        """Return modal amplitudes and rates (m,) from a state without pending step.
+
+        odd : 1 if the number of steps is odd, else 0
+        """
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0 to modal amplitudes q and rates, (m,) each.
+
+        Return the amplitudes a step earlier, (m,).
+        """
+
+
+@dataclass(frozen=True)
+class ModePlaces:
+    """Layout of modes: amplitudes, then increments of even and of odd steps.
+
+    apart, joined : functions from one of these three parts of the state to the modes
+        (m,), and back
+    """
+
+    steps: Steps
+    apart: Callable[[Floats], Floats]
+    joined: Callable[[Floats], Floats]
+
+    def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
+        """Return modal amplitudes and rates (m,) from a state without pending step."""
+        q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
+        return q, self.steps.velocities(q, d)
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0 to amplitudes q and rates; return q a step earlier."""
+        d = self.steps.increments(q, rate)
+        new = self.joined(d)
+        state[:] = np.concatenate([self.joined(q), new, -new])
+        return q - d
+
+
+@dataclass(frozen=True)
+class RingPlaces:
+    """Layout of a ring of harmonics by nodal diameter (slot), in the rotating frame.
+
+    items : coefficients of the ring's modes, packed, see `kernels.passes`
+    """
+
+    model: Model
+    scene: Scene
+    items: Floats
+
+    @property
+    def steps(self) -> Steps:
+        """Conversion between rates and increments of the ring's modes."""
+        solver = self.scene.solver
+        return modal_steps(self.model.casing, solver.time_step, exact=solver.flies)
+
+    def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
+        """Return modal amplitudes and rates (n,), static frame, from a state.
+
+        count : number of steps so far
+        """
+        if self.model.casing is None:
+            return np.zeros(0), np.zeros(0)
+        held = np.stack(_held(state, passes.RING_STATE // 2, count & 1))
+        angle = float(angle_at(self.scene, count, self.scene.solver.time_step))
+        q, d = ring_amplitudes(self.model, held, np.array([angle, angle]))
+        return q, self.steps.velocities(q, d)
+
+    def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
+        """Set a state at time 0 to amplitudes q and rates; return q a step earlier.
+
+        All are (n,), static frame.
+        """
+        if self.model.casing is None:
+            return q
+        d = self.steps.increments(q, rate)
+        k, size = widths(self.model.blades)[0], len(state) // passes.RING_STATE
+        now, new = (ring_slots(self.model, part, size // k) for part in (q, d))
+        items = passes.unpacked(self.items)
+        turn = items[passes.TURN_RE] + 1j * items[passes.TURN_IM]
+        there = turn != 0.0
+        old = -(new[:size] + 1j * new[size:]) / np.where(there, turn, 1.0)
+        state[:] = np.concatenate([now, new, old.real, old.imag])
+        return q - d
+
+    def add(self, state: Floats, q: Floats, count: int) -> None:
+        """Add modal amplitudes q, static frame, at rest, to a state at step `count`.
+
+        The previous increments are changed oppositely, so that the works of the pending
+        step, which depend on the sum of both, stay the same.
+        """
+        step, other = self.scene.solver.time_step, np.zeros_like(state)
+        angle = float(angle_at(self.scene, count, step))
+        self.write(other, ring_turned(self.model, q, angle), np.zeros_like(q))
+        parts = other.reshape(3, -1)
+        state += parts[[0, 2, 1] if count & 1 else [0, 1, 2]].ravel()
+
+
+def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
+    """Return amplitudes and present increments in a state of `parts` equal arrays."""
+    size = len(state) // parts
+    return state[:size], state[(1 + odd) * size : (2 + odd) * size]
+
+
+def write_gaps(
+    state: CyclicState, model: Model, scene: Scene, now: Amplitudes, before: Amplitudes
+) -> None:
+    """Set the gaps of a state at time 0 and of the step before it.
+
+    now, before : amplitudes at time 0 and a step earlier, of all sectors or of one
+    """
+    rows = state.gaps.reshape(3, -1)
+    chosen = folded(model.blades, widths(model.blades)[1])
+    back = -scene.speed * scene.solver.time_step
+    rows[:] = scene.gap
+    for row, found, angle in ((0, now, 0.0), (2, before, back)):
+        rotor, casing = model.rotor.shapes @ found.rotor, found.casing
+        if model.casing is not None:
+            casing = model.casing.shapes @ casing
+        rows[row] = gaps_of(model, scene.gap, rotor, casing, angle)[chosen]
+
+
+def nothing_booked(state: CyclicState, *, exact: bool) -> None:
+    """Set the works in a state to 0, and its counters to those at the start of a march.
+
+    exact : whether the kernel is that of the exact flow, for which no step is pending
+    """
+    for part in (state.lam, state.sums_b, state.sums_c, state.ledger, state.impulse):
+        part[:] = 0.0
+    if exact:
+        state.counter[contact.ENDED] = 0
 
 
 class Rotating(NamedTuple):
@@ -145,7 +286,7 @@ def _motions(
 ) -> tuple[Callable[[CyclicState, int], Motion], Callable[[Motion], bool]]:
     """Return `Integrator.motion` and `begin`; state : of the kernel, at rest."""
     model, scene = ring.model, ring.scene
-    exact, places = SCHEMES[scene.solver.scheme].flies, circle(model, scene)
+    places = circle(model, scene)
 
     def motion(state: CyclicState, steps: int) -> Motion:
         s_b, s_c, _, _ = own.ended(state)
@@ -159,7 +300,7 @@ def _motions(
         still = np.zeros(len(now.rotor))
         if places is not None:
             still = model.rotor.shapes.T @ (model.rotor.mass @ places)
-        nothing_booked(state, exact=exact)
+        nothing_booked(state, exact=scene.solver.flies)
         before = rotor.write(state.rotor, now.rotor - still, now.rotor_rate)
         casing = ring.write(state.ring, now.casing, now.casing_rate)
         seen = [now, now._replace(rotor=before + still, casing=casing)]

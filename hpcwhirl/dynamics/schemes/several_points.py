@@ -10,7 +10,7 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import NEVER, release_step
 from hpcwhirl.case.speed import angle_at, law_of
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.casing_trace import waves_of_modes
+from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -33,7 +33,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     unfold,
     with_space,
 )
-from hpcwhirl.dynamics.schemes.places import nothing_booked
+from hpcwhirl.dynamics.schemes.rotating_frame import nothing_booked
 from hpcwhirl.dynamics.slots import ring_turned
 from hpcwhirl.dynamics.whole_waves import padded_blades
 from hpcwhirl.reduction.model import Model

@@ -10,11 +10,15 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
-from hpcwhirl.dynamics.casing_trace import waves_of_modes
+from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
-from hpcwhirl.dynamics.kernels.body_types import CoupledBody, DenseBody
 from hpcwhirl.dynamics.kernels.contact import PULSE
-from hpcwhirl.dynamics.kernels.kernel_types import Arrays, BodiesState
+from hpcwhirl.dynamics.kernels.kernel_types import (
+    Arrays,
+    BodiesState,
+    CoupledBody,
+    DenseBody,
+)
 from hpcwhirl.dynamics.layer import unworn
 from hpcwhirl.dynamics.motion import (
     FreeSteps,
@@ -31,7 +35,7 @@ from hpcwhirl.dynamics.schemes.integrator import (
     nothing_yet,
     reader,
 )
-from hpcwhirl.dynamics.unbalance import amplitudes_at_start
+from hpcwhirl.dynamics.turning import amplitudes_at_start
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
@@ -63,7 +67,7 @@ def started(
 
     Parameters
     ----------
-    whole : integrator at rest; its last coordinates are those of `dynamics.unbalance`
+    whole : integrator at rest; its last coordinates are those of `dynamics.turning`
     model, scene : model and scene that it integrates
     own, rises : (m,), initial values of the other coordinates, which come first, and
         their increments in the step before the start

@@ -18,8 +18,11 @@ from hpcwhirl.dynamics.kernels.whole import HELD, settle_whole
 from hpcwhirl.dynamics.mode_waves import ModeWaves, mode_waves, uncoupled_rotor
 from hpcwhirl.dynamics.operators import friction_with_sign
 from hpcwhirl.dynamics.schemes.integrator import Integrator, at_rest
-from hpcwhirl.dynamics.schemes.places import RotorPlaces
-from hpcwhirl.dynamics.schemes.rotating_frame import Rotating, in_rotating_frame
+from hpcwhirl.dynamics.schemes.rotating_frame import (
+    Rotating,
+    RotorPlaces,
+    in_rotating_frame,
+)
 from hpcwhirl.dynamics.tips import unequal_arrays
 from hpcwhirl.dynamics.whole_waves import (
     WholeWaves,
@@ -87,7 +90,7 @@ def _circling(
 ) -> Integrator:
     """Return an integrator with its state on the circle of an unbalanced rotor.
 
-    It is set as in `rotating_waves._circling`; the circle is the last wave, constant in
+    It is set as in `equal_sectors._circling`; the circle is the last wave, constant in
     the rotating frame.
     """
     places, share = circle(model, scene), share_at_start(model, scene)

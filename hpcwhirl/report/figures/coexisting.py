@@ -11,12 +11,11 @@ from matplotlib.lines import Line2D
 from hpcwhirl.analysis.basins import Starts, basins, starts_of, with_attractors
 from hpcwhirl.analysis.branches import Branch, branches_of, folds_of
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.canvas import axis_of, new_figure, save, value_of
 from hpcwhirl.report.figures.motions import DARK, draw_orbit, unit_of
-from hpcwhirl.report.labels import axis_of, value_of
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.layout import figure_of
 from hpcwhirl.report.map.probabilities import figure_of_shares, varied
-from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.words import REGIMES, SHOWN
 from hpcwhirl.store.reading.reader import open_results
@@ -107,8 +106,8 @@ def edge_figure(scene: Scene, found: Edge) -> Any:
     axes.axhline(factor * scene.gap, color="black", ls="--", lw=0.8, label="gap")
     for start in found.time[1:][np.diff(found.pieces) != 0]:
         axes.axvline(start, ymax=0.02, color="black", lw=0.5)
-    axes.set(xlabel="t, s", ylabel=f"distance of the centre from its rest, {unit}",
-             ylim=(0.0, factor * most))  # fmt: skip
+    axes.set(xlabel=axis_of("time"), ylim=(0.0, factor * most))
+    axes.set_ylabel(f"distance of the centre from its rest, {unit}")
     axes.legend(fontsize=8, loc="upper left")
     late = np.arange(len(radius)) >= (1.0 - SETTLED) * len(radius)
     draw_orbit(plane, found.centre, late, scene.gap, transient=False)
@@ -159,20 +158,18 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
     with open_results(results.path) as whole:
         data = with_attractors(whole).isel(case=cases)
         starts = starts_of(data)
-        names = [n for n in starts.inputs if len(set(data[n].to_numpy().tolist())) > 1]
+        over, names = (
+            [n for n in of if len(set(data[n].to_numpy().tolist())) > 1]
+            for of in (starts.swept, starts.inputs)
+        )
         if len(names) > 2:
             others = " and ".join(names[2:])
             msg = f"starts differ in {', '.join(names)}: choose a value of {others}"
             raise InputError(f"{msg}, as --at {names[2]}=VALUE")
         if len(names) == 2:
-            data = _most_mixed(data, starts)
-            wish = Wish(names[0], names[1], colour="attractor")
-        else:
-            over = [
-                n for n in starts.swept if len(set(data[n].to_numpy().tolist())) > 1
-            ]
-            axes = [*over[:1], *names, None]
-            wish = Wish(axes[0], axes[1], colour="attractor")
+            data, over = _most_mixed(data, starts), []
+        axes = [*over[:1], *names, None]
+        wish = Wish(axes[0], axes[1], colour="attractor")
         return figure_of(data, picture_of(data, wish), wish, results.path)
 
 

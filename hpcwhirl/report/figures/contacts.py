@@ -10,13 +10,12 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.contact_map import Touches, lobes_of, touches
+from hpcwhirl.analysis.blade_motion import Touches, lobes_of, touches
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.layer import rods_of
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import axis_of, title_of
-from hpcwhirl.report.saving import new_figure
+from hpcwhirl.report.canvas import axis_of, new_figure, title_of
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 
@@ -44,9 +43,11 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start, found = _shown(found, row, transient=transient)
     figure, panels = new_figure((11, 6.5), 2, sharex=True)
+    top = float(found.impulse.max(initial=1e-12))
     places = {"blade": found.blade, "angle on the casing, °": np.degrees(found.angle)}
     for axes, (label, value) in zip(panels, places.items(), strict=True):
-        _dots(axes, found.time, value, found.impulse)
+        axes.scatter(found.time, value, s=3, c=found.impulse, lw=0, cmap="viridis_r",
+                     norm=LogNorm(DECADES * top, top), rasterized=True)  # fmt: skip
         axes.set(ylabel=label)
     figure.axes[0].yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel=axis_of("time"), yticks=np.arange(0, 361, 60), ylim=(-5, 365))
@@ -56,12 +57,6 @@ def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
     label = f"normal impulse in {interval:.3g} ms, {TRACES['impulse'].unit}"
     figure.colorbar(figure.axes[0].collections[0], ax=figure.axes[:2], label=label)
     return figure
-
-
-def _dots(axes: Any, time: Floats, value: Floats, impulse: Floats) -> None:
-    top = float(impulse.max(initial=1e-12))
-    axes.scatter(time, value, s=3, c=impulse, lw=0, cmap="viridis_r",
-                 norm=LogNorm(1e-3 * top, top), rasterized=True)  # fmt: skip
 
 
 def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:

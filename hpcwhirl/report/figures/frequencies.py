@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from hpcwhirl.analysis.rotation import (
     beside,
     critical_of,
     growth_over,
+    own_waves,
     waves_over,
 )
 from hpcwhirl.arrays import Floats
@@ -24,13 +25,11 @@ from hpcwhirl.reduction.families import (
     Line,
     first_family,
     modal_table,
-    moving_families,
     rotor_by_diameter,
 )
 from hpcwhirl.reduction.waves import unbalance_speeds, unstable_from
-from hpcwhirl.report.labels import axis_of, eq13_of, legend_below, value_of
+from hpcwhirl.report.canvas import axis_of, eq13_of, legend_below, new_figure, value_of
 from hpcwhirl.report.map.axes import cell_edges
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene import Scene, title_of
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import SHOWN, word_of
@@ -40,7 +39,9 @@ MARGIN = 1.2
 POINTS = 61  # speeds at which curves are computed
 FAMILIES = ("1F", "2F", "suspension")
 COLOURS = dict(zip(FAMILIES, ("#0072B2", "#56B4E9", "#009E73"), strict=True))
+OTHER = COLOURS["2F"]  # colour of all other families
 INWARD = 0.75  # fraction of the speed axis beyond which labels are left of their point
+WAYS = "forward", "backward"  # both waves of a family, in the order of `Waves`
 MOST_ORDERS = 12  # largest number of engine orders, and of harmonics of the casing
 
 
@@ -65,12 +66,13 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     most = MARGIN * (float(np.abs(speeds).max(initial=0.0)) or 1.0)
     span = np.linspace(0.0, most, POINTS)
     figure, axes = new_figure((9.5, 6.2))
-    top = _families(axes, bands_over(case, span), span)
+    top = _families(axes, bands_in_hz(case, span), span)
     _casing(axes, table, k, span)
     _marks(axes, case, first_family(table, "casing").get(k, 0.0), most)
     if case.model.rotor.spin is not None:
         top = max(top, _of_centre(axes, case, span))
-        _beside(axes, case, span)
+        other = beside(case)
+        _beside(axes, span, bands_in_hz(other, span) if other else {})
         _at_speed(axes, case, most)
     engine_orders(axes, span, top)
     ends, look = (np.abs(speeds).min(), np.abs(speeds).max()), {"lw": 0.5, "zorder": 0}
@@ -84,41 +86,45 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     return figure
 
 
-def _families(axes: Any, bands: Waves, span: Floats) -> float:
+def bands_in_hz(case: Case, span: Floats) -> dict[str, Floats]:
+    """Return the bands (2, n) of `bands_over` of the families of `COLOURS`, Hz."""
+    bands = bands_over(case, span)
+    return {n: np.array(bands[n]) / (2 * np.pi) for n in COLOURS if n in bands}
+
+
+def _families(axes: Any, bands: Mapping[str, Floats], span: Floats) -> float:
     """Draw the rotor's families as bands over all k; return the end of the axis, Hz."""
-    top = 0.0
-    for name, colour in COLOURS.items():
-        if name in bands:
-            low, high = (edge / (2 * np.pi) for edge in bands[name])
-            axes.fill_between(span, low, high, color=colour, lw=1.2,
-                              label=f"rotor {name}")  # fmt: skip
-            top = max(top, MARGIN * float(high.max()))
-    return top or 1.0
+    for name, band in bands.items():
+        axes.fill_between(span, *band, color=COLOURS[name], lw=1.2,
+                          label=f"rotor {name}")  # fmt: skip
+    top = max((float(band.max()) for band in bands.values()), default=0.0)
+    return MARGIN * top or 1.0
 
 
 def _of_centre(axes: Any, case: Case, span: Floats) -> float:
     """Draw both waves of k = 1, which move the centre; return the axis' end, Hz."""
     top = 0.0
     for name, waves in waves_over(case, 1, span).items():
-        ways = ("-", "forward"), ("--", "backward")
-        for wave, (look, told) in zip(waves, ways, strict=True):
-            seen = np.abs(wave - span) / (2 * np.pi)
-            axes.plot(span, seen, look, lw=1.6,
-                      c=COLOURS.get(name, "#56B4E9"),
-                      label=f"{name}, k = 1, {told}")  # fmt: skip
-            top = max(top, MARGIN * float(seen.max()))
+        seen = np.abs(np.array(waves) - span) / (2 * np.pi)
+        told = [f"{name}, k = 1, {way}" for way in WAYS]
+        _pair(axes, span, seen, told, c=COLOURS.get(name, OTHER), lw=1.6)
+        top = max(top, MARGIN * float(seen.max()))
     return top
 
 
-def _beside(axes: Any, case: Case, span: Floats) -> None:
-    """Draw the rotor's families without the effects of rotation, dotted."""
-    other, told = beside(case), "without effects of rotation"
-    for name, edges in bands_over(other, span).items() if other else ():
-        if name in COLOURS:
-            for edge in edges:
-                axes.plot(span, edge / (2 * np.pi), ":", c=COLOURS[name], lw=1.0,
-                          label=told)  # fmt: skip
-                told = ""
+def _pair(axes: Any, span: Floats, pair: Any, told: Sequence[str], **look: Any) -> None:
+    """Draw two curves over the speed, solid and dashed; told : their labels."""
+    for curve, line, label in zip(pair, ("-", "--"), told, strict=True):
+        axes.plot(span, curve, line, label=label, **look)
+
+
+def _beside(axes: Any, span: Floats, pairs: Mapping[str, Any]) -> None:
+    """Draw pairs of curves of the rotor without the effects of rotation, dotted."""
+    told: str | None = "without effects of rotation"
+    for name, pair in pairs.items():
+        axes.plot(span, np.transpose(pair), ":", c=COLOURS.get(name, OTHER), lw=1.0,
+                  label=[told, None])  # fmt: skip
+        told = None
 
 
 def _at_speed(axes: Any, case: Case, most: float) -> None:
@@ -159,10 +165,9 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
     first = first_family(table, "casing").get(k)
     if first is None:
         return
-    for sign, look, told in ((-1, "-", "against"), (1, "--", "with")):
-        seen = np.abs(first - sign * k * span) / (2 * np.pi)
-        axes.plot(span, seen, look, c="#D55E00", lw=1.0,
-                  label=f"casing, k = {k}, wave {told} the rotation")  # fmt: skip
+    seen = np.abs([first + k * span, first - k * span]) / (2 * np.pi)
+    told = [f"casing, k = {k}, wave {way} the rotation" for way in ("against", "with")]
+    _pair(axes, span, seen, told, c="#D55E00", lw=1.0)
 
 
 def _marks(axes: Any, case: Case, first: float, most: float) -> None:
@@ -200,10 +205,8 @@ def draw_stability(scene: Scene, speeds: Floats) -> Any:
     figure, axes = new_figure((9.5, 5.0))
     fastest, waves = growth_over(case, span)
     for name in [name for name in FAMILIES if name in waves]:
-        ways = ("-", "forward"), ("--", "backward")
-        for rates, (look, told) in zip(waves[name], ways, strict=True):
-            axes.plot(span, rates, look, c=COLOURS[name], lw=1.2,
-                      label=f"{name}, k = 1, {told}")  # fmt: skip
+        told = [f"{name}, k = 1, {way}" for way in WAYS]
+        _pair(axes, span, waves[name], told, c=COLOURS[name], lw=1.2)
     axes.plot(span, fastest, "k-", lw=2.0, label="largest of all waves")
     other = beside(case)
     if other is not None:
@@ -242,8 +245,11 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     own = waves_over(case, k, speeds)
     limits = wave_limits(own, k, span)
     orders = highest_order(first, limits)
-    _waves(axes, own, speeds)
-    _waves_beside(axes, case, speeds)
+    for name, pair in own.items():
+        told = [f"{name}: kΩ {sign} ω$_{{bd}}$" for sign in "+−"]
+        _pair(axes, speeds, pair, told, c=COLOURS.get(name, OTHER), lw=1.2)
+    other = beside(case) if case.model.rotor.spin is not None else None
+    _beside(axes, speeds, waves_over(other, k, speeds) if other else {})
     _harmonics(axes, first, orders)
     axes.set(ylabel="ω, rad/s, casing's frame:\nagainst < 0 < with the rotation")
     axes.set_ylim(limits)
@@ -256,28 +262,6 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     axes.set_title(f"Interaction of nodal diameter {k}, {heading(cases, line)}")
     regime_legend(figure, cases, line, axes)
     return figure
-
-
-def _waves(axes: Any, waves: Waves, speeds: Floats) -> None:
-    """Draw both waves of each family over speeds (n,), rad/s."""
-    colours = {"1F": "#0072B2", "suspension": "#009E73"}
-    for name, (plus, minus) in waves.items():
-        colour = colours.get(name, "#56B4E9")
-        for wave, sign, look in ((plus, "+", "-"), (minus, "−", "--")):
-            axes.plot(speeds, wave, look, c=colour, lw=1.2,
-                      label=f"{name}: kΩ {sign} ω$_{{bd}}$")  # fmt: skip
-
-
-def _waves_beside(axes: Any, case: Case, speeds: Floats) -> None:
-    """Draw the waves of the rotor without the effects of rotation, dotted."""
-    other = None if case.model.rotor.spin is None else beside(case)
-    if other is None:
-        return
-    look, told = {"ls": ":", "c": "#666666", "lw": 0.8}, "without effects of rotation"
-    for pair in waves_over(other, case.given.nodal_diameter, speeds).values():
-        for wave in pair:
-            axes.plot(speeds, wave, label=told, **look)
-            told = ""
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
@@ -407,12 +391,6 @@ def centre_top(cases: Results, line: Sequence[int]) -> float:
 def nyquist(cases: Results, line: Sequence[int]) -> float:
     """Return the lowest Nyquist frequency of all cases, Hz."""
     return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
-
-
-def own_waves(table: list[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} at nodal diameter k, families with omega > 0."""
-    found = moving_families(table)
-    return {family: own[k] for family, own in found.items() if k in own}
 
 
 def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:

@@ -10,11 +10,10 @@ from matplotlib import colormaps
 
 from hpcwhirl.analysis.sensitivity import pairs_needed
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import legend_below, name_of, value_of
+from hpcwhirl.report.canvas import legend_below, name_of, new_figure, save, value_of
 from hpcwhirl.report.map.captions import engine_of
 from hpcwhirl.report.map.data import label_of
 from hpcwhirl.report.map.probabilities import varied
-from hpcwhirl.report.saving import new_figure, save
 from hpcwhirl.scene.words import REGIMES
 
 if TYPE_CHECKING:

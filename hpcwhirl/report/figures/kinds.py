@@ -12,6 +12,7 @@ import numpy as np
 
 from hpcwhirl.analysis.branches import aside_of, bundles_of
 from hpcwhirl.errors import InputError, unknown
+from hpcwhirl.report.canvas import part_of_name, save, tell_in_units
 from hpcwhirl.report.figures import (
     coexisting,
     contacts,
@@ -21,8 +22,6 @@ from hpcwhirl.report.figures import (
     sweeps,
     tip_lines,
 )
-from hpcwhirl.report.labels import tell_in_units
-from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.reading.results_file import Results
 from hpcwhirl.store.reading.select import swept_of, where
@@ -243,8 +242,5 @@ def _drawn(
         tell_in_units(figure)
         return save(figure, path)
     except InputError as refused:
-        return (
-            f"{name}, case {of}: {refused}"
-            if kind.of == "case"
-            else (f"{name}: {refused}")
-        )
+        case = f", case {of}" if kind.of == "case" else ""
+        return f"{name}{case}: {refused}"

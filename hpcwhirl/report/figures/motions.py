@@ -14,8 +14,7 @@ from hpcwhirl.analysis.participation import family_amplitudes
 from hpcwhirl.analysis.whirl import section
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
-from hpcwhirl.report.labels import axis_of, legend_below, title_of
-from hpcwhirl.report.saving import new_figure, save
+from hpcwhirl.report.canvas import axis_of, legend_below, new_figure, save, title_of
 from hpcwhirl.scene.quantities import TRACES
 from hpcwhirl.store.reading.results_file import Results
 

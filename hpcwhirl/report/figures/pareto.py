@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcwhirl.report.saving import new_figure, save
+from hpcwhirl.report.canvas import new_figure, save
 
 Facts = Mapping[str, Any]
 COLUMNS = {

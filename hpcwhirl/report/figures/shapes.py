@@ -11,8 +11,7 @@ from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import modal_model
-from hpcwhirl.report.labels import legend_below
-from hpcwhirl.report.saving import new_figure
+from hpcwhirl.report.canvas import legend_below, new_figure
 from hpcwhirl.scene import Rotor, Scene
 from hpcwhirl.structure import bladed_disk
 

@@ -9,24 +9,25 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.over_speed import Spell, crossings, spells_of
-from hpcwhirl.analysis.rotation import bands_over
-from hpcwhirl.analysis.spectrum import (
+from hpcwhirl.analysis.over_speed import crossings, spells_of
+from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
+from hpcwhirl.analysis.whirl import (
     after_revolutions,
     amplitude_spectrum,
     cascade,
     full_spectrum,
+    section,
 )
-from hpcwhirl.analysis.stability import SLOW, growth_of_diameter
-from hpcwhirl.analysis.whirl import section
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import Case, resolve
 from hpcwhirl.case.speed import law_of, speed_at
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.families import rotor_by_diameter
+from hpcwhirl.report.canvas import SEQUENTIAL, axis_of, new_figure, title_of
 from hpcwhirl.report.figures.frequencies import (
     COLOURS,
     POINTS,
+    bands_in_hz,
     centre_top,
     engine_orders,
     heading,
@@ -35,9 +36,7 @@ from hpcwhirl.report.figures.frequencies import (
     shown_word,
 )
 from hpcwhirl.report.figures.motions import in_window, rotating
-from hpcwhirl.report.labels import SEQUENTIAL, axis_of, title_of
 from hpcwhirl.report.map.axes import cell_edges
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.scene.words import SHOWN
 from hpcwhirl.store.reading.results_file import Results
@@ -129,20 +128,16 @@ def draw_frequency(cases: Results, line: list[int], title: str = "") -> Any:
 def _interactions(axes: Any, case: Case, edges: Floats, top: float) -> None:
     """Draw engine orders and natural frequencies omega(Omega) over a tip's spectra.
 
-    Dashed lines bound each family's band over nodal diameters, see `bands_over`. With
+    Dashed lines bound each family's band over nodal diameters, see `bands_in_hz`. With
     full rotation, waves of unequal sectors have no nodal diameter, so no bands.
     """
     span = np.linspace(edges[0], edges[-1], POINTS)
     engine_orders(axes, span, top, ("#ffffff", "#ffffff"))
     spin = rotor_by_diameter(case.model).spin
-    bands = {} if spin is not None and not spin.waves else bands_over(case, span)
-    for name, pair in bands.items():
-        if name not in COLOURS:
-            continue
-        for told, edge in zip((f"{name}, ω(Ω)", None), pair, strict=True):
-            axes.plot(
-                span, edge / (2 * np.pi), "--", lw=0.9, c=COLOURS[name], label=told
-            )
+    bands = {} if spin is not None and not spin.waves else bands_in_hz(case, span)
+    for name, band in bands.items():
+        axes.plot(span, band.T, "--", lw=0.9, c=COLOURS[name],
+                  label=[f"{name}, ω(Ω)", None])  # fmt: skip
     axes.set(xlim=edges[[0, -1]], ylim=(0.0, top))
     if bands:
         axes.legend(fontsize=7, loc="upper left")
@@ -288,13 +283,10 @@ def draw_waterfall(cases: Results, case: int) -> Any:
     The strip below shows the word of each window, dashed lines Omega and -Omega, dotted
     lines the times and speeds at which a critical speed is crossed.
     """
-    resolved, row, traces = (
-        resolve(cases.scene(case)),
-        cases.rows[case],
-        cases.traces(case),
-    )
-    told = str(row.get("words_over_speed", ""))
-    if not told:
+    resolved, traces = resolve(cases.scene(case)), cases.traces(case)
+    row = cases.rows[case]
+    spells = spells_of(str(row.get("words_over_speed", "")))
+    if not spells:
         raise InputError("a waterfall needs a case whose speed or gap changes in time")
     scene, time = resolved.scene, traces["time"]
     if len(time) < 2 * FEWEST:
@@ -303,33 +295,23 @@ def draw_waterfall(cases: Results, case: int) -> Any:
     mean = float(np.abs(speed_at(scene, time)).mean())
     turn = 2 * np.pi / mean if mean > 0.0 else float(time[-1])
     spectra = spectra_over(time, traces["centre"] @ np.array([1.0, 1j]), turn)
-    moves = law_of(scene) is not None
+    names = ["time"] if law_of(scene) is None else ["time", "speed"]
     figure, (panels,) = new_figure(
-        (11 if moves else 7, 5.6), 1, 2 if moves else 1, sharey=True, squeeze=False
+        (11 if names[1:] else 7, 5.6), 1, len(names), sharey=True, squeeze=False
     )
-    mesh = _over_time(panels[0], resolved, spectra)
-    _strip(panels[0], [(s.begin, s.end, s) for s in spells_of(told)])
-    if moves:
-        _over_speed(panels[1], resolved, spectra)
-        _strip(panels[1], [(s.first, s.last, s) for s in spells_of(told)])
+    for axes, name in zip(panels, names, strict=True):
+        _waterfall(axes, name, resolved, spectra)
+        for one in spells:
+            ends = (one.begin, one.end) if name == "time" else (one.first, one.last)
+            axes.axvspan(*ends, 0.0, STRIP, fc=SHOWN[one.regime].colour, ec="k", lw=0.4)
     panels[0].set_ylabel("ω, rad/s, static frame: backward < 0 < forward")
-    figure.colorbar(mesh, ax=list(panels), label="radius of the line's circle, mm")
+    label = "radius of the line's circle, mm"
+    figure.colorbar(panels[0].collections[0], ax=list(panels), label=label)
     figure.suptitle(title_of(row))
-    regimes = dict.fromkeys(spell.regime for spell in spells_of(told))
+    regimes = dict.fromkeys(spell.regime for spell in spells)
     patches = [Patch(fc=SHOWN[r].colour, ec="k", lw=0.4, label=r) for r in regimes]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
     return figure
-
-
-def _mesh_over(
-    axes: Any, at: Floats, omega: Floats, amplitude: Floats, most: float
-) -> Any:
-    shown = np.abs(omega) <= most
-    values = 1e3 * amplitude[:, shown].T
-    top = float(values.max(initial=0.0)) or 1.0
-    norm = LogNorm(top * 10.0**-DECADES, top, clip=True)
-    return axes.pcolormesh(at, omega[shown], values, norm=norm, shading="nearest",
-                           rasterized=True)  # fmt: skip
 
 
 def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
@@ -343,33 +325,25 @@ def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
     return min(max(highest, 1.2 * speed), 3.0 * speed)
 
 
-def _over_time(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> Any:
+def _waterfall(
+    axes: Any, name: str, case: Case, spectra: tuple[Floats, Floats, Floats]
+) -> None:
+    """Draw spectra over time, or over speed: the last of a speed passed repeatedly."""
     middles, omega, amplitude = spectra
     speeds = speed_at(case.scene, middles)
     most = _top(omega, amplitude, float(np.abs(speeds).max()))
-    mesh = _mesh_over(axes, middles, omega, amplitude, most)
+    shown = np.abs(omega) <= most
+    values = 1e3 * amplitude[:, shown]
+    top = float(values.max(initial=0.0)) or 1.0
+    norm = LogNorm(top * 10.0**-DECADES, top, clip=True)
+    places = middles if name == "time" else speeds
+    at, last = np.unique(places[::-1], return_index=True)
+    axes.pcolormesh(
+        at, omega[shown], values[::-1][last].T, norm=norm, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
     for sign in (1.0, -1.0):
-        axes.plot(middles, sign * speeds, "w--", lw=0.8)
+        axes.plot(at, sign * speeds[::-1][last], "w--", lw=0.8)
     for one in crossings(case):
-        axes.axvline(one["time"], c="w", ls=":", lw=0.9)
-    axes.set(xlabel="t, s", ylim=(-most, most))
-    return mesh
-
-
-def _over_speed(axes: Any, case: Case, spectra: tuple[Floats, Floats, Floats]) -> None:
-    """Draw the spectra over speed; at a speed passed repeatedly, the last spectrum."""
-    middles, omega, amplitude = spectra
-    speeds, last = np.unique(speed_at(case.scene, middles)[::-1], return_index=True)
-    most = _top(omega, amplitude, float(np.abs(speeds).max()))
-    _mesh_over(axes, speeds, omega, amplitude[::-1][last], most)
-    for sign in (1.0, -1.0):
-        axes.plot(speeds, sign * speeds, "w--", lw=0.8)
-    for one in crossings(case):
-        axes.axvline(one["speed"], c="w", ls=":", lw=0.9)
-    axes.set(xlabel=axis_of("speed"))
-
-
-def _strip(axes: Any, spans: list[tuple[float, float, Spell]]) -> None:
-    for begin, end, spell in spans:
-        axes.axvspan(begin, end, 0.0, STRIP, fc=SHOWN[spell.regime].colour, ec="k",
-                     lw=0.4)  # fmt: skip
+        axes.axvline(one[name], c="w", ls=":", lw=0.9)
+    axes.set(xlabel=axis_of(name), ylim=(-most, most))

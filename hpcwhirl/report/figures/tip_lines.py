@@ -12,9 +12,14 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.points import TipPoints
+from hpcwhirl.report.canvas import (
+    DIVERGING,
+    axis_of,
+    legend_below,
+    new_figure,
+    title_of,
+)
 from hpcwhirl.report.figures.motions import MOST_POINTS, in_window, unit_of
-from hpcwhirl.report.labels import DIVERGING, axis_of, legend_below, title_of
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.results_file import Results
 
 MOST_COLUMNS = 600  # largest number of cells of a map along time

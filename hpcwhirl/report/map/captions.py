@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hpcwhirl.refinement.boundary import STATES
-from hpcwhirl.report.labels import FIXED, legend_below, value_of
+from hpcwhirl.report.canvas import FIXED, legend_below, value_of
 from hpcwhirl.report.map.colours import HATCHED, HATCHES, UNSURE, Colours
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import title_of as named

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from hpcwhirl.analysis.basins import in_order, with_attractors
 from hpcwhirl.analysis.columns import numbers, source_of
-from hpcwhirl.analysis.grammar import parse
+from hpcwhirl.analysis.expression import parse
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError, nearest
-from hpcwhirl.report.labels import DIVERGING, SEQUENTIAL
+from hpcwhirl.report.canvas import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import BAD, MOTIONS, REGIMES, SHOWN, WHIRLS, Look

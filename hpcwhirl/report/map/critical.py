@@ -14,7 +14,7 @@ from hpcwhirl.analysis.rotation import critical_of
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import eq13_of
+from hpcwhirl.report.canvas import eq13_of
 from hpcwhirl.report.map.axes import Axis, straight
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene import Scene

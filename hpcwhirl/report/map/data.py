@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import name_of
+from hpcwhirl.report.canvas import name_of
 from hpcwhirl.report.map.axes import Axis, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
 from hpcwhirl.scene.quantity import with_unit

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import value_of
+from hpcwhirl.report.canvas import value_of
 from hpcwhirl.report.map.captions import panel_title, title_of
 from hpcwhirl.report.map.data import Picture, Wish
 from hpcwhirl.report.map.drawing import Part

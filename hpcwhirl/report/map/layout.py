@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
+from hpcwhirl.report.canvas import new_figure
 from hpcwhirl.report.map.axes import Axis
 from hpcwhirl.report.map.captions import add_legend, panel_title, title_of, twin_keys
 from hpcwhirl.report.map.colours import TINT, UNSURE
@@ -24,7 +25,6 @@ from hpcwhirl.report.map.drawing import (
     rooms,
 )
 from hpcwhirl.report.map.refined import draw_refined, refined_cells
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.store.reading.shares import SURE
 
 if TYPE_CHECKING:
@@ -136,15 +136,9 @@ def figure_of(data: xarray.Dataset, picture: Picture, wish: Wish, results: Path)
 def _mark_unsure(data: xarray.Dataset, panels: Any, sheet: Sheet) -> list[Any]:
     """Hatch and fade cases whose word too few twins have; return legend entries."""
     picture = sheet.picture
-    if "word_share" not in data or SURE not in data.attrs:
-        return []
-    if picture.colours.name in {
-        "whirl",
-        "motion",
-        "attractor",
-    }:  # shares of twins are known for regimes only
-        return []
-    if picture.scattered and picture.free:  # the panel has points, but no cells
+    regimes = picture.colours.name not in {"whirl", "motion", "attractor"}
+    has_cells = not (picture.scattered and picture.free)  # else points only
+    if not (regimes and has_cells and "word_share" in data and SURE in data.attrs):
         return []
     unsure = data["word_share"].to_numpy()[picture.case] < float(data.attrs[SURE])
     for number, axes in enumerate(panels[: len(picture.panels)]):

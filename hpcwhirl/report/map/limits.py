@@ -15,10 +15,16 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED, SEQUENTIAL, legend_below, name_of
+from hpcwhirl.report.canvas import (
+    FIXED,
+    SEQUENTIAL,
+    legend_below,
+    name_of,
+    new_figure,
+    save,
+)
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.data import label_of
-from hpcwhirl.report.saving import new_figure, save
 
 if TYPE_CHECKING:
     import xarray

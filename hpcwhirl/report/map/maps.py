@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED
+from hpcwhirl.report.canvas import FIXED, part_of_name, save
 from hpcwhirl.report.map.data import Picture, Wish, picture_of, with_cells
 from hpcwhirl.report.page.build import is_stale
-from hpcwhirl.report.saving import part_of_name, save
 from hpcwhirl.safe_open import open_regular
 from hpcwhirl.scene.units import showing
 from hpcwhirl.store.atomic import write_whole

@@ -9,11 +9,10 @@ import numpy as np
 
 from hpcwhirl.analysis.shares import shares, swept_in
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.labels import FIXED, legend_below
+from hpcwhirl.report.canvas import FIXED, legend_below, new_figure
 from hpcwhirl.report.map.captions import engine_of, shared
 from hpcwhirl.report.map.colours import looks_of_attractors
 from hpcwhirl.report.map.data import Wish, label_of
-from hpcwhirl.report.saving import new_figure
 from hpcwhirl.scene.words import REGIMES, Look
 from hpcwhirl.store.reading.select import variable_of, where
 from hpcwhirl.store.reading.shares import interval

@@ -3,6 +3,8 @@
 Data from inputs enter the page in two ways only: as JSON without ``<``, which the
 script inserts as text, and as base64. A content security policy in the head forbids
 network access, and all scripts except those whose digests the policy lists.
+
+It holds facts, commands, columns and traces of a campaign.
 """
 
 from __future__ import annotations
@@ -12,16 +14,302 @@ import hashlib
 import html
 import json
 import re
+import shlex
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from hpcwhirl.analysis import rules
+from hpcwhirl.analysis.regimes import Thresholds
 from hpcwhirl.errors import InputError
-from hpcwhirl.report.page.data import PageData, page_data
+from hpcwhirl.refinement.boundary import STATES
+from hpcwhirl.report.canvas import FIXED, axis_of, value_of
+from hpcwhirl.report.page.tables import tables_of
+from hpcwhirl.report.page.thin import MOST_RECORDS, NEEDED, Sizes, record_of, sizes_for
 from hpcwhirl.safe_open import open_regular
+from hpcwhirl.scene import input_names, named_scene
+from hpcwhirl.scene.plain_data import SETS, flatten
+from hpcwhirl.scene.quantities import INPUTS, PERFORMANCE, ROW, STATUS, variable_name
+from hpcwhirl.scene.units import shown_in
+from hpcwhirl.scene.words import SHOWN, WHIRLS
 from hpcwhirl.store.atomic import sweep_idle, write_whole
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading.results_file import Results
+from hpcwhirl.store.reading.shares import SHARE, SURE, find_credibility
+from hpcwhirl.store.results.cells import read_refined
+
+FACTS = (
+    "title", "created", "version", "git", "command", "hosts", "ranks", "mpi", "python",
+    "libraries", "preset", "preset_loses",
+)  # fmt: skip
+LEFT_OUT = ("message", "rank")  # columns of results that the page's table lacks
+CHARTED = ("time", "energy", "power", "line_frequency")  # axes of a case's figures
+DERIVED = {  # {name: (expression, unit, meaning)}
+    "orbit_over_gap": ("orbit_radius / gap", "1", "orbit radius / gap"),
+    "fed_over_lost": ("late_fed / late_lost", "1", "energy fed / lost in the window"),
+}
+PROGRAM = "hpcwhirl run"  # with the default scene
+START = "table2"
+TRACES = "output.traces"
+
+
+@dataclass(frozen=True)
+class PageData:
+    """The three parts of a page.
+
+    Attributes
+    ----------
+    facts : data that become JSON
+    columns : bytes of all columns, one after another
+    records : bytes of the traces of each case, all of one size
+    """
+
+    facts: dict[str, Any]
+    columns: bytes
+    records: list[bytes]
+
+
+def page_data(results: Results) -> PageData:
+    """Return the data in the page of a campaign."""
+    sizes, records, slots = _records(results)
+    plan = results.plan
+    table, data = _columns(results, slots)
+    swept = [_swept(results, name) for name in plan.swept]
+    facts = {
+        "engine": plan.engine,
+        "cases": len(results),
+        "facts": {n: results.attrs[n] for n in FACTS if n in results.attrs},
+        "digest": results.digest(),
+        "inputs": _inputs(results),
+        "fixed": [value_of(n, results[n][0].item()) for n in _fixed(results)],
+        "shown": _shown([*table, *swept]),
+        "sure": float(results.attrs.get(SURE, 0.0)),
+        "labels": {name: axis_of(name) for name in CHARTED},
+        "swept": swept,
+        "columns": table,
+        "derived": {n: dict(zip(("is", "unit", "meaning"), d, strict=True))
+                    for n, d in DERIVED.items()},
+        "messages": {i: m for i, m in enumerate(results["message"]) if m},
+        "rules": rules.as_data(),
+        "thresholds": _thresholds(results),
+        "twins": str(find_credibility(results) or ""),
+        "looks": {n: asdict(look) for n, look in SHOWN.items()},
+        "whirls": {n: asdict(look) for n, look in WHIRLS.items()},
+        "refined": _refined(results),
+        "tables": tables_of(results),
+        "traces": asdict(sizes) | {"bytes": sizes.bytes, "kept": len(records)},
+        **_commands(results),
+    }  # fmt: skip
+    return PageData(facts, data, records)
+
+
+def _refined(results: Results) -> dict[str, Any] | None:
+    """Return a refined campaign's cells, and its boundaries of regimes and of whirl."""
+    found, whirl = (read_refined(results.path, by) for by in ("", "whirl"))
+    if found is None or whirl is None:
+        return None
+    return {
+        "over": found.over,
+        "scale": found.scale,
+        "corner": found.cells.corner.tolist(),
+        "speckle": (found.cells.state == STATES.index("speckle")).tolist(),
+        "panelOf": found.panel_of.tolist(),
+        "boundaries": {
+            by: {
+                "at": {name: values.tolist() for name, values in own.at.items()},
+                "points": own.panel.tolist(),
+                "lines": own.lines.tolist(),
+            }
+            for by, own in (("regime", found), ("whirl", whirl))
+        },
+    }
+
+
+def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
+    """Return {SI unit: (unit shown, factor)} of columns where the two units differ."""
+    units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
+    return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
+
+
+def _fixed(results: Results) -> list[str]:
+    """Return the inputs of `FIXED` with one value in all cases, for the title."""
+    return [n for n in FIXED if len(set(results[n].tolist())) == 1]
+
+
+def _inputs(results: Results) -> list[dict[str, Any]]:
+    """Return every input that all cases share, with its meaning."""
+    base, swept = results.plan.base, results.plan.swept
+    return [
+        {"name": name, "value": base[name], "meaning": meaning}
+        for name, meaning in input_names().items()
+        if name in base and name not in swept
+    ]
+
+
+def _given(results: Results, name: str) -> list[Any]:
+    """Return a swept input's value in every case."""
+    plan = results.plan
+    return [settings.get(name, plan.base.get(name)) for settings in plan.settings]
+
+
+def _levels(values: list[Any]) -> dict[str, Any]:
+    """Return {JSON of a value: value}: numbers ascending, others as they occur."""
+    levels = {json.dumps(value): value for value in values}
+    if all(isinstance(v, int | float) for v in levels.values()):
+        return dict(sorted(levels.items(), key=lambda item: float(item[1])))
+    return levels
+
+
+def _swept(results: Results, name: str) -> dict[str, Any]:
+    """Return the facts of a swept input; its levels as values and as --set options."""
+    levels = list(_levels(_given(results, name)).values())
+    return {
+        "name": name,
+        "variable": variable_name(name),
+        "unit": INPUTS[name].unit,
+        "levels": levels,
+        "set": [setting(name, value) for value in levels],
+    }
+
+
+def _commands(results: Results) -> dict[str, Any]:
+    """Return the parts that the commands of all cases share, and whole commands.
+
+    `commands`, {case: whole command}, has cases whose commands lack these parts.
+    """
+    plan, swept = results.plan, frozenset(results.plan.swept)
+    shared = given_inputs(
+        {n: v for n, v in plan.base.items() if n not in swept}, frozenset()
+    )
+    tail = "".join(f" {setting(n, v)}" for n, v in shared.items())
+    told = {}
+    for case in range(len(results)):
+        given = results.settings(case)
+        own = given_inputs(given, swept)
+        if own.keys() != swept | shared.keys():
+            told[case] = " ".join([PROGRAM, *(setting(n, v) for n, v in own.items())])
+    return {"program": PROGRAM, "tail": tail, "commands": told}
+
+
+def _thresholds(results: Results) -> list[dict[str, Any]]:
+    """Return [{name, value in the results, default, meaning}] of the thresholds."""
+    return [
+        {
+            "name": field.name,
+            "value": results.attrs.get(f"threshold_{field.name}", field.default),
+            "default": field.default,
+            "meaning": field.metadata["meaning"],
+        }
+        for field in fields(Thresholds)
+    ]
+
+
+def _columns(
+    results: Results, slots: NDArray[np.int32]
+) -> tuple[list[dict[str, Any]], bytes]:
+    """Return (descriptions, bytes) of the columns: evidence in 8 bytes, others in 4."""
+    evidence = set(rules.evidence_names())
+    columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
+    shares = {n: quantity for n, quantity in SHARE.items() if n in results}
+    for name, variable in (ROW | STATUS | PERFORMANCE | shares).items():
+        if name in LEFT_OUT:
+            continue
+        told: dict[str, Any] = {"name": name}
+        told |= {"unit": variable.unit, "meaning": variable.meaning}
+        column = results[name]
+        if column.dtype.kind == "U":
+            words, codes = np.unique(column, return_inverse=True)
+            told["words"] = words.tolist()
+            columns.append((told, codes.astype("<i4")))
+        else:
+            columns.append((told, column.astype("<f8" if name in evidence else "<f4")))
+    for name in results.plan.swept:
+        values = _given(results, name)
+        place = {key: i for i, key in enumerate(_levels(values))}
+        codes = np.array([place[json.dumps(value)] for value in values], "<i4")
+        columns.append(({"name": f"level of {name}"}, codes))
+    columns.append(({"name": "record"}, slots))
+    return _packed(columns)
+
+
+def _packed(
+    columns: list[tuple[dict[str, Any], NDArray[Any]]],
+) -> tuple[list[dict[str, Any]], bytes]:
+    """Return each column's description with its start, and all bytes.
+
+    A column that is constant is stored as one value.
+    """
+    table, parts, at = [], [], 0
+    for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
+        same = len(column) > 0 and bool((column == column[0]).all())
+        shown = column[:1] if same else column
+        kind = shown.dtype.str[1:]
+        table.append(told | {"kind": kind, "at": at, "same": same})
+        parts.append(shown.tobytes())
+        at += shown.nbytes
+    return table, b"".join(parts)
+
+
+def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
+    """Return (sizes, records, number of each case's record, (cases,), -1 for none).
+
+    If more than `MOST_RECORDS` cases have traces, only every n-th of them has a record.
+    """
+    slots = np.full(len(results), -1, "<i4")
+    whole = np.flatnonzero(results["status"] == "ok")
+    whole = whole if set(NEEDED) <= set(results.kept) else whole[:0]
+    chosen = whole[:: max(-(-len(whole) // MOST_RECORDS), 1)]
+    sizes = sizes_for(len(chosen))
+    records: list[bytes] = []
+    for case, traces in results.each_traces(chosen.tolist(), NEEDED):
+        if not np.isfinite(traces["centre"]).any():  # this case kept no traces
+            continue
+        numbers = (results[n][case] for n in ("speed", "window", "line_frequency"))
+        speed, window, line = (float(n) for n in numbers)
+        slots[case] = len(records)
+        records.append(record_of(traces, speed, window, line, sizes))
+    return sizes, records, slots
+
+
+@cache
+def _start() -> dict[str, Any]:
+    return dict(flatten(named_scene(START)))
+
+
+def setting(name: str, value: Any) -> str:
+    """Return ``--set name=value``, quoted for a shell."""
+    parts = value if isinstance(value, list) else [value]
+    texts = [tomli_w.dumps({"v": v}).partition(" = ")[2].strip() for v in parts]
+    text = f"[{', '.join(texts)}]" if isinstance(value, list) else texts[0]
+    return f"--set {shlex.quote(f'{name}={text}')}"
+
+
+def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
+    """Return the inputs of a case that must be set, the swept ones first.
+
+    Parameters
+    ----------
+    given : {dotted name: value}; other names than inputs are skipped
+    swept : names of inputs that are set even to their default
+    """
+    start = _start()
+    names = sorted((n for n in start if n in given), key=lambda n: n not in swept)
+    told = {n: given[n] for n in names if n in swept or given[n] != start[n]}
+    if TRACES not in swept and told.get(TRACES) == "summary":
+        del told[TRACES]  # keep traces, to look at the case
+    for cause, effects in SETS.items():
+        if told.get(cause):
+            for name in effects:
+                told.pop(name, None)
+    return told
+
 
 LIBRARIES = ("vendor/d3.min.js", "vendor/plot.min.js")
 SCRIPTS = ("expression", "data", "words", "axes", "story", "refined", "map", "charts",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hpcwhirl.analysis.branches import branches_of, folds_of, words_apart
-from hpcwhirl.report.labels import NAMED, name_of
+from hpcwhirl.report.canvas import NAMED, name_of
 from hpcwhirl.scene.quantities import variable_name
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in

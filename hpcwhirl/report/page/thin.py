@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hpcwhirl.analysis.spectrum import full_spectrum
+from hpcwhirl.analysis.whirl import full_spectrum
 from hpcwhirl.arrays import Floats
 
 Traces = dict[str, Floats]

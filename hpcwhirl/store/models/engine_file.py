@@ -36,7 +36,7 @@ tip_angle                   (n_c,), rad: angle of each beyond that of its blade,
                             radial and tangential are the directions there
 tip_gap                     (n_c,), m: clearance of each beyond the scene's gap, if any
 
-the stress at P points of each blade, see `reduction.stress`, in a file with matrices,
+the stress at P points of each blade, see `reduction.points`, in a file with matrices,
 
 stress                      (N, P, c, n), Pa/m: c = 1 or 6 components (xx, yy, zz, yz,
                             zx, xy) of unit coordinates

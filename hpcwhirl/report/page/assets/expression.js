@@ -1,6 +1,5 @@
-// Conditions on named numbers and words: the language of hpcwhirl.analysis.grammar and
-// hpcwhirl.analysis.expression, with the same refusals (tests/analysis/test_expression.py runs
-// both). parse(text) gives a tree; compile(tree, lookup) a function of the case. Nothing
+// Conditions on named numbers and words: the language of hpcwhirl.analysis.expression,
+// with the same refusals (tests/analysis/test_expression.py runs both). parse(text) gives a tree; compile(tree, lookup) a function of the case. Nothing
 // is run as code.
 
 const LONGEST = 2000; // characters

@@ -1,27 +1,40 @@
-"""Integrator of waves: equal sectors whose modes are coupled by rotation."""
+"""Integrators of equal sectors with the cyclic kernel, for `modal` and `exact`.
+
+The rotor is integrated by modes or, if rotation couples these, by waves.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
+from hpcwhirl.dynamics.casing import ready_at
 from hpcwhirl.dynamics.free_waves import FreeWaves
-from hpcwhirl.dynamics.kernels import waves
+from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes, waves
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
-from hpcwhirl.dynamics.schemes.cyclic import cyclic_march
-from hpcwhirl.dynamics.schemes.integrator import Integrator
+from hpcwhirl.dynamics.motion import modal_steps
+from hpcwhirl.dynamics.schemes.integrator import Ended, Integrator, at_rest
+from hpcwhirl.dynamics.schemes.rotating_frame import (
+    ModePlaces,
+    Rotating,
+    RotorPlaces,
+    in_rotating_frame,
+)
+from hpcwhirl.dynamics.slots import cyclic_arrays, rotor_amplitudes, rotor_slots
 from hpcwhirl.dynamics.turning_waves import (
     Diameter,
     amplitudes_of,
     circle_of,
     diameters_of,
     is_basis,
-    is_exact,
     modal_places,
     modes_of,
     wave_arrays,
@@ -29,6 +42,73 @@ from hpcwhirl.dynamics.turning_waves import (
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
 from hpcwhirl.structure import RingOperator
+
+
+def cyclic_modes(model: Model, scene: Scene, beat: int) -> Integrator:
+    """Return the integrator of a cyclic model without terms of rotation.
+
+    beat : steps between rows of evidence
+    """
+    arrays = cyclic_arrays(model, scene, beat)
+    k, _ = cyclic.widths(model.blades)
+    sizes = passes.ROTOR_STATE * arrays.rotor.hub.shape[1], 3 * 2 * k
+    solver = scene.solver
+    places = ModePlaces(
+        modal_steps(model.rotor, solver.time_step, exact=solver.flies),
+        partial(rotor_amplitudes, model),
+        partial(rotor_slots, model),
+    )
+    return cyclic_march(model, scene, arrays, sizes, places)
+
+
+def cyclic_march(
+    model: Model,
+    scene: Scene,
+    arrays: Arrays,
+    sizes: tuple[int, int],
+    rotor_places: RotorPlaces,
+) -> Integrator:
+    """Return the integrator of a rotor of equal sectors, as modes or as waves.
+
+    Parameters
+    ----------
+    model, scene : model and scene to integrate
+    arrays : constant arrays of the kernels `cyclic`
+    sizes : lengths of the rotor's state and of its sums
+    rotor_places : layout of the rotor's motion in its state
+    """
+    (rotor, sums), (k, _) = sizes, cyclic.widths(model.blades)
+    ring = passes.RING_STATE * (len(arrays.casing.items) // passes.ITEMS)
+    state_at_rest = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, sums))
+    state_at_rest.counter[contact.NEXT_TRY] = ready_at(scene)
+    exact = scene.solver.flies
+    passes_of: Any = flow if exact else differences
+    march = cyclic.march_flow if exact else cyclic.march_differences
+
+    def settle(state: CyclicState, copies: Ended) -> None:
+        s_b, s_c, sums_b, sums_c = copies
+        passes_of.end_step(
+            arrays.rotor, state.rotor, s_b, state.ring, s_c, arrays.casing.items,
+            state.lam, state.counter, sums_b, sums_c,
+        )  # fmt: skip
+
+    own = Rotating(
+        march, lambda: cyclic.space_of(arrays, state_at_rest), settle, passes_of
+    )
+    return in_rotating_frame(model, scene, arrays, state_at_rest, rotor_places, own)
+
+
+def is_cyclic(model: Model) -> bool:
+    """Return whether the cyclic kernel can integrate a model.
+
+    It cannot with one or two blades, where nodal diameter 1 has one phase but moves
+    both coordinates of the centre; it can, though, if one of several sectors is
+    integrated, which has no centre. It cannot with terms of rotation, since these
+    couple modes, which the kernel integrates one by one.
+    """
+    plain = isinstance(model.ring, RingOperator) or not model.rotor.cyclic
+    plain = plain or model.rotor.spin is not None
+    return not plain and (model.blades > 2 or model.folds > 1)
 
 
 @dataclass(frozen=True)
@@ -133,7 +213,7 @@ def waves_apart(model: Model, scene: Scene, beat: int) -> Integrator | None:
         return None
     arrays = wave_arrays(model, scene, diameters, beat)
     k, _ = widths(model.blades)
-    seen = 0 if is_exact(scene) else waves.SEEN
+    seen = 0 if scene.solver.flies else waves.SEEN
     rotor = arrays.rotor.hub.shape[1] + 2 * k * seen
     places = _WavePlaces(model, diameters, arrays.rotor, seen=seen > 0)
     whole = cyclic_march(model, scene, arrays, (rotor, 3 * k), places)

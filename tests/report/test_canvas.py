@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import hpcwhirl
-from hpcwhirl.report import labels
-from hpcwhirl.report.labels import tell_in_units
+from hpcwhirl.report import canvas
+from hpcwhirl.report.canvas import tell_in_units
 from hpcwhirl.scene.quantities import AXES, INPUTS, ROW, TRACES
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import showing
@@ -23,19 +23,19 @@ REPORT = Path(hpcwhirl.__file__).parent / "report"
      ("growth_rate", "growth rate, 1/s", "growth rate = 410 1/s")],
 )  # fmt: skip
 def test_a_quantity_is_shown_by_symbol_and_unit(name, axis, told):
-    assert labels.axis_of(name) == axis
-    assert labels.value_of(name, 410.0) == told
+    assert canvas.axis_of(name) == axis
+    assert canvas.value_of(name, 410.0) == told
 
 
 def test_an_axis_of_an_input_has_its_name_and_symbol():
     names = ("speed", "casing_damping", "gap", "casing_thickness")
     told = ["speed Ω", "casing damping ξ", "gap", "casing thickness"]
-    assert [labels.name_of(name) for name in names] == told
+    assert [canvas.name_of(name) for name in names] == told
 
 
 def test_a_value_may_have_another_unit_and_a_long_text_is_cut():
-    assert labels.value_of("speed", 3915.2, "rpm") == "Ω = 3915.2 rpm"
-    assert labels.value_of("rotor_mistuning", "x" * 80)[-3:] == "xx…"
+    assert canvas.value_of("speed", 3915.2, "rpm") == "Ω = 3915.2 rpm"
+    assert canvas.value_of("rotor_mistuning", "x" * 80)[-3:] == "xx…"
     assert with_unit("steps", "1") == with_unit("steps", "") == "steps"
 
 
@@ -67,7 +67,7 @@ def test_titles_are_in_the_units_asked_for():
              ("practical",): ("Ω = 410 rad/s", "gap = 0.128 mm")}  # fmt: skip
     for units, told in asked.items():
         with showing(units):
-            shown = labels.value_of("speed", 410.0), labels.value_of("gap", 0.000128)
+            shown = canvas.value_of("speed", 410.0), canvas.value_of("gap", 0.000128)
         assert shown == told
 
 
