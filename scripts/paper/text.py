@@ -49,6 +49,9 @@ class Number:
         )
 
 
+Engines = Mapping[str, Sequence[Statement]]
+
+
 def judged(agrees: bool | None) -> str:  # noqa: FBT001
     """Return the verdict of yes, no or None."""
     return VERDICTS[1] if agrees is None else VERDICTS[2 if agrees else 0]
@@ -66,15 +69,7 @@ def ordered(found: Iterable[Statement]) -> list[Statement]:
     return sorted(found, key=lambda statement: VERDICTS.index(statement.verdict))
 
 
-@dataclass(frozen=True)
-class Judged:
-    """What was judged on an engine, and its section on what feeds divergence."""
-
-    statements: list[Statement]
-    why: list[str]
-
-
-def page(engines: Mapping[str, Judged], *, quick: bool) -> str:
+def page(engines: Engines, *, quick: bool) -> str:
     """Return `paper.md` of engines by name."""
     lines = [
         "# The paper's statements and what was computed",
@@ -86,11 +81,9 @@ def page(engines: Mapping[str, Judged], *, quick: bool) -> str:
         "",
         *(["**Quick: coarse steps and few speeds.**", ""] if quick else []),
     ]
-    for name, each in engines.items():
-        lines += [f"{name}: {counts(each.statements)}.", ""]
+    for name, found in engines.items():
+        lines += [f"{name}: {counts(found)}.", ""]
     lines += alone(engines) if len(engines) == 1 else beside(engines)
-    for name, each in engines.items():
-        lines += ["", *(line.replace("## Why", f"## {name}: why") for line in each.why)]
     return "\n".join([*lines, ""])
 
 
@@ -100,16 +93,16 @@ def counts(found: Sequence[Statement]) -> str:
     return f"{len(found)} statements: {', '.join(each)}"
 
 
-def alone(engines: Mapping[str, Judged]) -> list[str]:
+def alone(engines: Engines) -> list[str]:
     """Return the table of one engine, misses first."""
-    (found,) = (each.statements for each in engines.values())
+    (found,) = engines.values()
     rows = [(s.verdict, s.where, s.claim, s.computed) for s in ordered(found)]
     return table(("verdict", "where", "the paper", "computed"), rows)
 
 
-def beside(engines: Mapping[str, Judged]) -> list[str]:
+def beside(engines: Engines) -> list[str]:
     """Return the table of several engines: first what agrees on the fewest."""
-    rows = list(zip(*(each.statements for each in engines.values()), strict=True))
+    rows = list(zip(*engines.values(), strict=True))
     for row in rows:
         if len({(s.where, s.claim) for s in row}) > 1:
             msg = f"engines are asked different questions: {row}"
