@@ -26,7 +26,6 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -40,7 +39,7 @@ import hpcwhirl
 from hpcwhirl.refinement.boundary import Cells
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
-from hpcwhirl.refinement.tree import CONFIRM, Tree
+from hpcwhirl.refinement.tree import Tree
 from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.reading.grid import nearest_cases
 from hpcwhirl.store.reading.reader import words
@@ -78,11 +77,6 @@ GOALS = (
     "of which no map of these words does without",
     "alike outside speckle, confirmed", "tongues missed",
 )  # fmt: skip
-WENT = (
-    "Where cases went: the coarse level; corners of mixed cells at their end; of mixed "
-    "cells in speckle; what was asked for on the way there, and by the rule that a "
-    "split cell's neighbours are of its level; computed again."
-)
 Names = NDArray[np.str_]
 Floats = NDArray[np.float64]
 Size = tuple[int, int, int]  # coarse values of speed and gap, levels
@@ -98,16 +92,12 @@ class Dense:
 
 @dataclass
 class Found:
-    """One way to the map of an engine: its cases, core-seconds and words.
-
-    profile : where cases went, {what: cases}
-    """
+    """One way to the map of an engine: its cases, core-seconds and words."""
 
     name: str
     cases: int
     seconds: float
     words: Names
-    profile: dict[str, int] = field(default_factory=dict)
 
 
 def sides(size: Size) -> tuple[Side, Side]:
@@ -192,9 +182,8 @@ def looked_up(
 
     growth.feed(word, list(growth.wanted))
     seconds = sum(float(by[a.fidelity].seconds[a.point]) for a in growth.wanted)
-    tree, shape = growth.trees[0], by[0].words.shape
-    names, profile = shown(tree, shape), profile_of(growth)
-    return Found(name, len(growth.wanted), seconds, names, profile), growth
+    names = shown(growth.trees[0], by[0].words.shape)
+    return Found(name, len(growth.wanted), seconds, names), growth
 
 
 def shown(tree: Tree, shape: tuple[int, ...]) -> Names:
@@ -209,29 +198,6 @@ def shown(tree: Tree, shape: tuple[int, ...]) -> Names:
     grid = [np.arange(length, dtype=float) for length in shape]
     found = nearest_cases(Cells(corner, none, level, none, none), place, grid)[0]
     return np.array([tree.word(point) or "none" for point in points])[found]
-
-
-def profile_of(growth: Growth) -> dict[str, int]:
-    """Return where cases went: each counts once, for the first that is true of it."""
-    tree, lattice = growth.trees[0], growth.lattice
-    mixed, speckle = set(), set()
-    for cell, node in tree.cells.items():
-        if not node.split and node.mixed:
-            (speckle if tree.is_speckle(cell) else mixed).update(node.corners)
-    count: Counter[str] = Counter()
-    for address in growth.wanted:
-        at = address.point
-        if address.fidelity == CONFIRM:
-            count["confirmed"] += 1
-        elif not lattice.level(at):
-            count["coarse"] += 1
-        elif at in mixed:
-            count["boundary"] += 1
-        elif at in speckle:
-            count["speckle"] += 1
-        else:
-            count["beside"] += 1
-    return dict(count)
 
 
 def near_boundary(known: Names) -> NDArray[np.bool_]:
@@ -380,14 +346,6 @@ def _goal(size: Size, known: dict[str, Dense]) -> list[str]:
             f"{same[~speckle].mean():.2%}", f"{lost} of {count}"]  # fmt: skip
 
 
-def profiles(found: Measured) -> list[str]:
-    """Return where the cases of refined campaigns went."""
-    kinds = ("coarse", "boundary", "speckle", "beside", "confirmed")
-    rows = ([way.name, *(way.profile.get(kind, 0) for kind in kinds)]
-            for way in found.ways if way.profile)  # fmt: skip
-    return table(["", *kinds], rows)
-
-
 def section(found: Measured) -> str:
     """Return what the page tells of an engine."""
     reference = found.known[STANDARD].words
@@ -400,8 +358,6 @@ def section(found: Measured) -> str:
         facts,
         "\n".join(table(HEAD, rows)),
         "\n".join(goals(found)),
-        WENT,
-        "\n".join(profiles(found)),
         *found.computed,
     ]
     return "\n\n".join(parts)
