@@ -22,22 +22,19 @@ Exits 1 where one failed. It needs gcc.
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import resource
-import subprocess
 import sys
 import tempfile
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import apart
 from common import parser_of, table
 from crashing import awaits, checks
 from crashing.disk import MODELS, PROCESS, Crash
@@ -46,8 +43,7 @@ from crashing.trace import compiled
 
 ROOT = Path(__file__).parents[2]
 PAGE = Path(__file__).with_suffix(".md")
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-INSIDE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
+PLACE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
 EACH = 8  # of so many deaths of a process, one is gone on from under mpirun
 SOME = 10  # of so many states, one is gone on from by two or three ranks
 Facts = dict[str, Any]
@@ -136,63 +132,26 @@ def page(found: list[Facts], seconds: float) -> str:
     return "\n".join(out) + "\n"
 
 
-def asked() -> argparse.Namespace:
-    """Return the arguments."""
-    parser = parser_of(__doc__, write=PAGE)
-    parser.add_argument("--only", default="", help="kinds, by commas")
-    parser.add_argument("--share", type=float, default=1.0)
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--json", action="store_true")
-    args = parser.parse_args()
-    if h5py.get_config().mpi:  # whose ranks are not those of `crashing.wire`
-        parser.error("this h5py writes by MPI-IO; a plain one is needed")
-    known = kinds()
-    plain = {name.replace(", ", " "): name for name in known}
-    names = args.only.split(",") if args.only else [*plain]
-    for name in names:
-        if name not in plain:
-            parser.error(f"unknown kind {name}; known: {', '.join(plain)}")
-    args.kinds = [plain[name] for name in names]
-    return args
-
-
-def apart(share: float, place: Path, name: str) -> str:
-    """Return what a process says that has the shim in it and looks at one kind."""
-    own = place / name.replace(", ", "-").replace(" ", "-")
-    own.mkdir()
-    env = os.environ | {"LD_PRELOAD": str(place / "shim.so"), INSIDE: str(own)}
-    env |= {"PYTHONPATH": str(ROOT)} | dict.fromkeys(THREADS, "1")
-    call = [sys.executable, __file__, "--only", name.replace(", ", " ")]
-    call += ["--share", str(share), "--json"]
-    return subprocess.run(
-        call, env=env, stdout=subprocess.PIPE, text=True, check=False
-    ).stdout
-
-
-def all_of(args: argparse.Namespace) -> list[Facts]:
-    """Look at all kinds, each in a process of its own."""
-    found = []
-    with (
-        tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder,
-        ThreadPoolExecutor(args.jobs) as pool,
-    ):
-        place = Path(folder)
-        compiled(place)
-        for said in pool.map(partial(apart, args.share, place), args.kinds):
-            found += json.loads(said)
-            line = {n: v for n, v in found[-1].items() if n not in ("awaits", "models")}
-            print(json.dumps(line), file=sys.stderr, flush=True)
-    return found
-
-
 def main() -> int:
     """Look at all, and tell what became of it."""
-    args = asked()
-    if INSIDE in os.environ:
-        place = Path(os.environ[INSIDE])
-        found = [look_at(kinds()[n], place, args.share) for n in args.kinds]
-    else:
-        found = all_of(args)
+    parser, known = parser_of(__doc__, write=PAGE), kinds()
+    if h5py.get_config().mpi:  # whose ranks are not those of `crashing.wire`
+        parser.error("this h5py writes by MPI-IO; a plain one is needed")
+    plain = {name.replace(", ", " "): kind for name, kind in known.items()}
+    args = apart.asked(parser, "kind", list(plain))
+    if args.inside:
+        place = Path(os.environ[PLACE])
+        print(json.dumps(look_at(plain[args.inside], place, args.share)))
+        return 0
+    with tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder:
+        shim = compiled(Path(folder))
+
+        def environment(name: str) -> dict[str, str]:
+            own = Path(folder) / name.replace(" ", "-")
+            own.mkdir()
+            return {"LD_PRELOAD": str(shim), PLACE: str(own), "PYTHONPATH": str(ROOT)}
+
+        found = list(apart.each(args, environment))
     if args.json:
         print(json.dumps(found))
     else:
