@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import shlex
 import subprocess
 import sys
@@ -34,6 +35,12 @@ def under_mpi(ranks: int, *words: str | Path) -> str:
     """Return what `python WORDS` prints on so many ranks."""
     call = program(ranks, *words)
     return subprocess.run(call, check=True, capture_output=True, text=True).stdout
+
+
+def processor_time(*whose: int) -> float:
+    """Return processor seconds, user's and system's, of ended children by default."""
+    used = map(resource.getrusage, whose or (resource.RUSAGE_CHILDREN,))
+    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 @contextmanager
@@ -140,11 +147,16 @@ def on_engine(name: str, document: Mapping[str, Any]) -> dict[str, Any]:
 # Rows that are kept, and tables of them
 
 
-def kept(path: Path, wanted: Iterable[Row], measure: Callable[[Row], Row]) -> list[Row]:
+def kept(
+    path: Path,
+    wanted: Iterable[Row],
+    measure: Callable[[Row], Row],
+    tell: Callable[[Row], object] = bool,
+) -> list[Row]:
     """Return a row for each one wanted: that of a file of JSON lines, or measured.
 
     A row has what is wanted and what was measured; what is measured is added to the
-    file at once.
+    file at once. `tell` is called with each row before the next one is wanted.
     """
     path.touch()
     rows = [json.loads(line) for line in path.read_text().splitlines()]
@@ -155,6 +167,7 @@ def kept(path: Path, wanted: Iterable[Row], measure: Callable[[Row], Row]) -> li
             row = one | measure(one)
             with path.open("a") as file:
                 file.write(json.dumps(row) + "\n")
+        tell(row)
         out.append(row)
     return out
 

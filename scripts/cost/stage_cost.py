@@ -15,7 +15,6 @@ case, and the processor time of all its processes is told for a second of motion
 from __future__ import annotations
 
 import csv
-import resource
 import statistics
 import sys
 import time
@@ -29,7 +28,14 @@ import tomli_w
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2] / "jobs"))
 import stage
-from common import campaign, parser_of, table, under_mpi, working_folder
+from common import (
+    campaign,
+    parser_of,
+    processor_time,
+    table,
+    under_mpi,
+    working_folder,
+)
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import result_of
@@ -124,12 +130,11 @@ def whole(folder: Path, seconds: float) -> tuple[float, list[dict[str, str]]]:
     with working_folder(None, "stage") as out:
         file = out / "map.toml"
         file.write_text(tomli_w.dumps(document), encoding="utf-8")
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        before = processor_time()
         campaign(file, out / "map")
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = processor_time() - before
         words = "-m", "hpcwhirl", "cases", out / "map", "--csv", "--no-units"
         listed = under_mpi(0, *words, "--columns", columns)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return spent, list(csv.DictReader(listed.splitlines()))
 
 

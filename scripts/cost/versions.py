@@ -15,7 +15,6 @@ those that it calls; a kernel, which Python calls, includes LLVM's work on its p
 from __future__ import annotations
 
 import json
-import resource
 import shutil
 import subprocess
 import sys
@@ -30,6 +29,7 @@ from common import (
     TOP,
     Row,
     parser_of,
+    processor_time,
     table,
     tree_of,
     with_version,
@@ -101,12 +101,11 @@ def documents(name: str, engine: Path) -> tuple[list[Row], int]:
 def processor(tree: Path, words: list[str | Path], caches: Path) -> float:
     """Return the processor's seconds of a command of a version."""
     call = [sys.executable, "-m", "hpcwhirl", *map(str, words)]
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor_time()
     subprocess.run(
         call, cwd=tree, env=with_version(tree, caches), check=True, capture_output=True
     )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return processor_time() - before
 
 
 def once(name: str, tree: Path, folder: Path) -> float:

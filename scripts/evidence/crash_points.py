@@ -35,8 +35,9 @@ import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import apart
-from common import parser_of, table
+from common import parser_of, processor_time, table
 from crashing import awaits, checks
+from crashing.awaits import some
 from crashing.disk import MODELS, PROCESS, Crash
 from crashing.kinds import Kind, kinds
 from crashing.trace import compiled
@@ -46,23 +47,13 @@ PAGE = Path(__file__).with_suffix(".md")
 PLACE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
 EACH = 8  # of so many deaths of a process, one is gone on from under mpirun
 SOME = 10  # of so many states, one is gone on from by two or three ranks
+BOTH = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
 Facts = dict[str, Any]
-
-
-def spent() -> float:
-    """Return the processor time of this process and its forks, s."""
-    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(one.ru_utime + one.ru_stime for one in used)
-
-
-def some(all_of: list[Any], share: float) -> list[Any]:
-    """Return an even share of what there is."""
-    return all_of[:: max(round(1.0 / share), 1)]
 
 
 def look_at(kind: Kind, place: Path, share: float) -> Facts:
     """Return what became of all crashes of a kind, and of its awaits."""
-    start = spent()
+    start = processor_time(*BOTH)
     checks.prepare([kind], place)
     found = checks.record(kind, place / "record")
     crashes = checks.states(found)
@@ -84,7 +75,7 @@ def look_at(kind: Kind, place: Path, share: float) -> Facts:
     if kind.under_mpirun:
         facts["awaits"].append(under_mpirun(found, some(own, min(share, 1.0) / EACH)))
     facts["awaits"] += awaits.look_at(kind, found, place, share)
-    facts["seconds"] = spent() - start
+    facts["seconds"] = processor_time(*BOTH) - start
     return facts
 
 

@@ -27,28 +27,6 @@ class Statement:
             raise ValueError(msg)
 
 
-@dataclass(frozen=True)
-class Number:
-    """A number of the paper: unit, and relative difference that still agrees."""
-
-    where: str
-    claim: str
-    paper: float
-    unit: str
-    tolerance: float
-
-    def beside(self, here: float) -> Statement:
-        """Return the statement with what was computed; nan cannot be judged."""
-        if not abs(here) < float("inf"):
-            return Statement(self.where, self.claim, "nothing", VERDICTS[1])
-        off = here / self.paper - 1
-        told = f"{here:.5g} {self.unit} ({100 * off:+.2g} %; allowed "
-        told += f"±{100 * self.tolerance:g} %)"
-        return Statement(
-            self.where, self.claim, told, judged(abs(off) <= self.tolerance)
-        )
-
-
 Engines = Mapping[str, Sequence[Statement]]
 
 
@@ -62,6 +40,20 @@ def said(where: str, claim: str, computed: str, agrees: Any) -> Statement:
     return Statement(
         where, claim, computed, judged(agrees if agrees is None else bool(agrees))
     )
+
+
+def number(
+    where: str, claim: str, paper: float, here: float, unit: str, tolerance: float
+) -> Statement:
+    """Return a statement on a number of the paper; nan cannot be judged.
+
+    tolerance : relative difference that still agrees
+    """
+    if not abs(here) < float("inf"):
+        return said(where, claim, "nothing", None)
+    off = here / paper - 1
+    told = f"{here:.5g} {unit} ({100 * off:+.2g} %; allowed ±{100 * tolerance:g} %)"
+    return said(where, claim, told, abs(off) <= tolerance)
 
 
 def ordered(found: Iterable[Statement]) -> list[Statement]:

@@ -432,8 +432,10 @@ def test_a_mistuned_rotor_has_no_shapes_by_diameter():
 
 
 def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
-    number = paper_text.Number("Fig. 1", "a frequency", 100.0, "Hz", 0.01)
-    near, far, none = (number.beside(h) for h in (100.9, 101.1, float("nan")))
+    near, far, none = (
+        paper_text.number("Fig. 1", "a frequency", 100.0, here, "Hz", 0.01)
+        for here in (100.9, 101.1, float("nan"))
+    )
     assert [s.verdict for s in (near, far, none)] == [
         "agrees",
         "differs",

@@ -68,8 +68,9 @@ def run(scene):
     """Return the words and folds of a run, its kernel, and its tips (n, N, 2)."""
     march = March(resolve(scene))
     history = march.run()
-    row = result_of(march.case, history).row
-    return [row[name] for name in NAMED], march.scheme.kernel, history.tips
+    row, kernel = result_of(march.case, history).row, march.scheme.kernel
+    name = f"{kernel.__module__}.{kernel.__qualname__}"
+    return [row[word] for word in NAMED], name, history.tips
 
 
 def apart(one, other):
@@ -100,7 +101,7 @@ def compared(index, folder, **more):
     chaotic = apart(tips[2], tips[0]) > CHAOS
     calm = int(np.argmax(chaotic)) if chaotic.any() else len(chaotic)
     return {
-        "way": way, "kernel": kernels[0] is kernels[1], "same": words[0] == words[1],
+        "way": way, "kernel": kernels[0] == kernels[1], "same": words[0] == words[1],
         "bits": np.array_equal(tips[0], tips[1]), "calm": calm / len(chaotic),
         "apart": apart(tips[1], tips[0])[:calm].max(initial=0.0),
     }  # fmt: skip
