@@ -25,7 +25,7 @@ words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
 words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | --write
 basins      | 10 min  | python scripts/evidence/basins.py              |
 neighbours  | minutes | python scripts/evidence/neighbours.py          |
-decided     | hours   | python scripts/evidence/decided.py             | --write
+decided     | hours   | python scripts/evidence/words_hold.py --cells  | --write
 motions     | 20 min  | python scripts/evidence/motions.py             | --write
 boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
 refine      | hours   | python scripts/evidence/refine.py              | --write
