@@ -14,13 +14,14 @@ seconds are of the clock, MB the largest resident set of the process.
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import subprocess
 import sys
 import time
 import zlib
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -101,11 +102,12 @@ def templates(folder: Path) -> list[Record]:
     return [found[name] for name in sorted(found)]
 
 
-def made(folder: Path, cases: int, known: list[Record]) -> Path:
+def made(folder: Path, cases: int) -> Path:
     """Return the directory of a finished campaign of so many made-up rows."""
     place = folder / f"rows-{cases}"
     if place.exists():
         return place
+    known = templates(folder)
     part = folder / f"rows-{cases}.part"
     shutil.rmtree(part, ignore_errors=True)
     (part / "journal").mkdir(parents=True)
@@ -242,18 +244,14 @@ def main() -> None:
     parser.add_argument("--cases", type=int, nargs="+", default=SIZES)
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     parser.add_argument("--folder", type=Path)
-    parser.add_argument("--make", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--load", default="Nothing else ran.")
     args = parser.parse_args()
     found = []
     with working_folder(args.folder, "scale-cost") as folder:
-        if args.make:  # a process of its own: what it holds counts as its child's
-            made(folder, args.make, templates(folder))
-            return
         for cases in args.cases:
-            again = [sys.executable, __file__, "--folder", folder, "--make", str(cases)]
-            subprocess.run(again, check=True)
-            place = folder / f"rows-{cases}"
+            # in a process of its own: what it holds would count as its child's
+            with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+                place = pool.submit(made, folder, cases).result()
             found.append(held_by(place, cases, measured(place, args.only)))
     text = page(found, args.load)
     print(text)

@@ -298,8 +298,8 @@ def cells_page(folder: Path) -> str:
     return "\n".join([
         "# How long cases are undecided, and whether words hold", "",
         "Made by `python scripts/evidence/words_hold.py --cells --write`: cells of",
-        "maps of five engines, one also with rotation, in `draft`, judged four times, as",
-        "a run of that length is. Shares with their 95 % interval (Wilson).", "",
+        "maps of five engines, one also with rotation, in `draft`, judged at four",
+        "times. Shares with their 95 % interval (Wilson).", "",
         "## Undecided cases", "",
         *table(["engine", "cells", *(f"{t:g} s" for t in times)], falling), "",
         '## With `until = "decided"`, `longest = 20`', "", *table(heads, ends), "",

@@ -29,9 +29,8 @@ from hpcwhirl.store.reading.results_file import Results
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import completed, parser_of
 from paper.found import PAPER_SPEEDS, Found
-from paper.reasons import with_reason
 from paper.statements import statements
-from paper.text import page
+from paper.text import page, with_reason
 from paper.veering import draw_veering
 
 

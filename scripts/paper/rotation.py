@@ -2,28 +2,27 @@
 
     python scripts/paper/rotation.py [--step DT] [--duration S] [--out DIR]
 
-marches the paper's four motions of `four_motions` and then 51 speeds at four frictions,
-with rotation none and full, those that rub all round once more for four times as long,
-and writes `rotation.md` beside this file. The campaigns lie in DIR (default: one that
-is removed) and go on where they were stopped.
+marches 51 speeds of `four_motions` at four frictions, the paper's four motions among
+them, with rotation none and full, those that rub all round once more for four times as
+long, and writes `rotation.md` beside this file. The campaigns lie in DIR (default: one
+that is removed) and go on where they were stopped.
 """
 
 from __future__ import annotations
 
 import itertools
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import completed, parser_of, working_folder
+from common import Row, completed, parser_of, table, working_folder
 
-from hpcwhirl import open_results
 from hpcwhirl.analysis.rotation import critical_of, rotation_of_case
-from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.scene import Scene, apply_settings, named_scene
-from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.results_file import Results
 
 PAPER = {520.0: "damped", 410.0: "sustained", 270.0: "divergent", 420.0: "divergent"}
 FRICTIONS = (0.1, 0.2)
@@ -32,6 +31,7 @@ MAPPED = (0.05, 0.1, 0.15, 0.2)  # frictions
 RUBBING, LONGER = 0.15, 4  # friction of rubs all round; durations that words must hold
 KINDS = ("none", "full")
 TOLD = ("damped", "sustained", "divergent", "undecided")
+Rows = dict[tuple[Any, ...], Row]  # by friction, rotation, speed
 PAGE = Path(__file__).with_name("rotation.md")
 HEAD = """# The four motions with all that rotation adds
 
@@ -65,7 +65,7 @@ def scene_of(speed: float, friction: float, rotation: str, args: Any) -> Scene:
     return apply_settings(named_scene("table2"), given)
 
 
-def told(row: dict[str, Any]) -> str:
+def told(row: Row) -> str:
     """Return what a case did, in a cell."""
     word = row["regime"]
     if word == "damped":
@@ -74,8 +74,8 @@ def told(row: dict[str, Any]) -> str:
     return f"{word} {row['whirl']}, {size:.2g}, {row['line_frequency']:.0f}"
 
 
-def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Any:
-    """Return results of a campaign of so many durations, continued or computed."""
+def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Rows:
+    """Return rows of a campaign of so many durations, continued or computed."""
     tables = {
         "scene": {"duration": times * args.duration},
         "engine": {"name": "four_motions"},
@@ -83,60 +83,63 @@ def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Any:
         "output": {"traces": "summary"},
         "sweep": {**sweep, "speed": SPEEDS},
     }
-    return open_results(completed(tables, folder))
+    cases = Results(completed(tables, folder))
+    names = "friction", "rotation", "speed"
+    return {tuple(cases.value(i, n) for n in names): row
+            for i, row in enumerate(cases.rows)}  # fmt: skip
 
 
-def held(folder: Path, args: Any, data: Any) -> str:
-    """Return what words of rubs all round are in longer runs, as a sentence."""
-    sweep = {"rotation": ["full"], "friction": [RUBBING]}
-    longer = words(marched(folder, args, LONGER, sweep).regime)
-    own = (data.friction.values == RUBBING) & (words(data.rotation) == "full")
-    first = words(data.regime)[own]
-    same = [int((longer[first == word] == word).sum()) for word in TOLD]
-    counts = [int((first == word).sum()) for word in TOLD]
-    changed = [
-        f"{speed:g} rad/s {one} to {other}"
-        for speed, one, other in zip(SPEEDS, first, longer, strict=True)
-        if one != other
-    ]
-    told = ", ".join(
-        f"{n} of {count} {word}"
-        for n, count, word in zip(same, counts, TOLD, strict=True)
+def at_paper(rows: Rows) -> str:
+    """Return the paper's motions as Markdown, and how many words are the paper's."""
+    same, lines = dict.fromkeys(KINDS, 0), []
+    for friction, (speed, word) in itertools.product(FRICTIONS, PAPER.items()):
+        own = {kind: rows[friction, kind, speed] for kind in KINDS}
+        cells = " | ".join(map(told, own.values()))
+        paper = word if friction == FRICTIONS[0] else "-"
+        lines.append(f"| {speed:g} | {paper} | {friction:g} | {cells} |\n")
+        for kind, row in own.items():
+            same[kind] += row["regime"] == paper
+    return "".join(lines) + (
+        f"\nOf the paper's words at friction {FRICTIONS[0]:g}, {same['none']} are "
+        f"those of none and {same['full']} those of full.\n"
     )
+
+
+def held(rows: Rows, longer: Rows, duration: float) -> str:
+    """Return what words of rubs all round are in longer runs, as a sentence."""
+    pairs = {key[-1]: (rows[key]["regime"], row["regime"])
+             for key, row in longer.items()}  # fmt: skip
+    same = Counter(one for one, other in pairs.values() if one == other)
+    count = Counter(one for one, _ in pairs.values())
+    told = ", ".join(f"{same[word]} of {count[word]} {word}" for word in TOLD)
+    changed = [f"{speed:g} rad/s {one} to {other}"
+               for speed, (one, other) in pairs.items() if one != other]  # fmt: skip
     return (
         f"\nAt friction {RUBBING:g} with full rotation, in runs of "
-        f"{LONGER * args.duration:g} s, the same are: {told}. Others: "
+        f"{LONGER * duration:g} s, the same are: {told}. Others: "
         f"{', '.join(changed) or 'none'}.\n"
     )
 
 
-def mapped(folder: Path, args: Any) -> str:
-    """Return the words over the speed, as Markdown; a line for each friction and kind.
-
-    folder : of the campaigns, which are computed or continued there
-    """
-    sweep = {"rotation": [*KINDS], "friction": [*MAPPED]}
-    data = marched(folder / "map", args, 1, sweep)
-    regime, whirl = words(data.regime), words(data.whirl)
-    lines = [
-        "| friction | rotation | damped of 51 | speeds, rad/s |",
-        "|---|---|---|---|",
-    ]
+def mapped(rows: Rows) -> str:
+    """Return the words over the speed, as Markdown; a line for each friction and kind."""
+    lines = []
     for friction, kind in itertools.product(MAPPED, KINDS):
-        own = (data.friction.values == friction) & (words(data.rotation) == kind)
-        found = list(zip(SPEEDS, regime[own], whirl[own], strict=True))
-        told = []
-        for word, group in itertools.groupby(found, lambda one: _word(*one[1:])):
-            speeds = [one[0] for one in group]
+        own = [rows[friction, kind, speed] for speed in SPEEDS]
+        spans = []
+        for word, group in itertools.groupby(own, _word):
+            speeds = [row["speed"] for row in group]
             span = f"{speeds[0]:g}" + (f"–{speeds[-1]:g}" if len(speeds) > 1 else "")
-            told.append(f"{span} {word}")
-        damped = int((regime[own] == "damped").sum())
-        lines.append(f"| {friction:g} | {kind} | {damped} | {', '.join(told)} |")
-    return "\n".join(lines) + "\n" + held(folder / "longer", args, data)
+            spans.append(f"{span} {word}")
+        damped = sum(row["regime"] == "damped" for row in own)
+        lines.append([f"{friction:g}", kind, damped, ", ".join(spans)])
+    head = "friction", "rotation", "damped of 51", "speeds, rad/s"
+    return "\n".join(table(head, lines)) + "\n"
 
 
-def _word(regime: str, whirl: str) -> str:
-    return regime if regime == "damped" else f"**{regime}** {whirl}"
+def _word(row: Row) -> str:
+    word = row["regime"]
+    return "damped" if word == "damped" else f"**{word}** {row['whirl']}"
 
 
 def facts_of(args: Any) -> dict[str, Any]:
@@ -161,34 +164,21 @@ def facts_of(args: Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """March all cases and write the page, a row after the other."""
+    """March all cases and write the page."""
     parser = parser_of(__doc__)
     parser.add_argument("--step", type=float, default=1e-6, help="time step, s")
     parser.add_argument("--duration", type=float, default=2.5, help="engine time, s")
     parser.add_argument("--out", type=Path, help="directory of the campaigns")
     args = parser.parse_args()
-    text = HEAD.format(step=args.step, duration=args.duration)
-    same = dict.fromkeys(KINDS, 0)
-    for friction in FRICTIONS:
-        for speed, word in PAPER.items():
-            rows = {
-                kind: simulate(scene_of(speed, friction, kind, args)).row
-                for kind in same
-            }
-            if friction == FRICTIONS[0]:
-                for kind, row in rows.items():
-                    same[kind] += row["regime"] == word
-            cells = [told(row) for row in rows.values()]
-            paper = word if friction == FRICTIONS[0] else "-"
-            line = f"| {speed:g} | {paper} | {friction:g} | {' | '.join(cells)} |\n"
-            print(line, end="", flush=True)
-            text += line
-    text += f"\nOf the paper's words at friction {FRICTIONS[0]:g}, "
-    text += f"{same['none']} are those of none and {same['full']} those of full.\n"
-    text += "\n## Words over the speed\n\n"
+    sweep = {"rotation": [*KINDS], "friction": [*MAPPED]}
     with working_folder(args.out, "rotation") as folder:
-        text += mapped(folder, args)
-    PAGE.write_text(text + TAIL.format(**facts_of(args)), encoding="utf-8")
+        rows = marched(folder / "map", args, 1, sweep)
+        rub = {"rotation": ["full"], "friction": [RUBBING]}
+        longer = marched(folder / "longer", args, LONGER, rub)
+    text = HEAD.format(step=args.step, duration=args.duration) + at_paper(rows)
+    text += "\n## Words over the speed\n\n" + mapped(rows)
+    text += held(rows, longer, args.duration) + TAIL.format(**facts_of(args))
+    PAGE.write_text(text, encoding="utf-8")
     print(PAGE)
 
 

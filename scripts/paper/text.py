@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from common import table
 
 VERDICTS = ("differs", "cannot be judged", "agrees")  # misses first
+REASONS: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("reasons.toml").read_text("utf-8")
+)
 PLURAL = dict(zip(VERDICTS, ("differ", "cannot be judged", "agree"), strict=True))
 
 
@@ -54,6 +59,14 @@ def number(
     off = here / paper - 1
     told = f"{here:.5g} {unit} ({100 * off:+.2g} %; allowed ±{100 * tolerance:g} %)"
     return said(where, claim, told, abs(off) <= tolerance)
+
+
+def with_reason(statement: Statement) -> Statement:
+    """Return a statement, with the reason why it does not agree where one is known."""
+    reason = REASONS.get(statement.claim)
+    if statement.verdict == VERDICTS[2] or reason is None:
+        return statement
+    return replace(statement, computed=f"{statement.computed}. Why: {reason}")
 
 
 def ordered(found: Iterable[Statement]) -> list[Statement]:

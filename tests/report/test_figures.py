@@ -12,7 +12,7 @@ from launch import ended
 from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
-from paper.reasons import REASONS, with_reason
+from paper.text import REASONS, with_reason
 
 from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.analysis.rotation import critical_of, waves_over
