@@ -122,7 +122,7 @@ def held(rows: Rows, longer: Rows, duration: float) -> str:
 
 
 def mapped(rows: Rows) -> str:
-    """Return the words over the speed, as Markdown; a line for each friction and kind."""
+    """Return the words over the speed as Markdown, by friction and rotation."""
     lines = []
     for friction, kind in itertools.product(MAPPED, KINDS):
         own = [rows[friction, kind, speed] for speed in SPEEDS]
