@@ -200,6 +200,21 @@ def with_section(page: str, section: str) -> str:
     return "\n\n## ".join([head.rstrip(), *given.values()]) + "\n"
 
 
+def tell(measured: str, page: Path | None) -> None:
+    """Print what was measured, and write it into a page, if one is given.
+
+    It takes the place of the page's section `Measured`, with the command that made it;
+    what else stands on the page is written by hand.
+    """
+    print(measured)
+    if page:
+        script = Path(sys.argv[0]).resolve().relative_to(TOP)
+        words = ("FOLDER" if Path(word).exists() else word for word in sys.argv[1:])
+        call = shlex.join(["python", str(script), *words])
+        section = f"## Measured\n\nMade by `{call}`.\n\n{measured}"
+        page.write_text(with_section(page.read_text("utf-8"), section), "utf-8")
+
+
 def in_turn(
     works: Mapping[str, Callable[[], float]], repeats: int
 ) -> dict[str, list[float]]:

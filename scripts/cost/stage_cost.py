@@ -33,6 +33,7 @@ from common import (
     parser_of,
     processor_time,
     table,
+    tell,
     under_mpi,
     working_folder,
 )
@@ -164,25 +165,6 @@ def short(value: str) -> str:
         return value
 
 
-def page(folder: Path, seconds: float, call: str) -> str:
-    """Return both tables as Markdown."""
-    scenes = list(Design.of(folder / "map.toml").scenes)
-    finest = timed(scenes, REFERENCE)
-    head = (
-        "step, s", "prepared, s a case", "in flight, µs", "in contact, µs",
-        "s of the processor a second of motion, median", "most",
-        *(f"{name}, apart" for name in NUMBERS), "same word",
-    )  # fmt: skip
-    lines = [line(step, timed(scenes, step), finest) for step in STEPS]
-    lines.append(line(REFERENCE, finest, finest))
-    return "\n".join([
-        "# Cost of the solid stage", "",
-        f"Made by `{call}`, beside other work. Cases of its map, {SHORT:g} s each;",
-        f"largest errors against the step {REFERENCE:g} s.", "",
-        *table(head, lines), "", *told_whole(folder, seconds), "",
-    ])  # fmt: skip
-
-
 def main() -> None:
     """Time, compare and print."""
     parser = parser_of(__doc__, write=PAGE)
@@ -191,12 +173,17 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=1.0, help="of a case")
     args = parser.parse_args()
     stage.reduced(args.folder, stage.COARSE if args.coarse else stage.FINE)
-    call = f"python scripts/cost/{Path(__file__).name} FOLDER"
-    call += " --coarse" * args.coarse + " --write"
-    told = page(args.folder, args.seconds, call)
-    print(told)
-    if args.write:
-        PAGE.write_text(told, encoding="utf-8")
+    scenes = list(Design.of(args.folder / "map.toml").scenes)
+    finest = timed(scenes, REFERENCE)
+    head = (
+        "step, s", "prepared, s a case", "in flight, µs", "in contact, µs",
+        "s of the processor a second of motion, median", "most",
+        *(f"{name}, apart" for name in NUMBERS), "same word",
+    )  # fmt: skip
+    lines = [line(step, timed(scenes, step), finest) for step in STEPS]
+    lines.append(line(REFERENCE, finest, finest))
+    told = [*table(head, lines), "", *told_whole(args.folder, args.seconds)]
+    tell("\n".join(told), PAGE if args.write else None)
 
 
 if __name__ == "__main__":

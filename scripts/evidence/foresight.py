@@ -2,7 +2,7 @@
 
     python scripts/evidence/foresight.py                  # all seven, 1 and 2 ranks
     python scripts/evidence/foresight.py --only short --ranks 1
-    options: --write (the page), --load TEXT (what else the machine did, for the page)
+    options: --write (the page)
 
 Each campaign has a pilot in a new directory, of a fifth of what its ranks compute, and
 is then ended there, on one rank and on two; kernels are compiled before. Seconds are of
@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import tomli_w
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import JOBS, parser_of, program, table, working_folder
+from common import JOBS, parser_of, program, table, tell, working_folder
 
 PAGE = Path(__file__).with_suffix(".md")
 CLOSE = 0.25  # relative
@@ -108,19 +108,13 @@ def compared(rows: list[Found]) -> list[str]:
     return table(HEAD, lines)
 
 
-def page(rows: list[Found], load: str) -> str:
-    """Return the page."""
+def measured(rows: list[Found]) -> str:
+    """Return the table, and how many forecasts were close."""
     close, inside = map(sum, zip(*(row.marks for row in rows), strict=True))
-    return f"""# What a pilot foresees
-
-Made by `python scripts/evidence/foresight.py --write`; campaigns are in foresight.toml.
-{load}
-
-{chr(10).join(compared(rows))}
-
-Within {CLOSE:.0%}: {close} of {len(rows)}; within the range that was told: {inside}
-of {len(rows)} (✗: not). Cases of a refined campaign are guessed beforehand.
-"""
+    return "\n".join(compared(rows)) + (
+        f"\n\nWithin {CLOSE:.0%}: {close} of {len(rows)}; within the range that was "
+        f"told: {inside} of {len(rows)} (✗: not)."
+    )
 
 
 def main() -> None:
@@ -128,7 +122,6 @@ def main() -> None:
     parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("--only", nargs="+", choices=TABLE, default=[*TABLE])
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--load", default="Nothing else ran.")
     args = parser.parse_args()
     rows: list[Found] = []
     with working_folder(None, "foresight") as folder:
@@ -136,8 +129,8 @@ def main() -> None:
             for ranks in args.ranks:
                 rows.append(foreseen(name, ranks, folder))
                 print(compared(rows[-1:])[-1], flush=True)
-    if args.write:
-        PAGE.write_text(page(rows, args.load))
+                print(compared(rows[-1:])[-1], flush=True)
+    tell(measured(rows), PAGE if args.write else None)
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import kept, parser_of, share, table, working_folder
+from common import kept, parser_of, share, table, tell, working_folder
 
 PAGE = Path(__file__).with_suffix(".md")
 SHORT, LONGER, SETTLED = 100, 4, 10  # revolutions; times that; revolutions before
@@ -205,16 +205,7 @@ def main() -> None:
     args = parser.parse_args()
     with working_folder(None, "motions") as folder:
         text = tables(computed(args.file or folder / "motions.jsonl"))
-    print(text)
-    if args.write:
-        head = (
-            "# Whether words of motions hold\n\nWritten by `python "
-            "scripts/evidence/motions.py --write`: sustained cases of the named "
-            f"engines, in `draft`, drawn at random; {SHORT} revolutions after the end "
-            f"of {DURATION} s, and the {LONGER * SHORT} after those. Shares with their "
-            "95 % interval (Wilson); exponents with that of `exponent_error`.\n\n"
-        )
-        PAGE.write_text(head + text + "\n")
+    tell(text, PAGE if args.write else None)
 
 
 if __name__ == "__main__":
