@@ -97,11 +97,9 @@ def table(told: list[Facts]) -> list[str]:
     return common.table(("attack", *columns[1:]), rows)
 
 
-def page(told: list[Facts], share: float) -> str:
-    """Return the page: the table, what was tried, what was not, what failed."""
-    by = f"Written by `python scripts/evidence/attack.py --share {share:g} --write`; "
-    by += "do not edit."
-    out = ["# Attacks", "", by, "", *table(told), "", "Of these:", ""]
+def in_detail(told: list[Facts]) -> str:
+    """Return the table, what was tried, what was not, what failed."""
+    out = [*table(told), "", "Of these:", ""]
     for facts in told:
         kinds = ", ".join(f"{n} {kind}" for kind, n in facts["kinds"].items())
         name, whole = facts["attack"], FAMILIES[facts["attack"]].count
@@ -109,7 +107,7 @@ def page(told: list[Facts], share: float) -> str:
         out.append(f"- **{name}**, seed {facts['seed']}{short}: {kinds or 'none'}")
         out += [f"  - not tried {n} times: {w}" for w, n in facts["skipped"].items()]
         out += [f"  - failed: {line}" for line in facts["failures"][:SHOWN]]
-    return "\n".join(out) + "\n"
+    return "\n".join(out)
 
 
 def main() -> int:
@@ -123,9 +121,10 @@ def main() -> int:
         print(json.dumps(attack(args.inside, args)))
         return 0
     told = list(apart.each(args, lambda name: FAMILIES[name].env))
-    print(json.dumps(told, indent=1) if args.json else "\n".join(table(told)))
-    if args.write:
-        PAGE.write_text(page(told, args.share))
+    if args.json:
+        print(json.dumps(told, indent=1))
+    else:
+        common.tell(in_detail(told), PAGE if args.write else None)
     return 1 if any(facts["failed"] for facts in told) else 0
 
 

@@ -35,10 +35,10 @@ import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import apart
-from common import parser_of, processor_time, table
+from common import parser_of, processor_time, table, tell
 from crashing import awaits, checks
 from crashing.awaits import some
-from crashing.disk import MODELS, PROCESS, Crash
+from crashing.disk import PROCESS, Crash
 from crashing.kinds import Kind, kinds
 from crashing.trace import compiled
 
@@ -106,23 +106,6 @@ def failures(found: list[Facts]) -> list[str]:
                   for one in f["awaits"] for line in one["failures"]]  # fmt: skip
 
 
-def page(found: list[Facts], seconds: float) -> str:
-    """Return the page."""
-    told = " ".join((__doc__ or "").split("\n\n")[2].split())
-    out = ["# Crash points", "",
-           "Written by `python scripts/evidence/crash_points.py --write`; do not edit.",
-           "", told, "", "What a death may leave:", ""]  # fmt: skip
-    out += [f"- {name}: {text}" for name, text in MODELS.items()]
-    out += [
-        "",
-        "Of the states an even share was gone on from (tried); --share 64 takes all.",
-        "", *tables(found), "", f"{seconds / 60:.0f} minutes of processor time.", "",
-    ]  # fmt: skip
-    lines = failures(found)
-    out += ["Failed:", "", *lines] if lines else ["None failed."]
-    return "\n".join(out) + "\n"
-
-
 def main() -> int:
     """Look at all, and tell what became of it."""
     parser, known = parser_of(__doc__, write=PAGE), kinds()
@@ -146,9 +129,12 @@ def main() -> int:
     if args.json:
         print(json.dumps(found))
     else:
-        print("\n".join([*tables(found), *failures(found)]))
-    if args.write:
-        PAGE.write_text(page(found, sum(f["seconds"] for f in found)))
+        minutes = sum(facts["seconds"] for facts in found) / 60
+        told = [*tables(found), "", f"{minutes:.0f} minutes of processor time.", ""]
+        told += (
+            ["Failed:", "", *failures(found)] if failures(found) else ["None failed."]
+        )
+        tell("\n".join(told), PAGE if args.write else None)
     return 1 if failures(found) else 0
 
 

@@ -46,6 +46,7 @@ from typing import NoReturn
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import tell
 from evidence import planted
 
 ROOT = Path(__file__).parents[2]
@@ -401,18 +402,15 @@ def told_of(found: list[Tried]) -> str:
     return f"{caught} of {len(found)} mutants caught, {late} timed out"
 
 
-def page(found: list[Tried], told: str, known: dict[str, str]) -> str:
-    """Return the page: how many were caught, and who was not."""
+def not_seen(found: list[Tried], known: dict[str, str]) -> str:
+    """Return how many were caught, and who was not."""
     survived = [one for one in found if not one.outcome.test]
     late = [one for one in found if one.outcome.timed_out]
-    command = f"`python scripts/evidence/mutants.py {told}`"
-    lines = ["# What the quick tests do not see", "",
-             f"{command}: {told_of(found)}. Those that survived:", "",
-             *table(survived, known)]  # fmt: skip
+    lines = [f"{told_of(found)}. Those that survived:", "", *table(survived, known)]
     if late:
         lines += ["", f"Those with a test that took more than {LIMITS[-1]:g} s:", "",
                   *table(late, known)]  # fmt: skip
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
 def parsed() -> argparse.Namespace:
@@ -456,12 +454,8 @@ def main() -> int:
             elif time.monotonic() < until:
                 tests = near(graph, tree / mutant.file, asked.files)
                 found.append(tried(tree, mutant, tests))
-    print(told_of(found))
-    text = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
-    known = verdicts(text)
-    if asked.write:
-        words = [w for w in sys.argv[1:] if w != "--write"]
-        PAGE.write_text(page(found, " ".join(words), known), encoding="utf-8")
+    known = verdicts(PAGE.read_text(encoding="utf-8"))
+    tell(not_seen(found, known), PAGE if asked.write else None)
     left = [one.mutant for one in found if not one.outcome.caught]
     return 0 if all(known.get(key(row_of(mutant))) for mutant in left) else 1
 

@@ -47,7 +47,7 @@ from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import MPIRUN, parser_of, results_of, table, working_folder
+from common import MPIRUN, parser_of, results_of, table, tell, working_folder
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -326,28 +326,12 @@ def section(found: Measured) -> str:
         f"{taken[1]:.0f}."
     )
     parts = [
-        f"## {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
+        f"### {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
         facts,
         "\n".join(goals(found)),
         *found.computed,
     ]
     return "\n\n".join(parts)
-
-
-def page(found: list[Measured], args: argparse.Namespace) -> str:
-    """Return the page, as Markdown."""
-    asked = "".join(f" --engine {name}:{k}" for name, k in args.engine)
-    asked += "".join(f" --compute {name}" for name in args.compute)
-    told = (
-        f"Written by `python scripts/evidence/refine.py{asked} --write`: engines of "
-        "the presets' map over speed (40 to 520 rad/s) and gap (0.08 to 0.4 mm, by its "
-        f"logarithm), {args.duration:g} s; see its docstring for what speckle and "
-        "tongues are. Core-seconds are the kernel's, by the processor's clock. Goals: "
-        "refined 1/4 of dense draft's cases at most, confirmed 1/8 of dense "
-        "standard's core-seconds, 98 % alike outside speckle, no tongue missed."
-    )
-    title = "# What refinement saves, and what it loses"
-    return "\n\n".join([title, told, *map(section, found)]) + "\n"
 
 
 def _engine(text: str) -> tuple[str, int]:
@@ -370,10 +354,7 @@ def main() -> int:
     args.engine = args.engine or [(name, 1) for name in ENGINES]
     with working_folder(args.folder, "refine") as folder:
         found = [measured(name, SIZES[k], args, folder) for name, k in args.engine]
-    text = page(found, args)
-    print(text)
-    if args.write:
-        PAGE.write_text(text)
+    tell("\n\n".join(map(section, found)), PAGE if args.write else None)
     return 0
 
 

@@ -41,7 +41,7 @@ from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, results_of, share, table, working_folder
+from common import parser_of, results_of, share, table, tell, working_folder
 from evidence.estimates_drawn import moving_engine
 from evidence.preset_map import inputs_of
 
@@ -228,7 +228,7 @@ def held(names: np.ndarray) -> list[str]:
 def section(title: str, result: Any) -> list[str]:
     """Return the tables of a population."""
     names = words(result.regime).reshape(len(TIMES), -1)
-    head = [f"## {title}", "", *held(names), ""]
+    head = [f"### {title}", "", *held(names), ""]
     later = table(["judged at", "word", *TOLD], changes(names))
     return [*head, *counted(names), "", *later, ""]
 
@@ -243,17 +243,18 @@ def main() -> int:
     parser.add_argument("--cells", action="store_true", help="cells of maps")
     args = parser.parse_args()
     full, same = args.rotation == "full", True
+    place = CELLS_PAGE if args.cells else FULL_PAGE if full else PAGE
     with working_folder(args.folder, "words") as folder:
         if args.cells:
-            text = cells_page(folder)
+            lines = of_cells(folder)
         elif args.uneven:
-            text, same = certified(uneven(args.runs, args.seed), folder)
+            lines, same = certified(uneven(args.runs, args.seed), folder)
         else:
-            text, same = (full_page if full else page)(folder, args.runs, args.seed)
-    print(text)
-    if args.write and not args.uneven:
-        place = CELLS_PAGE if args.cells else FULL_PAGE if full else PAGE
-        place.write_text(text)
+            own = with_rotation if full else of_populations
+            lines, same = own(folder, args.runs, args.seed)
+    version = f"Physics version {PHYSICS_VERSION}."
+    written = args.write and not args.uneven
+    tell("\n".join([version, "", *lines]), place if written else None)
     return 0 if same else 1
 
 
@@ -276,8 +277,8 @@ def ending(names: np.ndarray, seconds: np.ndarray) -> list[Any]:
     ]  # fmt: skip
 
 
-def cells_page(folder: Path) -> str:
-    """Run the campaign of cells; return the page."""
+def of_cells(folder: Path) -> list[str]:
+    """Run the campaign of cells; return their tables."""
     chosen, shape = cells(), (len(LATE), -1)
     every = [case for own in chosen.values() for case in own]
     place, times = folder / "cells", LATE.tolist()
@@ -295,45 +296,30 @@ def cells_page(folder: Path) -> str:
     heads = ["engine", "undecided at 2.5 s", "undecided at the end",
              "engine time, over 2.5 s each", "kernel's time, over that of 2.5 s",
              "words of after 2.5 s", "another word at 20 s"]  # fmt: skip
-    return "\n".join([
-        "# How long cases are undecided, and whether words hold", "",
-        "Made by `python scripts/evidence/words_hold.py --cells --write`: cells of",
-        "maps of five engines, one also with rotation, in `draft`, judged at four",
-        "times. Shares with their 95 % interval (Wilson).", "",
-        "## Undecided cases", "",
+    return [
+        "### Undecided cases", "",
         *table(["engine", "cells", *(f"{t:g} s" for t in times)], falling), "",
-        '## With `until = "decided"`, `longest = 20`', "", *table(heads, ends), "",
-        "## What words are at 20 s", "",
-        *table(["engine", "at", "word", *TOLD], later), "",
-    ])  # fmt: skip
+        '### With `until = "decided"`, `longest = 20`', "", *table(heads, ends), "",
+        "### What words are at 20 s", "",
+        *table(["engine", "at", "word", *TOLD], later),
+    ]  # fmt: skip
 
 
-def full_page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
-    """Run the first population with rotation; return the page, and whether all is well.
+def in_turn(runs: int) -> str:
+    """Return the title of the first population."""
+    told = f"{runs} motions, step {STEP:g} s, {len(ENGINES)} engines in turn"
+    return f"{told}: {'; '.join(ENGINES)}"
+
+
+def with_rotation(folder: Path, runs: int, seed: int) -> tuple[list[str], bool]:
+    """Run the first population with rotation; return tables, and whether all is well.
 
     The certificate is held against runs to the end, which look for none.
     """
     cases = [case | {"engine.rotation": "full"} for case in drawn(runs, seed)]
     result = mapped(cases, {"time_step": STEP}, FIRST, folder / "full")
     proofs, same = certified(cases, folder)
-    made = (
-        "Made by `python scripts/evidence/words_hold.py --rotation full --runs "
-        f"{runs} --seed {seed}`, physics version {PHYSICS_VERSION}."
-    )
-    rows = [
-        "# How often words hold with all effects of rotation",
-        "",
-        made,
-        "",
-        proofs,
-        "",
-        *section(
-            f"{runs} motions, step {STEP:g} s, {len(ENGINES)} engines in turn: "
-            + "; ".join(ENGINES),
-            result,
-        ),
-    ]
-    return "\n".join(rows), same
+    return [*proofs, "", *section(in_turn(runs), result)], same
 
 
 def uneven(runs: int, seed: int) -> list[dict[str, Any]]:
@@ -346,7 +332,7 @@ def uneven(runs: int, seed: int) -> list[dict[str, Any]]:
     return cases
 
 
-def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[str, bool]:
+def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[list[str], bool]:
     """Return what the certificate ends, and whether it is as integrated to the end."""
     solver: dict[str, Any] = {"time_step": STEP}
     proved = mapped(
@@ -371,11 +357,11 @@ def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[str, bool]:
         "`undecided`, as they are still coming to rest, and so many others differ: "
         f"{differ}."
     )
-    return proofs, not any(other.values())
+    return [proofs], not any(other.values())
 
 
-def page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
-    """Run the campaigns; return the page, and whether what is kept does not matter."""
+def of_populations(folder: Path, runs: int, seed: int) -> tuple[list[str], bool]:
+    """Run the campaigns; return tables, and whether what is kept does not matter."""
     draft = {"preset": "draft"}
     ring = mapped(rings(seed), draft, FIRST, folder / "light-ring")
     drew = mapped(engines(seed), draft, FIRST, folder / "engines")
@@ -384,28 +370,14 @@ def page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
         mapped(cases, step, kept, folder / kept.replace(" ", "-")) for kept in KEPT
     ]
     apart = differing(results)
-    compared = results[1].sizes["case"]
-    made = (
-        f"Made by `python scripts/evidence/words_hold.py --runs {runs} --seed {seed}`, "
-        f"physics version {PHYSICS_VERSION}."
-    )
-    rows = [
-        "# How often words hold",
-        "",
-        made,
-        "",
-        f"- Kept in {len(KEPT)} ways ({', '.join(KEPT)}), {compared} cases: "
-        + (f"variables that differ: {apart}" if apart else "no variable differs."),
-        "",
-        *section(
-            f"{runs} motions, step {STEP:g} s, {len(ENGINES)} engines in turn: "
-            + "; ".join(ENGINES),
-            results[0],
-        ),
+    told = f"variables that differ: {apart}" if apart else "no variable differs."
+    compared = f"{', '.join(KEPT)}), {results[1].sizes['case']} cases"
+    return [
+        f"- Kept in {len(KEPT)} ways ({compared}: {told}", "",
+        *section(in_turn(runs), results[0]),
         *section(f"{RINGS} motions of `jobs/light_ring.toml`, draft", ring),
         *section(f"{DRAWN} engines drawn at random, draft", drew),
-    ]
-    return "\n".join(rows), not apart
+    ], not apart  # fmt: skip
 
 
 if __name__ == "__main__":

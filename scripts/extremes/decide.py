@@ -16,11 +16,11 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Iterable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of
+from common import parser_of, tell
+from common import table as common_table
 from extremes.drawn import random_scene
 from extremes.laws import Broken
 from extremes.table import TABLE, Extreme
@@ -65,25 +65,10 @@ def meaning(extreme: Extreme) -> str:
     return words[0].rstrip(".") if words else "refused in one clear line"
 
 
-def page(rows: Iterable[str]) -> str:
-    """Return the table of outcomes as Markdown."""
-    lines = [
-        "# Scenes at the extremes",
-        "",
-        "Written by `python scripts/extremes/decide.py --write`; do not edit.",
-        "Table 2, 4 ms at 2e-6 s, all samples, with the settings of each row.",
-        "",
-        "| extreme | settings | law | outcome |",
-        "|---|---|---|---|",
-    ]
-    return "\n".join([*lines, *rows]) + "\n"
-
-
-def row_of(extreme: Extreme, told: str) -> str:
+def row_of(extreme: Extreme, told: str) -> list[str]:
     """Return the row of an extreme."""
     cells = extreme.what, f"`{extreme.name}`", meaning(extreme), told
-    text = " | ".join(cell.replace("|", "\\|") for cell in cells)
-    return f"| {text} |"
+    return [cell.replace("|", "\\|") for cell in cells]
 
 
 def table(words: list[str], *, write: bool) -> int:
@@ -98,7 +83,8 @@ def table(words: list[str], *, write: bool) -> int:
         spent = time.monotonic() - start
         print(f"{extreme.what}: {extreme.name}: {told} [{spent:.1f} s]", flush=True)
     if write:
-        PAGE.write_text(page(rows), encoding="utf-8")
+        head = "extreme", "settings", "law", "outcome"
+        tell("\n".join(common_table(head, rows)), PAGE)
     print(f"{len(chosen) - bad} of {len(chosen)} laws hold")
     return bad
 
