@@ -126,16 +126,15 @@ def main() -> int:
             return {"LD_PRELOAD": str(shim), PLACE: str(own), "PYTHONPATH": str(ROOT)}
 
         found = list(apart.each(args, environment))
+    wrong = failures(found)
     if args.json:
         print(json.dumps(found))
     else:
         minutes = sum(facts["seconds"] for facts in found) / 60
         told = [*tables(found), "", f"{minutes:.0f} minutes of processor time.", ""]
-        told += (
-            ["Failed:", "", *failures(found)] if failures(found) else ["None failed."]
-        )
+        told += ["Failed:", "", *wrong] if wrong else ["None failed."]
         tell("\n".join(told), PAGE if args.write else None)
-    return 1 if failures(found) else 0
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":

@@ -19,8 +19,7 @@ import warnings
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, tell
-from common import table as common_table
+from common import parser_of, table, tell
 from extremes.drawn import random_scene
 from extremes.laws import Broken
 from extremes.table import TABLE, Extreme
@@ -71,7 +70,7 @@ def row_of(extreme: Extreme, told: str) -> list[str]:
     return [cell.replace("|", "\\|") for cell in cells]
 
 
-def table(words: list[str], *, write: bool) -> int:
+def try_all(words: list[str], *, write: bool) -> int:
     """Try the table, or what has the words; return how many laws are broken."""
     chosen = [e for e in TABLE if all(w in e.what for w in words)]
     rows, bad = [], 0
@@ -84,7 +83,7 @@ def table(words: list[str], *, write: bool) -> int:
         print(f"{extreme.what}: {extreme.name}: {told} [{spent:.1f} s]", flush=True)
     if write:
         head = "extreme", "settings", "law", "outcome"
-        tell("\n".join(common_table(head, rows)), PAGE)
+        tell("\n".join(table(head, rows)), PAGE)
     print(f"{len(chosen) - bad} of {len(chosen)} laws hold")
     return bad
 
@@ -115,7 +114,7 @@ def main() -> int:
         parser.error("--write needs the whole table, without a WORD")
     if args.random > 0.0:
         return 1 if at_random(args.random, args.seed) else 0
-    return 1 if table(args.words, write=args.write) else 0
+    return 1 if try_all(args.words, write=args.write) else 0
 
 
 if __name__ == "__main__":
