@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import Row, completed, parser_of, table, working_folder
+from common import Row, completed, parser_of, table, tell, working_folder
 
 from hpcwhirl.analysis.rotation import critical_of, rotation_of_case
 from hpcwhirl.case.resolve import resolve
@@ -33,27 +33,6 @@ KINDS = ("none", "full")
 TOLD = ("damped", "sustained", "divergent", "undecided")
 Rows = dict[tuple[Any, ...], Row]  # by friction, rotation, speed
 PAGE = Path(__file__).with_name("rotation.md")
-HEAD = """# The four motions with all that rotation adds
-
-`python scripts/paper/rotation.py --step {step:g} --duration {duration:g}` wrote this
-page. `four_motions`, k = 1, gap 0.128 mm (the clearance at speed), {duration:g} s,
-scheme modal with steps of {step:g} s: central differences for `none`, exact waves for
-`full`. Word, then orbit radius over the gap and strongest line, rad/s, static frame,
-forward positive; the seconds are those of the last contact.
-
-| speed, rad/s | the paper | friction | none | full |
-|---|---|---|---|---|
-"""
-TAIL = """
-| at a speed, rad/s | {speeds} |
-|---|{rules}|
-| tips are pulled out by, mm | {grown} |
-| free motion decays at least with, 1/s | {decay} |
-
-Eq. 13, k = 1, 1F: {none:.1f} rad/s without, {full:.1f} rad/s with what rotation adds.
-An unbalance meets a wave at {unbalance} rad/s. The gap is that at speed: without wear
-or cooling, tips at rest stand as much farther from the casing as they are pulled out.
-"""
 
 
 def scene_of(speed: float, friction: float, rotation: str, args: Any) -> Scene:
@@ -89,20 +68,22 @@ def marched(folder: Path, args: Any, times: int, sweep: dict[str, Any]) -> Rows:
             for i, row in enumerate(cases.rows)}  # fmt: skip
 
 
-def at_paper(rows: Rows) -> str:
+def at_paper(rows: Rows) -> list[str]:
     """Return the paper's motions as Markdown, and how many words are the paper's."""
     same, lines = dict.fromkeys(KINDS, 0), []
     for friction, (speed, word) in itertools.product(FRICTIONS, PAPER.items()):
         own = {kind: rows[friction, kind, speed] for kind in KINDS}
-        cells = " | ".join(map(told, own.values()))
         paper = word if friction == FRICTIONS[0] else "-"
-        lines.append(f"| {speed:g} | {paper} | {friction:g} | {cells} |\n")
+        start = f"{speed:g}", paper, f"{friction:g}"
+        lines.append([*start, *map(told, own.values())])
         for kind, row in own.items():
             same[kind] += row["regime"] == paper
-    return "".join(lines) + (
-        f"\nOf the paper's words at friction {FRICTIONS[0]:g}, {same['none']} are "
-        f"those of none and {same['full']} those of full.\n"
+    counts = (
+        f"Of the paper's words at friction {FRICTIONS[0]:g}, {same['none']} are those "
+        f"of none and {same['full']} those of full."
     )
+    head = "speed, rad/s", "the paper", "friction", *KINDS
+    return [*table(head, lines), "", counts, ""]
 
 
 def held(rows: Rows, longer: Rows, duration: float) -> str:
@@ -115,13 +96,13 @@ def held(rows: Rows, longer: Rows, duration: float) -> str:
     changed = [f"{speed:g} rad/s {one} to {other}"
                for speed, (one, other) in pairs.items() if one != other]  # fmt: skip
     return (
-        f"\nAt friction {RUBBING:g} with full rotation, in runs of "
+        f"At friction {RUBBING:g} with full rotation, in runs of "
         f"{LONGER * duration:g} s, the same are: {told}. Others: "
-        f"{', '.join(changed) or 'none'}.\n"
+        f"{', '.join(changed) or 'none'}."
     )
 
 
-def mapped(rows: Rows) -> str:
+def mapped(rows: Rows) -> list[str]:
     """Return the words over the speed as Markdown, by friction and rotation."""
     lines = []
     for friction, kind in itertools.product(MAPPED, KINDS):
@@ -134,7 +115,7 @@ def mapped(rows: Rows) -> str:
         damped = sum(row["regime"] == "damped" for row in own)
         lines.append([f"{friction:g}", kind, damped, ", ".join(spans)])
     head = "friction", "rotation", "damped of 51", "speeds, rad/s"
-    return "\n".join(table(head, lines)) + "\n"
+    return table(head, lines)
 
 
 def _word(row: Row) -> str:
@@ -142,25 +123,27 @@ def _word(row: Row) -> str:
     return "damped" if word == "damped" else f"**{word}** {row['whirl']}"
 
 
-def facts_of(args: Any) -> dict[str, Any]:
-    """Return what the foot of the page tells."""
-    cases = [resolve(scene_of(speed, 0.1, "full", args)) for speed in sorted(PAPER)]
-    facts = [rotation_of_case(case) for case in cases]
-    speeds = {
-        kind: next(
-            row["speed"]
-            for row in critical_of(resolve(scene_of(410.0, 0.1, kind, args)), 1)
-            if (row["nodal_diameter"], row["family"]) == (1, "1F")
-        )
-        for kind in ("none", "full")
-    }
-    return speeds | {
-        "speeds": " | ".join(f"{speed:g}" for speed in sorted(PAPER)),
-        "rules": "---|" * (len(PAPER) - 1) + "---",
-        "grown": " | ".join(f"{1e3 * one['tip_growth']:.3f}" for one in facts),
-        "decay": " | ".join(f"{-one['growth']:.2f}" for one in facts),
-        "unbalance": ", ".join(f"{s:.1f}" for s in facts[0]["unbalance_speeds"]),
-    }
+def facts_of(args: Any) -> list[str]:
+    """Return what rotation does to free motion, as Markdown."""
+    facts = [rotation_of_case(resolve(scene_of(speed, 0.1, "full", args)))
+             for speed in sorted(PAPER)]  # fmt: skip
+    eq13 = [
+        next(row["speed"]
+             for row in critical_of(resolve(scene_of(410.0, 0.1, kind, args)), 1)
+             if (row["nodal_diameter"], row["family"]) == (1, "1F"))
+        for kind in KINDS
+    ]  # fmt: skip
+    grown = [f"{1e3 * one['tip_growth']:.3f}" for one in facts]
+    decay = [f"{-one['growth']:.2f}" for one in facts]
+    unbalance = ", ".join(f"{s:.1f}" for s in facts[0]["unbalance_speeds"])
+    eq13_told = (
+        f"Eq. 13, k = 1, 1F: {eq13[0]:.1f} rad/s without, {eq13[1]:.1f} rad/s with "
+        f"what rotation adds. An unbalance meets a wave at {unbalance} rad/s."
+    )
+    rows = [["tips are pulled out by, mm", *grown],
+            ["free motion decays at least with, 1/s", *decay]]  # fmt: skip
+    head = ["at a speed, rad/s", *(f"{speed:g}" for speed in sorted(PAPER))]
+    return [*table(head, rows), "", eq13_told]
 
 
 def main() -> None:
@@ -175,11 +158,9 @@ def main() -> None:
         rows = marched(folder / "map", args, 1, sweep)
         rub = {"rotation": ["full"], "friction": [RUBBING]}
         longer = marched(folder / "longer", args, LONGER, rub)
-    text = HEAD.format(step=args.step, duration=args.duration) + at_paper(rows)
-    text += "\n## Words over the speed\n\n" + mapped(rows)
-    text += held(rows, longer, args.duration) + TAIL.format(**facts_of(args))
-    PAGE.write_text(text, encoding="utf-8")
-    print(PAGE)
+    lines = [*at_paper(rows), "### Words over the speed", "", *mapped(rows), ""]
+    lines += [held(rows, longer, args.duration), "", *facts_of(args)]
+    tell("\n".join(lines), PAGE)
 
 
 if __name__ == "__main__":
