@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import shlex
 import subprocess
 import sys
@@ -34,6 +35,12 @@ def under_mpi(ranks: int, *words: str | Path) -> str:
     """Return what `python WORDS` prints on so many ranks."""
     call = program(ranks, *words)
     return subprocess.run(call, check=True, capture_output=True, text=True).stdout
+
+
+def processor_time(*whose: int) -> float:
+    """Return processor seconds, user's and system's, of ended children by default."""
+    used = map(resource.getrusage, whose or (resource.RUSAGE_CHILDREN,))
+    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 @contextmanager
@@ -140,11 +147,16 @@ def on_engine(name: str, document: Mapping[str, Any]) -> dict[str, Any]:
 # Rows that are kept, and tables of them
 
 
-def kept(path: Path, wanted: Iterable[Row], measure: Callable[[Row], Row]) -> list[Row]:
+def kept(
+    path: Path,
+    wanted: Iterable[Row],
+    measure: Callable[[Row], Row],
+    tell: Callable[[Row], object] = bool,
+) -> list[Row]:
     """Return a row for each one wanted: that of a file of JSON lines, or measured.
 
     A row has what is wanted and what was measured; what is measured is added to the
-    file at once.
+    file at once. `tell` is called with each row before the next one is wanted.
     """
     path.touch()
     rows = [json.loads(line) for line in path.read_text().splitlines()]
@@ -155,6 +167,7 @@ def kept(path: Path, wanted: Iterable[Row], measure: Callable[[Row], Row]) -> li
             row = one | measure(one)
             with path.open("a") as file:
                 file.write(json.dumps(row) + "\n")
+        tell(row)
         out.append(row)
     return out
 
@@ -185,6 +198,21 @@ def with_section(page: str, section: str) -> str:
     text = section.rstrip().removeprefix("## ")
     given[text.partition("\n")[0]] = text
     return "\n\n## ".join([head.rstrip(), *given.values()]) + "\n"
+
+
+def tell(measured: str, page: Path | None) -> None:
+    """Print what was measured, and write it into a page, if one is given.
+
+    It takes the place of the page's section `Measured`, with the command that made it;
+    what else stands on the page is written by hand.
+    """
+    print(measured)
+    if page:
+        script = Path(sys.argv[0]).resolve().relative_to(TOP)
+        words = ("FOLDER" if Path(word).exists() else word for word in sys.argv[1:])
+        call = shlex.join(["python", str(script), *words])
+        section = f"## Measured\n\nMade by `{call}`.\n\n{measured}"
+        page.write_text(with_section(page.read_text("utf-8"), section), "utf-8")
 
 
 def in_turn(

@@ -19,14 +19,13 @@ extremes    | 20 min  | python scripts/extremes/decide.py              | --write
 attacks     | 3 hours | python scripts/evidence/attack.py              | --write
 crashes     | 20 min  | python scripts/evidence/crash_points.py        | --write
 agreement   | 1 hour  | python scripts/evidence/agreement.py exact     |
-imported    | 30 min  | python scripts/evidence/imported.py            |
 bars        | minutes | python scripts/evidence/bars.py                |
 estimates   | hours   | python scripts/evidence/estimates.py           | --write
 words-hold  | hours   | python scripts/evidence/words_hold.py          | --write
 words-full  | 20 min  | python scripts/evidence/words_hold.py --rotation full | --write
 basins      | 10 min  | python scripts/evidence/basins.py              |
 neighbours  | minutes | python scripts/evidence/neighbours.py          |
-decided     | hours   | python scripts/evidence/decided.py             | --write
+decided     | hours   | python scripts/evidence/words_hold.py --cells  | --write
 motions     | 20 min  | python scripts/evidence/motions.py             | --write
 boundaries  | 1 hour  | python scripts/evidence/boundaries.py          | --write
 refine      | hours   | python scripts/evidence/refine.py              | --write

@@ -5,8 +5,8 @@
 Three integrators of Table 2's case: NumPy on dense matrices, Numba on dense matrices
 with BLAS, and SciPy's `solve_ivp` on modes with a penalty spring for the contact. The
 first two are Algorithm 1 with a fixed step and end with the contact impulse of `modal`;
-the third is another law of contact and is shown with what it finds. Prints seconds of
-computing for a second of engine time, and the ratio to `modal`, measured in one run.
+the third is another law of contact and is shown with what it finds. Prints processor
+seconds for a second of engine time, and the ratio to `modal`, measured in one run.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -77,92 +79,51 @@ def dense_operators(case: Case) -> list[tuple[Floats, Floats, Floats]]:
     return out
 
 
+@register_jitable
 def complementarity(gaps: Floats, w: Floats) -> Floats:
     """Return multipliers by exchanging until none is wrong."""
     active = gaps < 0
     lam = np.zeros(len(gaps))
     for _ in range(50):
+        own = np.flatnonzero(active)
         lam[:] = 0.0
-        lam[active] = np.linalg.solve(w[np.ix_(active, active)], -gaps[active])
+        lam[own] = np.linalg.solve(w[own][:, own], -gaps[own])
         after = gaps + w @ lam
         wrong = (active & (lam < 0)) | (~active & (after < -1e-18))
         if not wrong.any():
-            return lam
+            break
         active = active ^ wrong
     return lam
 
 
-def numpy_dense(case: Case) -> float:
-    """March with NumPy; return the contact impulse, N s."""
-    step, mu = case.scene.solver.time_step, case.scene.friction
-    (a_b, c_b, l_b), (a_c, c_c, l_c) = dense_operators(case)
-    x_b, y_b = np.zeros(len(a_b)), np.zeros(len(a_b))
-    x_c, y_c = np.zeros(len(a_c)), np.zeros(len(a_c))
-    load, impulse = case.load(), 0.0
-    for n in range(case.steps):
-        z_b = a_b @ x_b + c_b @ y_b
-        z_c = a_c @ x_c + c_c @ y_c + l_c @ (load * case.pulse(n * step))
-        radial, along = case.rows((n + 1) * step)
-        gaps = case.scene.gap + radial @ z_c - z_b[0:44:2]
-        if gaps.min() < 0:
-            push = (radial + mu * along).T
-            tips = np.zeros((len(z_b), 22))
-            tips[range(0, 44, 2), range(22)] = -1.0
-            tips[range(1, 44, 2), range(22)] = -mu
-            w = radial @ l_c @ push - (l_b @ tips)[0:44:2]
-            lam = complementarity(gaps, w)
-            z_b, z_c = z_b + l_b @ (tips @ lam), z_c + l_c @ (push @ lam)
-            impulse += step * lam.sum()
-        x_b, y_b, x_c, y_c = z_b, x_b, z_c, x_c
-    return impulse
-
-
-@njit
-def _numba_steps(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917
+def dense_steps(  # noqa: PLR0913, PLR0917
     steps, step, omega, mu, gap, force, tau, load, rotor, ring, harmonics
 ):
+    """March with dense matrices, by NumPy or compiled; return the contact impulse."""
     a_b, c_b, l_b = rotor
     a_c, c_c, l_c = ring
     x_b, y_b = np.zeros(len(a_b)), np.zeros(len(a_b))
     x_c, y_c = np.zeros(len(a_c)), np.zeros(len(a_c))
-    wide = 2 * harmonics + 1
+    wide, orders = 2 * harmonics + 1, np.arange(1, harmonics + 1)
+    places = 2 * np.pi * np.arange(22) / 22
     waves, impulse = np.ones((22, wide)), 0.0
     for n in range(steps):
         z_b = a_b @ x_b + c_b @ y_b
         z_c = a_c @ x_c + c_c @ y_c
         if 0 < n * step < tau:
             z_c += l_c @ (load * (force * np.sin(np.pi * n * step / tau)))
-        for j in range(22):
-            theta = omega * (n + 1) * step + 2 * np.pi * j / 22
-            for h in range(1, harmonics + 1):
-                waves[j, 2 * h - 1], waves[j, 2 * h] = (
-                    np.cos(h * theta),
-                    np.sin(h * theta),
-                )
+        phases = np.outer(omega * (n + 1) * step + places, orders)
+        waves[:, 1::2] = np.cos(phases)
+        waves[:, 2::2] = np.sin(phases)
         gaps = gap + waves @ z_c[:wide] - z_b[0:44:2]
         if gaps.min() < 0:
-            push = np.zeros((len(z_c), 22))
+            push, tips = np.zeros((len(z_c), 22)), np.zeros((len(z_b), 22))
             push[:wide], push[wide:] = waves.T, mu * waves.T
-            tips = np.zeros((len(z_b), 22))
             for j in range(22):
                 tips[2 * j, j], tips[2 * j + 1, j] = -1.0, -mu
             moved_c, moved_b = l_c @ push, l_b @ tips
             w = waves @ moved_c[:wide] - moved_b[0:44:2]
-            active = gaps < 0
-            lam = np.zeros(22)
-            for _ in range(50):
-                where = np.flatnonzero(active)
-                small = np.empty((len(where), len(where)))
-                for r in range(len(where)):
-                    for s in range(len(where)):
-                        small[r, s] = w[where[r], where[s]]
-                lam[:] = 0.0
-                lam[where] = np.linalg.solve(small, -gaps[where])
-                after = gaps + w @ lam
-                wrong = (active & (lam < 0)) | (~active & (after < -1e-18))
-                if not wrong.any():
-                    break
-                active = active ^ wrong
+            lam = complementarity(gaps, w)
             z_b += moved_b @ lam
             z_c += moved_c @ lam
             impulse += step * lam.sum()
@@ -170,17 +131,13 @@ def _numba_steps(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917
     return impulse
 
 
-def numba_dense(case: Case, steps: int | None = None) -> float:
-    """March with Numba and BLAS; return the contact impulse, N s."""
+def dense(march: Callable[..., float], case: Case) -> float:
+    """March by `dense_steps`, plain or compiled; return the contact impulse, N s."""
     scene = case.scene
-    rotor, ring = dense_operators(case)
-    return float(
-        _numba_steps(
-            case.steps if steps is None else steps, scene.solver.time_step,
-            scene.speed, scene.friction, scene.gap, scene.force, scene.pulse,
-            case.load(), rotor, ring, scene.engine.casing.harmonics,
-        )
-    )  # fmt: skip
+    given = (scene.solver.time_step, scene.speed, scene.friction, scene.gap,
+             scene.force, scene.pulse, case.load())  # fmt: skip
+    matrices = dense_operators(case)
+    return float(march(case.steps, *given, *matrices, scene.engine.casing.harmonics))
 
 
 def penalty(case: Case) -> float:
@@ -226,18 +183,20 @@ def main() -> int:
     )
     steps = round(scene.duration / scene.solver.time_step)
     case = Case(scene, resolve(scene).model, steps)
+    compiled = njit(dense_steps)
     modal(case)  # compile
-    numba_dense(case, 1)
+    dense(compiled, replace(case, steps=1))
     seconds: dict[str, float] = {}
-    whose: list[tuple[str, Callable[[Case], float]]] = [
-        ("modal", modal), ("NumPy, dense", numpy_dense),
-        ("Numba with BLAS, dense", numba_dense), ("solve_ivp, penalty", penalty),
-    ]  # fmt: skip
+    whose: dict[str, Callable[[Case], float]] = {
+        "modal": modal, "NumPy, dense": partial(dense, dense_steps),
+        "Numba with BLAS, dense": partial(dense, compiled),
+        "solve_ivp, penalty": penalty,
+    }  # fmt: skip
     print(f"{milliseconds:g} ms of Table 2, {scene.speed:g} rad/s, {steps} steps")
-    for name, integrate in whose:
-        start = time.perf_counter()
+    for name, integrate in whose.items():
+        start = time.process_time()
         impulse = integrate(case)
-        seconds[name] = time.perf_counter() - start
+        seconds[name] = time.process_time() - start
         each = seconds[name] / scene.duration
         ratio = seconds[name] / seconds["modal"]
         print(f"{name:24s} {each:10.3g} s a second, {ratio:8.1f} times modal, "

@@ -8,7 +8,7 @@ parameter space, each with the cost of the nearest one, a tenth of noise on it. 
 simulation hands out by hpcwhirl's own queue and answers. It is held against real runs
 first: ranks that sleep instead of computing (so that more ranks than cores are fair),
 and DIR's own run. Then: efficiency over ranks and cases beside a static split and a
-dedicated master, what keeping costs, and what breaks first. What gathering costs:
+dedicated master, and how busy messages keep rank 0. What gathering costs:
 evidence/scale_cost.py.
 """
 
@@ -18,7 +18,6 @@ import argparse
 import json
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
@@ -30,10 +29,9 @@ from hpcwhirl.campaign.begin import prepare
 from hpcwhirl.campaign.plan.cost import Costs, Places
 from hpcwhirl.campaign.plan.design import Design, load_design
 from hpcwhirl.campaign.run import run_campaign
-from hpcwhirl.campaign.work_queue import A_RANK, MOST, SHORTEST
 from hpcwhirl.scene import Scene, apply_settings, input_names
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.journal import Journal, Journals
+from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.runs import Runs
 
@@ -221,36 +219,8 @@ def table(field: Field, times: Times, most: int) -> None:
             )
 
 
-def keeping(place: Path, scratch: Path, mean: float) -> None:
-    """Print what keeping a case costs."""
-    records = list(Journals(place).newest().values())
-    with Journal(Journals(scratch / "kept"), 1, 0) as journal:
-        start = time.perf_counter()
-        for record in records:
-            block = record.get("traces")
-            journal.append(record, Journals(place).traces(block) if block else {})
-        each = (time.perf_counter() - start) / len(records)
-    print(
-        f"  keeping a case: {1e3 * each:.2f} ms ({100 * each / mean:.2f} % of a case)"
-    )
-
-
-def limits(times: Times, mean: float) -> None:
-    """Print where rank 0 would be at its limit, and what the bundles make of it."""
-    single = mean / times.serve
-    print(
-        f"  rank 0 serves {1 / times.serve:.0f} messages a second: with one case an "
-        f"answer and {mean:.2f} s a case it is used up by {single:.0f} ranks"
-    )
-    print(
-        f"  with answers of {A_RANK * 1e3:.0f} ms a rank (at least {SHORTEST} s, at "
-        f"most {MOST} cases) it spends at most {100 * times.serve / A_RANK:.1f} % of "
-        f"its time on them up to {MOST * mean / A_RANK:.0f} ranks"
-    )
-
-
 def main() -> None:
-    """Measure, validate, simulate, say what breaks first."""
+    """Measure, validate, simulate."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path, help="a finished campaign")
     parser.add_argument("--most", type=int, default=CASES[-1], help="cases simulated")
@@ -260,7 +230,7 @@ def main() -> None:
         scratch = Path(place)
         folder, design = finished(options.folder, scratch)
         seconds, places = case_times(folder, design)
-        field, mean = Field(seconds, places), float(seconds.mean())
+        field = Field(seconds, places)
         serve, way = facts(2, PING)
         times = Times(serve, way)
         print(
@@ -274,9 +244,6 @@ def main() -> None:
         hold_against(folder, times, design)
         print("efficiency:")
         table(field, times, 10_000 if options.quick else options.most)
-        print("what breaks first:")
-        limits(times, mean)
-        keeping(folder, scratch, mean)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ case, and the processor time of all its processes is told for a second of motion
 from __future__ import annotations
 
 import csv
-import resource
 import statistics
 import sys
 import time
@@ -29,7 +28,15 @@ import tomli_w
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2] / "jobs"))
 import stage
-from common import campaign, parser_of, table, under_mpi, working_folder
+from common import (
+    campaign,
+    parser_of,
+    processor_time,
+    table,
+    tell,
+    under_mpi,
+    working_folder,
+)
 
 from hpcwhirl.campaign.plan.design import Design
 from hpcwhirl.campaign.simulate import result_of
@@ -124,12 +131,11 @@ def whole(folder: Path, seconds: float) -> tuple[float, list[dict[str, str]]]:
     with working_folder(None, "stage") as out:
         file = out / "map.toml"
         file.write_text(tomli_w.dumps(document), encoding="utf-8")
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        before = processor_time()
         campaign(file, out / "map")
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = processor_time() - before
         words = "-m", "hpcwhirl", "cases", out / "map", "--csv", "--no-units"
         listed = under_mpi(0, *words, "--columns", columns)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return spent, list(csv.DictReader(listed.splitlines()))
 
 
@@ -159,25 +165,6 @@ def short(value: str) -> str:
         return value
 
 
-def page(folder: Path, seconds: float, call: str) -> str:
-    """Return both tables as Markdown."""
-    scenes = list(Design.of(folder / "map.toml").scenes)
-    finest = timed(scenes, REFERENCE)
-    head = (
-        "step, s", "prepared, s a case", "in flight, µs", "in contact, µs",
-        "s of the processor a second of motion, median", "most",
-        *(f"{name}, apart" for name in NUMBERS), "same word",
-    )  # fmt: skip
-    lines = [line(step, timed(scenes, step), finest) for step in STEPS]
-    lines.append(line(REFERENCE, finest, finest))
-    return "\n".join([
-        "# Cost of the solid stage", "",
-        f"Made by `{call}`, beside other work. Cases of its map, {SHORT:g} s each;",
-        f"largest errors against the step {REFERENCE:g} s.", "",
-        *table(head, lines), "", *told_whole(folder, seconds), "",
-    ])  # fmt: skip
-
-
 def main() -> None:
     """Time, compare and print."""
     parser = parser_of(__doc__, write=PAGE)
@@ -186,12 +173,17 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=1.0, help="of a case")
     args = parser.parse_args()
     stage.reduced(args.folder, stage.COARSE if args.coarse else stage.FINE)
-    call = f"python scripts/cost/{Path(__file__).name} FOLDER"
-    call += " --coarse" * args.coarse + " --write"
-    told = page(args.folder, args.seconds, call)
-    print(told)
-    if args.write:
-        PAGE.write_text(told, encoding="utf-8")
+    scenes = list(Design.of(args.folder / "map.toml").scenes)
+    finest = timed(scenes, REFERENCE)
+    head = (
+        "step, s", "prepared, s a case", "in flight, µs", "in contact, µs",
+        "s of the processor a second of motion, median", "most",
+        *(f"{name}, apart" for name in NUMBERS), "same word",
+    )  # fmt: skip
+    lines = [line(step, timed(scenes, step), finest) for step in STEPS]
+    lines.append(line(REFERENCE, finest, finest))
+    told = [*table(head, lines), "", *told_whole(args.folder, args.seconds)]
+    tell("\n".join(told), PAGE if args.write else None)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, table
+from common import parser_of, table, tell
 
 from hpcwhirl.benchmark.bench import Timing, settled_all, time_marches
 from hpcwhirl.benchmark.sizes import (
@@ -92,7 +92,7 @@ def foretold(row: Row) -> float:
     )  # fmt: skip
 
 
-def page(rows: list[Row]) -> str:
+def compared(rows: list[Row]) -> str:
     """Return the comparison as Markdown."""
     ratios = [foretold(row) / row.timing.microseconds_per_step for row in rows]
     middle = statistics.median(ratios)
@@ -110,13 +110,9 @@ def page(rows: list[Row]) -> str:
         for row, ratio in zip(rows, ratios, strict=True)
     ]  # fmt: skip
     close = sum(abs(ratio / middle - 1.0) <= CLOSE for ratio in ratios)
-    return "\n".join([
-        "# Steps foretold and measured", "",
-        "Made by `python scripts/cost/step_costs.py --write`.", "",
-        *table(head, lines), "",
-        f"Within {CLOSE:.0%}: {close} of {len(rows)} (✗: not); median {middle:.2f}.",
-        "",
-    ])  # fmt: skip
+    return "\n".join(table(head, lines)) + (
+        f"\n\nWithin {CLOSE:.0%}: {close} of {len(rows)} (✗: not); median {middle:.2f}."
+    )
 
 
 def main() -> None:
@@ -129,10 +125,8 @@ def main() -> None:
     scene = apply_settings(Scene(), {"plan": "everything"})  # leave out no step
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-steps-") as folder:
         several = [partial(with_points, Path(folder), points=n) for n in args.points]
-        told = page(timed(scene, args.sizes, args.repeats, several))
-    print(told)
-    if args.write:
-        PAGE.write_text(told)
+        told = compared(timed(scene, args.sizes, args.repeats, several))
+    tell(told, PAGE if args.write else None)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,20 @@
 """Processor time of this version over that of an earlier one, both in turn.
 
-    python scripts/cost/versions.py COMMIT [--only NAME ...] [--repeats N] [--write]
+    python scripts/cost/versions.py COMMIT [--only NAME ...] [--repeats N]
+    python scripts/cost/versions.py COMMIT --functions equal
 
 population: a case of `jobs/mistuned_population.toml`, an engine of its own; sweep: the
 51 speeds of the default engine, draft; lobed: rigid lobed casing, rotor from file.
 Each is the time (user and system) of a campaign less that of a short one, which has the
 same start, map and page; least of the repeats. Kernels are compiled before.
-first: a first start, with empty caches, of `modal` and of unequal sectors.
+first: a first start, with empty caches, of `modal` and of unequal sectors; with
+--functions, where it goes: processor time that numba takes for each function without
+those that it calls; a kernel, which Python calls, includes LLVM's work on its parts.
 """
 
 from __future__ import annotations
 
-import resource
+import json
 import shutil
 import subprocess
 import sys
@@ -26,13 +29,13 @@ from common import (
     TOP,
     Row,
     parser_of,
+    processor_time,
     table,
     tree_of,
     with_version,
     working_folder,
 )
 
-PAGE = Path(__file__).with_suffix(".md")
 POPULATION = tomllib.loads((JOBS / "mistuned_population.toml").read_text("utf-8"))
 SUMMARY = {"output": {"traces": "summary"}}
 SWEEP = SUMMARY | {
@@ -42,6 +45,36 @@ SWEEP = SUMMARY | {
 LOBED = {"kind": "rigid", "amplitude": 0.9e-4, "growth": 0.5}
 UNEQUAL = [0.001 * (blade % 5 - 2) for blade in range(22)]
 NAMES = "population", "sweep", "lobed", "first, equal", "first, unequal"
+MOST = 15  # functions told
+# numba's processor time for each function, without those that it calls
+TYPED = """
+import json, sys, time
+from numba.core import event
+
+class Heard(event.Listener):
+    def __init__(self):
+        self.open, self.taken = [], {}
+    def on_start(self, _):
+        self.open.append([time.process_time(), 0.0])
+    def on_end(self, what):
+        begun, inside = self.open.pop()
+        whole, made = time.process_time() - begun, what.data["dispatcher"].py_func
+        name = made.__module__.rpartition(".")[2] + "." + made.__name__
+        self.taken[name] = self.taken.get(name, 0.0) + whole - inside
+        if self.open:
+            self.open[-1][1] += whole
+
+heard = Heard()
+event.register("numba:compile", heard)
+from hpcwhirl.case.resolve import resolve
+from hpcwhirl.dynamics.march import March
+from hpcwhirl.scene import apply_settings, named_scene
+settings = {"duration": 2e-3, "traces": "full"}
+if sys.argv[1] == "unequal":
+    settings["mistuning"] = tuple(0.01 * (blade % 5 - 2) for blade in range(22))
+March(resolve(apply_settings(named_scene("table2"), settings))).warm()
+print(json.dumps(heard.taken))
+"""
 
 
 def documents(name: str, engine: Path) -> tuple[list[Row], int]:
@@ -68,12 +101,11 @@ def documents(name: str, engine: Path) -> tuple[list[Row], int]:
 def processor(tree: Path, words: list[str | Path], caches: Path) -> float:
     """Return the processor's seconds of a command of a version."""
     call = [sys.executable, "-m", "hpcwhirl", *map(str, words)]
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = processor_time()
     subprocess.run(
         call, cwd=tree, env=with_version(tree, caches), check=True, capture_output=True
     )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return processor_time() - before
 
 
 def once(name: str, tree: Path, folder: Path) -> float:
@@ -116,25 +148,43 @@ def compared(names: list[str], before: str, repeats: int) -> list[list[str]]:
     return rows
 
 
+def typed(tree: Path, kind: str) -> dict[str, float]:
+    """Return {function: seconds} of a version's first start."""
+    with working_folder(None, "typed") as caches:
+        done = subprocess.run(
+            [sys.executable, "-c", TYPED, kind], env=with_version(tree, caches),
+            cwd=tree, check=True, capture_output=True, text=True,
+        )  # fmt: skip
+    return dict(json.loads(done.stdout))
+
+
+def functions(before: str, kind: str) -> list[list[str]]:
+    """Return (name, seconds before, seconds now) of functions that changed most."""
+    with tree_of(before) as old:
+        pair = [typed(tree, kind) for tree in (old, TOP)]
+    each = {name: [one.get(name, 0.0) for one in pair] for name in {*pair[0], *pair[1]}}
+    order = sorted(each, key=lambda name: -abs(each[name][1] - each[name][0]))
+    rows = {f"all {kind}": [sum(one.values()) for one in pair]}
+    rows |= {"functions": [len(one) for one in pair]} | {
+        n: each[n] for n in order[:MOST]
+    }
+    return [[name, *(f"{value:.2f}" for value in pair)] for name, pair in rows.items()]
+
+
 def main() -> None:
     """Measure and print."""
-    parser = parser_of(__doc__, write=PAGE)
+    parser = parser_of(__doc__)
     parser.add_argument("commit")
+    parser.add_argument("--functions", choices=("equal", "unequal"))
     parser.add_argument("--only", nargs="+", choices=NAMES, default=[*NAMES])
     parser.add_argument("--repeats", type=int, default=3)
     args = parser.parse_args()
-    rows = compared(args.only, args.commit, args.repeats)
     head = "", f"{args.commit}, s", "now, s", "now / before", "of single pairs"
-    made = f"Made by `python scripts/cost/versions.py {args.commit} --write`"
-    told = f"""# This version and an earlier one
-
-{made}, processor time, least of
-{args.repeats}, beside other work.
-
-""" + "\n".join(table(head, rows)) + "\n"  # fmt: skip
-    print(told)
-    if args.write:
-        PAGE.write_text(told)
+    if args.functions:
+        head, rows = head[:3], functions(args.commit, args.functions)
+    else:
+        rows = compared(args.only, args.commit, args.repeats)
+    print("\n".join(table(head, rows)))
 
 
 if __name__ == "__main__":

@@ -17,27 +17,23 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import apart
 import common
-from attacks import damage, deaths, engines, ground, process, text, together
+from attacks import damage, deaths, engines, ground, text, together
 from attacks.family import Chance, Family, Verdict
 
 PAGE = Path(__file__).with_suffix(".md")
 FAMILIES: dict[str, Family] = {}
 for _module in (deaths, damage, text, engines, together, ground):
     FAMILIES |= _module.FAMILIES
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-INSIDE = "ATTACK_INSIDE"  # of the environment: a process that attacks by one family
 SHOWN = 8  # failures of a family on the page; all are printed
 Facts = dict[str, Any]
 
@@ -94,18 +90,6 @@ def _no_pipes(folder: str, names: list[str]) -> list[str]:
     return [n for n in names if (Path(folder) / n).is_fifo()]
 
 
-def apart(name: str) -> Facts:
-    """Attack by a family in a process of its own, with its environment."""
-    more = {**dict.fromkeys(THREADS, "1"), **FAMILIES[name].env, INSIDE: "1"}
-    call = [sys.executable, __file__, *sys.argv[1:], "--only", name]
-    done = subprocess.run(
-        call, env=os.environ | more, stdout=subprocess.PIPE, check=False
-    )
-    if not done.stdout:
-        raise SystemExit(f"attack: {name} itself ended with {done.returncode}")
-    return dict(json.loads(done.stdout))
-
-
 def table(told: list[Facts]) -> list[str]:
     """Return the table, a line for each family."""
     columns = ("title", "tries", "survived", "failed")
@@ -113,11 +97,9 @@ def table(told: list[Facts]) -> list[str]:
     return common.table(("attack", *columns[1:]), rows)
 
 
-def page(told: list[Facts], share: float) -> str:
-    """Return the page: the table, what was tried, what was not, what failed."""
-    by = f"Written by `python scripts/evidence/attack.py --share {share:g} --write`; "
-    by += "do not edit."
-    out = ["# Attacks", "", by, "", *table(told), "", "Of these:", ""]
+def in_detail(told: list[Facts]) -> str:
+    """Return the table, what was tried, what was not, what failed."""
+    out = [*table(told), "", "Of these:", ""]
     for facts in told:
         kinds = ", ".join(f"{n} {kind}" for kind, n in facts["kinds"].items())
         name, whole = facts["attack"], FAMILIES[facts["attack"]].count
@@ -125,41 +107,24 @@ def page(told: list[Facts], share: float) -> str:
         out.append(f"- **{name}**, seed {facts['seed']}{short}: {kinds or 'none'}")
         out += [f"  - not tried {n} times: {w}" for w, n in facts["skipped"].items()]
         out += [f"  - failed: {line}" for line in facts["failures"][:SHOWN]]
-    return "\n".join(out) + "\n"
-
-
-def arguments() -> argparse.Namespace:
-    """Return what was asked for."""
-    parser = common.parser_of(__doc__, write=PAGE)
-    add = parser.add_argument
-    add("--seed", type=int, default=1)
-    add("--only", default="", help="families, by commas")
-    add("--try", dest="number", type=int, help="one try; its files stay")
-    add("--share", type=float, default=1.0, help="of the full counts")
-    add("--count", type=int, help="tries of each family instead")
-    add("--jobs", type=int, default=1, help="families at once")
-    add("--limit", type=float, default=process.LIMIT, help="s until one counts as hung")
-    add("--json", action="store_true")
-    args = parser.parse_args()
-    args.names = args.only.split(",") if args.only else list(FAMILIES)
-    for name in args.names:
-        if name not in FAMILIES:
-            parser.error(f"unknown family {name}; known: {', '.join(FAMILIES)}")
-    return args
+    return "\n".join(out)
 
 
 def main() -> int:
     """Attack, and tell what became of it."""
-    args = arguments()
-    process.LIMIT = args.limit
-    if INSIDE in os.environ:
-        print(json.dumps(attack(args.names[0], args)))
+    parser = common.parser_of(__doc__, write=PAGE)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--try", dest="number", type=int, help="one, its files stay")
+    parser.add_argument("--count", type=int, help="tries of each family instead")
+    args = apart.asked(parser, "family", list(FAMILIES))
+    if args.inside:
+        print(json.dumps(attack(args.inside, args)))
         return 0
-    with ThreadPoolExecutor(args.jobs) as pool:
-        told = list(pool.map(apart, args.names))
-    print(json.dumps(told, indent=1) if args.json else "\n".join(table(told)))
-    if args.write:
-        PAGE.write_text(page(told, args.share))
+    told = list(apart.each(args, lambda name: FAMILIES[name].env))
+    if args.json:
+        print(json.dumps(told, indent=1))
+    else:
+        common.tell(in_detail(told), PAGE if args.write else None)
     return 1 if any(facts["failed"] for facts in told) else 0
 
 

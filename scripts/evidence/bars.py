@@ -10,7 +10,7 @@ clamped : bars clamped at the far end and pressed by a wall that moves in and st
 
 Every run is a `March` with a scheme of engines. The step is refined alone, then with
 the mesh at a fixed Courant number c dt / h, h the element's length; then the schemes.
-Columns (of blade 0; - where a rig has no such thing):
+Columns (of blade 0; None where a rig has no such thing):
 
 impulse     error of the impulse at the end
 contact     error of the contact's duration, over T = 2 L / c
@@ -40,7 +40,7 @@ from hpcwhirl.dynamics.history import History
 from hpcwhirl.dynamics.march import March
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of
+from common import parser_of, table
 from evidence.bar_rigs import RIGS, Bar, Floats, Rig, Slider, march_of
 
 FRICTION, SPEED = 0.3, 1.0  # mu and rad/s: the bars slide along the wall
@@ -181,20 +181,13 @@ def orders(rows: list[Row], series: str) -> dict[str, float]:
     return out
 
 
-def text(value: float | None) -> str:
-    """Return a number as a cell of the table."""
-    if value is None:
-        return f"{'-':>9s}"
-    return f"{value:>9d}" if isinstance(value, int) else f"{value:>9.2e}"
-
-
 def show(name: str, rows: list[Row]) -> None:
     """Print the table of a rig."""
-    print(f"{name}\nscheme   elements   c dt/h" + "".join(f"{c:>10s}" for c in COLUMNS))
-    for row in rows:
-        cells = (text(row[column]) for column in COLUMNS)
-        start = f"{row['scheme']:8s}{row['elements']:9d}{row['courant']:9.4f} "
-        print(start + " ".join(cells))
+    print(f"{name}\n")
+    start = ("scheme", "elements", "courant")
+    cells = ([f"{row[c]:.3g}" if isinstance(row[c], float) else row[c]
+              for c in (*start, *COLUMNS)] for row in rows)  # fmt: skip
+    print(*table(("scheme", "elements", "c dt/h", *COLUMNS), cells), sep="\n")
     for series in ("step", "step and mesh"):
         found = orders(rows, series)
         told = ", ".join(f"{column} {value:.2f}" for column, value in found.items())

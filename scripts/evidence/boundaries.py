@@ -34,7 +34,7 @@ from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, results_of, share, table, working_folder
+from common import parser_of, results_of, share, table, tell, working_folder
 from evidence.preset_map import ENGINES, inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -46,16 +46,6 @@ TWINS, SPREAD = 8, 1e-6  # of a place; of the force
 SEED = 25
 HEAD = ("engine", "edges", "looked at", "a change within", "once", "of twins",
         "of twins, one edge wider", "off: half, nine in ten, most")  # fmt: skip
-READ = (
-    "`low` ... `high` holds of the inputs that were computed, by construction: its "
-    "ends have two words. It does not say that there is one change, nor that a twin's "
-    "lies within: how often it does is the column of twins, and where that is low "
-    "words are chance. One edge wider on either side, it holds of {:.1%} of twins on "
-    "the engine where it holds least. No single number along an edge places the "
-    "change: interpolating the growth rate was off by 0.13, 0.33 and 0.29 edges in the "
-    "median on these three engines, the middle of the same edges by 0.22, 0.28 and "
-    "0.16 (physics version 7), so that the point is the middle."
-)
 Floats = NDArray[np.float64]
 Names = NDArray[np.str_]
 Row = dict[str, Any]
@@ -177,19 +167,15 @@ def row(name: str, parts: list[Edges]) -> list[str]:
     return [name, str(edges), str(len(count)), *shares, quantiles]
 
 
-def page(found: list[Edges], args: argparse.Namespace) -> str:
-    """Return the page, as Markdown."""
-    told = (
-        f"Written by `python scripts/evidence/boundaries.py --edges {args.edges} "
-        f"--duration {args.duration:g} --write`; its docstring says what the columns "
-        "are. Shares with their intervals (Wilson, 95 %); physics version "
-        f"{PHYSICS_VERSION}."
-    )
+def measured(found: list[Edges]) -> str:
+    """Return the table, and how often the bounds hold where they hold least."""
     rows = [row(edges.engine, [edges]) for edges in found]
+    least = min(float(wider(edges.twins).mean()) for edges in found)
     lines = table(HEAD, [*rows, row("all", found)])
-    read = READ.format(min(float(wider(edges.twins).mean()) for edges in found))
-    title = "# What the interval of a refined boundary promises"
-    return "\n\n".join([title, told, "\n".join(lines), read]) + "\n"
+    return "\n".join(lines) + (
+        f"\n\nOne edge wider on either side, the bounds hold of {least:.1%} of twins "
+        f"on the engine where they hold least; physics version {PHYSICS_VERSION}."
+    )
 
 
 def main() -> int:
@@ -201,10 +187,7 @@ def main() -> int:
     args = parser.parse_args()
     with working_folder(args.folder, "boundaries") as folder:
         found = [looked_at(engine, args, folder) for engine in ENGINES]
-    text = page(found, args)
-    print(text)
-    if args.write:
-        PAGE.write_text(text)
+    tell(measured(found), PAGE if args.write else None)
     return 0
 
 

@@ -22,51 +22,38 @@ Exits 1 where one failed. It needs gcc.
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import resource
-import subprocess
 import sys
 import tempfile
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, table
+import apart
+from common import parser_of, processor_time, table, tell
 from crashing import awaits, checks
-from crashing.disk import MODELS, PROCESS, Crash
+from crashing.awaits import some
+from crashing.disk import PROCESS, Crash
 from crashing.kinds import Kind, kinds
 from crashing.trace import compiled
 
 ROOT = Path(__file__).parents[2]
 PAGE = Path(__file__).with_suffix(".md")
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-INSIDE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
+PLACE = "CRASH_POINTS_PLACE"  # where the process with the shim in it works
 EACH = 8  # of so many deaths of a process, one is gone on from under mpirun
 SOME = 10  # of so many states, one is gone on from by two or three ranks
+BOTH = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
 Facts = dict[str, Any]
-
-
-def spent() -> float:
-    """Return the processor time of this process and its forks, s."""
-    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(one.ru_utime + one.ru_stime for one in used)
-
-
-def some(all_of: list[Any], share: float) -> list[Any]:
-    """Return an even share of what there is."""
-    return all_of[:: max(round(1.0 / share), 1)]
 
 
 def look_at(kind: Kind, place: Path, share: float) -> Facts:
     """Return what became of all crashes of a kind, and of its awaits."""
-    start = spent()
+    start = processor_time(*BOTH)
     checks.prepare([kind], place)
     found = checks.record(kind, place / "record")
     crashes = checks.states(found)
@@ -88,7 +75,7 @@ def look_at(kind: Kind, place: Path, share: float) -> Facts:
     if kind.under_mpirun:
         facts["awaits"].append(under_mpirun(found, some(own, min(share, 1.0) / EACH)))
     facts["awaits"] += awaits.look_at(kind, found, place, share)
-    facts["seconds"] = spent() - start
+    facts["seconds"] = processor_time(*BOTH) - start
     return facts
 
 
@@ -119,87 +106,35 @@ def failures(found: list[Facts]) -> list[str]:
                   for one in f["awaits"] for line in one["failures"]]  # fmt: skip
 
 
-def page(found: list[Facts], seconds: float) -> str:
-    """Return the page."""
-    told = " ".join((__doc__ or "").split("\n\n")[2].split())
-    out = ["# Crash points", "",
-           "Written by `python scripts/evidence/crash_points.py --write`; do not edit.",
-           "", told, "", "What a death may leave:", ""]  # fmt: skip
-    out += [f"- {name}: {text}" for name, text in MODELS.items()]
-    out += [
-        "",
-        "Of the states an even share was gone on from (tried); --share 64 takes all.",
-        "", *tables(found), "", f"{seconds / 60:.0f} minutes of processor time.", "",
-    ]  # fmt: skip
-    lines = failures(found)
-    out += ["Failed:", "", *lines] if lines else ["None failed."]
-    return "\n".join(out) + "\n"
-
-
-def asked() -> argparse.Namespace:
-    """Return the arguments."""
-    parser = parser_of(__doc__, write=PAGE)
-    parser.add_argument("--only", default="", help="kinds, by commas")
-    parser.add_argument("--share", type=float, default=1.0)
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--json", action="store_true")
-    args = parser.parse_args()
-    if h5py.get_config().mpi:  # whose ranks are not those of `crashing.wire`
-        parser.error("this h5py writes by MPI-IO; a plain one is needed")
-    known = kinds()
-    plain = {name.replace(", ", " "): name for name in known}
-    names = args.only.split(",") if args.only else [*plain]
-    for name in names:
-        if name not in plain:
-            parser.error(f"unknown kind {name}; known: {', '.join(plain)}")
-    args.kinds = [plain[name] for name in names]
-    return args
-
-
-def apart(share: float, place: Path, name: str) -> str:
-    """Return what a process says that has the shim in it and looks at one kind."""
-    own = place / name.replace(", ", "-").replace(" ", "-")
-    own.mkdir()
-    env = os.environ | {"LD_PRELOAD": str(place / "shim.so"), INSIDE: str(own)}
-    env |= {"PYTHONPATH": str(ROOT)} | dict.fromkeys(THREADS, "1")
-    call = [sys.executable, __file__, "--only", name.replace(", ", " ")]
-    call += ["--share", str(share), "--json"]
-    return subprocess.run(
-        call, env=env, stdout=subprocess.PIPE, text=True, check=False
-    ).stdout
-
-
-def all_of(args: argparse.Namespace) -> list[Facts]:
-    """Look at all kinds, each in a process of its own."""
-    found = []
-    with (
-        tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder,
-        ThreadPoolExecutor(args.jobs) as pool,
-    ):
-        place = Path(folder)
-        compiled(place)
-        for said in pool.map(partial(apart, args.share, place), args.kinds):
-            found += json.loads(said)
-            line = {n: v for n, v in found[-1].items() if n not in ("awaits", "models")}
-            print(json.dumps(line), file=sys.stderr, flush=True)
-    return found
-
-
 def main() -> int:
     """Look at all, and tell what became of it."""
-    args = asked()
-    if INSIDE in os.environ:
-        place = Path(os.environ[INSIDE])
-        found = [look_at(kinds()[n], place, args.share) for n in args.kinds]
-    else:
-        found = all_of(args)
+    parser, known = parser_of(__doc__, write=PAGE), kinds()
+    if h5py.get_config().mpi:  # whose ranks are not those of `crashing.wire`
+        parser.error("this h5py writes by MPI-IO; a plain one is needed")
+    plain = {name.replace(", ", " "): kind for name, kind in known.items()}
+    args = apart.asked(parser, "kind", list(plain))
+    if args.inside:
+        place = Path(os.environ[PLACE])
+        print(json.dumps(look_at(plain[args.inside], place, args.share)))
+        return 0
+    with tempfile.TemporaryDirectory(prefix="crash-", dir=checks.room()) as folder:
+        shim = compiled(Path(folder))
+
+        def environment(name: str) -> dict[str, str]:
+            own = Path(folder) / name.replace(" ", "-")
+            own.mkdir()
+            return {"LD_PRELOAD": str(shim), PLACE: str(own), "PYTHONPATH": str(ROOT)}
+
+        found = list(apart.each(args, environment))
+    wrong = failures(found)
     if args.json:
         print(json.dumps(found))
     else:
-        print("\n".join([*tables(found), *failures(found)]))
-    if args.write:
-        PAGE.write_text(page(found, sum(f["seconds"] for f in found)))
-    return 1 if failures(found) else 0
+        minutes = sum(facts["seconds"] for facts in found) / 60
+        told = [*tables(found), "", f"{minutes:.0f} minutes of processor time.", ""]
+        told += ["Failed:", "", *wrong] if wrong else ["None failed."]
+        tell("\n".join(told), PAGE if args.write else None)
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":

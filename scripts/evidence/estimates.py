@@ -1,14 +1,12 @@
 """Whether estimates of truncation, accuracy, presets, rotation hold on random engines.
 
-    python scripts/evidence/estimates.py [DIR] [--quick] [--json] [--write]
+    python scripts/evidence/estimates.py [DIR] [--write]
         [--only truncation|accuracy|presets|rotation|kept|presets_full]
-        [--part I/N] [--seed N] [--count N]
 
 Draws engines (see estimates_drawn.py), measures what each estimate speaks of and prints
 a table: estimate, class, drawn, held, share, median and worst ratio of what was found
 to what was stated. What is measured is kept in DIR (default a temporary folder), a line
-an engine, and not measured again; --part shares the engines among processes with the
-same DIR. --quick: few of each, no presets, no rotation. --write puts the table into
+an engine, and not measured again. --write puts the tables into
 scripts/evidence/estimates.md and what presets lose into hpcwhirl/scene/presets.toml;
 what --only leaves out stays there as it was.
 Exit code 1 if an estimate of truncation or accuracy holds in less than 95 % of a class
@@ -38,13 +36,12 @@ agrees.
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import json
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -53,15 +50,15 @@ import numpy as np
 from hpcwhirl.scene import preset_bounds, preset_names
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import kept, parser_of, table, working_folder
+from common import kept, parser_of, table, with_section, working_folder
 from evidence.estimates_drawn import MEASURES, NUMBERS
 from evidence.presets import PATH, write
 
 PAGE = Path(__file__).with_suffix(".md")
-# {what: seed, engines drawn, and of --quick}; others, once it was changed
+# {what: seed, engines drawn}; others, once it was changed
 PLANS = {
-    "truncation": (17, 120, 20), "accuracy": (15, 120, 24), "presets": (17, 60, 0),
-    "rotation": (32, 60, 0), "kept": (32, 60, 0), "presets_full": (17, 12, 0),
+    "truncation": (17, 120), "accuracy": (15, 120), "presets": (17, 60),
+    "rotation": (32, 60), "kept": (32, 60), "presets_full": (17, 12),
 }  # fmt: skip
 LEAST, ENOUGH = 20, 0.95  # rows of a class of which a share is asked
 TOUCHED = 20  # contacts of blades and steps: below, a motion has hardly begun to touch
@@ -95,11 +92,10 @@ class Line:
         return self.held / self.drawn
 
 
-def measured(
-    name: str, count: int, seed: int, folder: Path, part: tuple[int, int]
-) -> list[Record]:
-    """Return the records of a part of engines 0 .. count - 1, measured or kept."""
-    places = ({"index": index} for index in range(part[0], count, part[1]))
+def measured(name: str, folder: Path) -> list[Record]:
+    """Return the records of all engines of one of `PLANS`, measured or kept."""
+    seed, count = PLANS[name]
+    places = ({"index": index} for index in range(count))
     file = folder / f"{name}-{seed}.jsonl"
     return kept(file, places, lambda one: MEASURES[name](seed, one["index"]))
 
@@ -245,7 +241,7 @@ def as_alike(full: list[str], none: list[str]) -> float:
 
 def _words(line: Line) -> Line:
     """Return a line of words, of which there is no ratio."""
-    return Line(line.estimate, line.kind, line.drawn, line.held, np.nan, np.nan)
+    return replace(line, median=np.nan, worst=np.nan)
 
 
 def loses(preset: str, records: list[Record]) -> dict[str, Any]:
@@ -270,8 +266,8 @@ def loses(preset: str, records: list[Record]) -> dict[str, Any]:
     return {"engines": text, "nine_in_ten": nine}
 
 
-def rows_of(found: list[Line]) -> list[str]:
-    """Return the rows of the table, as Markdown."""
+def section(name: str, drawn: int, found: list[Line]) -> str:
+    """Return the section of one of `PLANS`: how many were drawn, and its lines."""
     cells = []
     for x in found:
         ratios = (
@@ -279,48 +275,18 @@ def rows_of(found: list[Line]) -> list[str]:
         )
         share = f"{100 * x.share:.0f} %"
         cells.append([x.estimate, x.kind, x.drawn, x.held, share, *ratios])
-    return table([], cells)[2:]
+    told = f"{drawn} engines of seed {PLANS[name][0]}."
+    return "\n".join([f"## {name}", "", told, "", *table(HEAD, cells), ""])
 
 
-def page(rows: dict[str, list[str]], notes: dict[str, str]) -> str:
-    """Return the table as a page: rows and what was drawn, of each of `PLANS`."""
-    note = ", ".join(f"{name} {notes[name]}" for name in PLANS if name in notes)
-    every = [row for name in PLANS for row in rows.get(name, [])]
-    head = f"<!-- scripts/evidence/estimates.py: {note} -->"
-    return "\n".join([head, "", *table(HEAD, []), *every])
-
-
-def told_before() -> tuple[dict[str, list[str]], dict[str, str]]:
-    """Return rows and what was drawn, {of `PLANS`: ...}, of the page as it is."""
-    head, *lines = PAGE.read_text().splitlines()
-    notes = dict(part.split(" ", 1) for part in head[:-4].split(": ")[1].split(", "))
-    rows: dict[str, list[str]] = {}
-    for line in lines[3:]:
-        name = line[2:].partition(":")[0]
-        if line[2:].startswith("rotation: kept"):
-            name = "kept"
-        if name not in PLANS:
-            name = "presets_full" if name.startswith(FULL) else "presets"
-        rows.setdefault(name, []).append(line)
-    return rows, notes
-
-
-def all_lines(records: dict[str, list[Record]]) -> dict[str, list[Line]]:
-    """Return the lines of each of `PLANS` that was measured."""
-    out: dict[str, list[Line]] = {}
-    tell: dict[str, Callable[[list[Record]], list[Line]]] = {
-        "truncation": lambda r: of_errors("truncation", r),
-        "accuracy": lambda r: of_errors("accuracy", r),
-        "presets": of_presets,
-        "rotation": of_rotation,
-        "kept": of_rotation,
-        "presets_full": of_presets_full,
-    }
-    for name, found in records.items():
-        kept = [record for record in found if not record.get("left_out")]
-        if kept:
-            out[name] = tell[name](kept)
-    return out
+TELL: dict[str, Callable[[list[Record]], list[Line]]] = {
+    "truncation": partial(of_errors, "truncation"),
+    "accuracy": partial(of_errors, "accuracy"),
+    "presets": of_presets,
+    "rotation": of_rotation,
+    "kept": of_rotation,
+    "presets_full": of_presets_full,
+}
 
 
 def failing(found: list[Line]) -> list[Line]:
@@ -337,42 +303,25 @@ def failing(found: list[Line]) -> list[Line]:
     ]
 
 
-def arguments() -> argparse.Namespace:
-    """Return the command's arguments."""
-    parser = parser_of(__doc__, write=PAGE, folder="?")
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", choices=list(PLANS), action="append")
-    parser.add_argument("--part", default="0/1")
-    parser.add_argument("--seed", type=int, help="of all, instead of their own")
-    parser.add_argument("--count", type=int, help="engines of all, instead")
-    return parser.parse_args()
-
-
 def main() -> int:
     """Measure, print, write."""
-    args = arguments()
-    place, of = (int(part) for part in args.part.split("/"))
-    if args.write and of > 1:
-        raise SystemExit("--write needs all engines: without --part")
-    names = args.only or list(PLANS)
-    seeds = {name: args.seed or PLANS[name][0] for name in names}
-    counts = {n: args.count or PLANS[n][2 if args.quick else 1] for n in names}
+    parser, bad = parser_of(__doc__, write=PAGE, folder="?"), []
+    parser.add_argument("--only", choices=list(PLANS), action="append")
+    args = parser.parse_args()
     with working_folder(args.folder, "estimates") as folder:
-        records = {n: measured(n, counts[n], seeds[n], folder, (place, of))
-                   for n in names}  # fmt: skip
-    if args.write and records.get("presets"):
-        known = tomllib.loads(PATH.read_text())
-        write({n: row | loses(n, records["presets"]) for n, row in known.items()})
-    each = all_lines(records)
-    found = [line for name in PLANS for line in each.get(name, [])]
-    rows = {name: rows_of(own) for name, own in each.items()}
-    notes = {n: f"{len(own)} of seed {seeds[n]}" for n, own in records.items()}
-    print(json.dumps([asdict(x) for x in found]) if args.json else page(rows, notes))
-    if args.write:
-        old_rows, old_notes = told_before()
-        PAGE.write_text(page(old_rows | rows, old_notes | notes) + "\n")
-    return 1 if failing(found) else 0
+        for name in args.only or PLANS:
+            records = measured(name, folder)
+            known = [record for record in records if not record.get("left_out")]
+            found = TELL[name](known)
+            bad += failing(found)
+            told = section(name, len(records), found)
+            print(told)
+            if args.write:
+                PAGE.write_text(with_section(PAGE.read_text(), told))
+            if args.write and name == "presets":
+                presets = tomllib.loads(PATH.read_text())
+                write({n: row | loses(n, known) for n, row in presets.items()})
+    return 1 if bad else 0
 
 
 if __name__ == "__main__":

@@ -13,20 +13,17 @@ are the same bits.
 
 from __future__ import annotations
 
-import os
 import random
-import signal
-import subprocess
 import sys
 import tempfile
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import h5py
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, program
+from attacks.process import PROGRAM, kill_tree, start
+from common import parser_of
 from evidence.same_bits import same, variables
 
 CAMPAIGN = """
@@ -41,55 +38,18 @@ LOOK_EVERY = 0.05  # s
 START = 3.0  # s, until ranks compute
 
 
-def started(file: Path, out: Path, ranks: int) -> subprocess.Popen[bytes]:
-    """Start the campaign under mpirun."""
-    words = ("-m", "hpcwhirl", "campaign", file, "--out", out, "--report", "no")
-    call = program(ranks, *words)
-    return subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-
-
-def ranks_of(out: Path) -> list[int]:
-    """Return the processes that compute in a directory."""
-    found = []
-    for place in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):
-            words = place.joinpath("cmdline").read_bytes().split(b"\0")
-            if (
-                b"hpcwhirl" in words
-                and str(out).encode() in words
-                and b"-n" not in words
-            ):
-                found.append(int(place.name))
-    return found
-
-
-def most_memory(pids: list[int]) -> float:
-    """Return the most memory that one of some processes has had, MB."""
-    most = 0.0
-    for pid in pids:
-        with suppress(OSError):
-            for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-                if line.startswith("VmHWM"):
-                    most = max(most, int(line.split()[1]) / 1e3)
-    return most
-
-
 def ran(
     file: Path, out: Path, ranks: int, limit: float = float("inf")
 ) -> tuple[float, float]:
     """Run the campaign, for `limit` s at most; return its seconds and MB of a rank."""
-    begun, memory = time.monotonic(), 0.0
-    process = started(file, out, ranks)
-    while process.poll() is None:
+    begun = time.monotonic()
+    words = ("campaign", file, "--out", out, "--report", "no")
+    child = start([*PROGRAM, *words], file.parent, ranks=ranks)
+    while child.alive:
         time.sleep(LOOK_EVERY)
-        pids = ranks_of(out)
-        memory = max(memory, most_memory(pids))
         if time.monotonic() - begun > limit:
-            for pid in pids:
-                with suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-            process.wait()
-    return time.monotonic() - begun, memory
+            kill_tree(child.pid)
+    return time.monotonic() - begun, child.wait().peak / 1e6
 
 
 def killed(file: Path, out: Path, ranks: int, kills: int, seconds: float) -> int:

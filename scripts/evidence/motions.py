@@ -14,12 +14,11 @@ tables go to scripts/evidence/motions.md.
 
 from __future__ import annotations
 
-import json
 import math
 import sys
-import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -36,7 +35,7 @@ from hpcwhirl.dynamics.side_by_side import SideBySide
 from hpcwhirl.scene import apply_settings, named_scene, preset_inputs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, share, table
+from common import kept, parser_of, share, table, tell, working_folder
 
 PAGE = Path(__file__).with_suffix(".md")
 SHORT, LONGER, SETTLED = 100, 4, 10  # revolutions; times that; revolutions before
@@ -117,21 +116,19 @@ def _with_far_twins(march: Any, interval: float, turn: float) -> float:
 
 def computed(path: Path) -> list[Row]:
     """Return the rows of the file, with those that are still wanted added to it."""
-    rows = [json.loads(line) for line in path.read_text().splitlines()]
-    for row in drawn():
-        name = row["engine"]
-        if any((r["engine"], r["number"]) == (name, row["number"]) for r in rows):
-            continue
-        if sum(r["engine"] == name and "long" in r for r in rows) >= WANTED:
-            continue
-        rows.append(measured(row))
-        with path.open("a") as file:
-            file.write(json.dumps(rows[-1]) + "\n")
-        last = rows[-1]
-        told = [last[n]["word"] for n in ("short", "long") if n in last]
-        print(name, {k: round(v, 6) for k, v in row["inputs"].items()},
-              last["regime"], *told, flush=True)  # fmt: skip
-    return rows
+    found: Counter[str] = Counter()  # sustained ones of each engine
+
+    def wanted() -> Iterator[Row]:
+        for row in drawn():
+            if found[row["engine"]] < WANTED:
+                yield row
+
+    def told(row: Row) -> None:
+        found[row["engine"]] += "long" in row
+        words = [row[n]["word"] for n in ("short", "long") if n in row]
+        print(row["engine"], row["inputs"], row["regime"], *words, flush=True)
+
+    return kept(path, wanted(), measured, told)
 
 
 def tables(rows: list[Row]) -> str:
@@ -206,20 +203,9 @@ def main() -> None:
     parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("file", nargs="?", type=Path)
     args = parser.parse_args()
-    path = args.file or Path(tempfile.mkdtemp()) / "motions.jsonl"
-    path.touch()
-    rows = computed(path)
-    text = tables(rows)
-    print(text)
-    if args.write:
-        head = (
-            "# Whether words of motions hold\n\nWritten by `python "
-            "scripts/evidence/motions.py --write`: sustained cases of the named "
-            f"engines, in `draft`, drawn at random; {SHORT} revolutions after the end "
-            f"of {DURATION} s, and the {LONGER * SHORT} after those. Shares with their "
-            "95 % interval (Wilson); exponents with that of `exponent_error`.\n\n"
-        )
-        PAGE.write_text(head + text + "\n")
+    with working_folder(None, "motions") as folder:
+        text = tables(computed(args.file or folder / "motions.jsonl"))
+    tell(text, PAGE if args.write else None)
 
 
 if __name__ == "__main__":

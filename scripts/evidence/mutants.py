@@ -1,12 +1,12 @@
 """Draw mutants, see which the quick tests miss: one at a time, in a copy of the tree.
 
     python scripts/evidence/mutants.py [WORD...]   in all files, or in those with a WORD
-    options: --seed 1  --count 40  --minutes 60  --files 12  --kernels  --list  --write
+    options: --seed 1  --count 40  --minutes 60  --files 12  --list  --write
 
 A mutant is one change of the source outside the kernels: another operator or
 comparison, a constant off by one (a float: doubled or halved), a negated condition, a
-dropped statement. First a kind is drawn, then a place. `--kernels` also draws the bugs
-of planted.toml inside the kernels, each of which compiles them anew.
+dropped statement. First a kind is drawn, then a place. Bugs inside the kernels, each of
+which compiles them anew, are those of planted.toml.
 
 Test files run until one test fails: first those named after the changed module, then in
 the order of how near they are to it by imports; twelve, or `--files` of them. A time
@@ -46,6 +46,7 @@ from typing import NoReturn
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import tell
 from evidence import planted
 
 ROOT = Path(__file__).parents[2]
@@ -185,19 +186,6 @@ def mutants_of(file: str, source: bytes) -> Iterator[Mutant]:
         stop = begins[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0)
         before = source[start:stop].decode()
         yield Mutant(file, node.lineno, kind, start, stop, before, after)
-
-
-def of_planted(tree: Path) -> Iterator[Mutant]:
-    """Yield the planted bugs that lie inside the kernels and that tests are to see."""
-    for bug in planted.bugs():
-        path = tree / "hpcwhirl" / bug.file
-        if bug.right and KERNELS in str(path) and isinstance(bug.seen_by, str):
-            source, right = path.read_bytes(), bug.right.encode()
-            start = source.index(right)
-            line = source[:start].count(b"\n") + 1
-            ends = start, start + len(right)
-            file = f"hpcwhirl/{bug.file}"
-            yield Mutant(file, line, "planted", *ends, bug.right, bug.wrong)
 
 
 def sources(tree: Path, words: list[str]) -> list[Path]:
@@ -414,18 +402,15 @@ def told_of(found: list[Tried]) -> str:
     return f"{caught} of {len(found)} mutants caught, {late} timed out"
 
 
-def page(found: list[Tried], told: str, known: dict[str, str]) -> str:
-    """Return the page: how many were caught, and who was not."""
+def not_seen(found: list[Tried], known: dict[str, str]) -> str:
+    """Return how many were caught, and who was not."""
     survived = [one for one in found if not one.outcome.test]
     late = [one for one in found if one.outcome.timed_out]
-    command = f"`python scripts/evidence/mutants.py {told}`"
-    lines = ["# What the quick tests do not see", "",
-             f"{command}: {told_of(found)}. Those that survived:", "",
-             *table(survived, known)]  # fmt: skip
+    lines = [f"{told_of(found)}. Those that survived:", "", *table(survived, known)]
     if late:
         lines += ["", f"Those with a test that took more than {LIMITS[-1]:g} s:", "",
                   *table(late, known)]  # fmt: skip
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
 def parsed() -> argparse.Namespace:
@@ -436,7 +421,6 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--files", type=int, default=12, help="of tests, at most")
-    parser.add_argument("--kernels", action="store_true", help="planted bugs, too")
     parser.add_argument("--list", action="store_true", help="draw, do not run")
     parser.add_argument("--write", action="store_true", help="write mutants.md")
     return parser.parse_args()
@@ -449,7 +433,6 @@ def chosen(tree: Path, asked: argparse.Namespace) -> Iterator[Mutant]:
         for path in sources(tree, asked.words)
         for mutant in mutants_of(str(path.relative_to(tree)), path.read_bytes())
     ]
-    every += of_planted(tree) if asked.kernels else []
     print(f"{len(every)} mutants to draw from")
     yield from itertools.islice(drawn(every, asked.seed), asked.count)
 
@@ -471,12 +454,8 @@ def main() -> int:
             elif time.monotonic() < until:
                 tests = near(graph, tree / mutant.file, asked.files)
                 found.append(tried(tree, mutant, tests))
-    print(told_of(found))
-    text = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
-    known = verdicts(text)
-    if asked.write:
-        words = [w for w in sys.argv[1:] if w != "--write"]
-        PAGE.write_text(page(found, " ".join(words), known), encoding="utf-8")
+    known = verdicts(PAGE.read_text(encoding="utf-8"))
+    tell(not_seen(found, known), PAGE if asked.write else None)
     left = [one.mutant for one in found if not one.outcome.caught]
     return 0 if all(known.get(key(row_of(mutant))) for mutant in left) else 1
 

@@ -12,8 +12,9 @@ The cases of a refined campaign are among those of the dense ones in `draft` and
 core-seconds, for several coarse levels. With --compute, the refined campaign of an
 engine is computed as well, on so many ranks, and has to have the same cases and words.
 
-For each way: cases, core-seconds in the kernel by the processor's clock, share of the
-reference's points with the same word, all and outside speckle, and tongues missed.
+For each coarse level: shares of cases and of core-seconds in the kernel by the
+processor's clock, share of the reference's points outside speckle that have the same
+word, and tongues missed.
 Speckle: points where more than 0.3 of the pairs of neighbours within 5 x 5 points
 differ in the reference. What no map does without: corners of the reference's mixed
 cells. Tongue: what is connected and of one word there, and somewhere 3 x 3 points wide;
@@ -26,7 +27,6 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -40,14 +40,14 @@ import hpcwhirl
 from hpcwhirl.refinement.boundary import Cells
 from hpcwhirl.refinement.growth import Address, Growth
 from hpcwhirl.refinement.lattice import Lattice, Side
-from hpcwhirl.refinement.tree import CONFIRM, Tree
+from hpcwhirl.refinement.tree import Tree
 from hpcwhirl.store.directory.runs import Runs
 from hpcwhirl.store.reading.grid import nearest_cases
 from hpcwhirl.store.reading.reader import words
 
 if __package__ is None or __package__ == "":
     sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import MPIRUN, parser_of, results_of, table, working_folder
+from common import MPIRUN, parser_of, results_of, table, tell, working_folder
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -68,8 +68,6 @@ TIMED = (
     "import sys, time; time.perf_counter = time.process_time; "
     "from hpcwhirl.cli import main; raise SystemExit(main(sys.argv[1:]))"
 )
-HEAD = ("way", "cases", "core-seconds", "alike", "outside speckle", "inside",
-        "tongues missed")  # fmt: skip
 GOALS = (
     "grid", "refined from",
     "corners of cells whose corners differ, of dense draft's points",
@@ -78,11 +76,6 @@ GOALS = (
     "of which no map of these words does without",
     "alike outside speckle, confirmed", "tongues missed",
 )  # fmt: skip
-WENT = (
-    "Where cases went: the coarse level; corners of mixed cells at their end; of mixed "
-    "cells in speckle; what was asked for on the way there, and by the rule that a "
-    "split cell's neighbours are of its level; computed again."
-)
 Names = NDArray[np.str_]
 Floats = NDArray[np.float64]
 Size = tuple[int, int, int]  # coarse values of speed and gap, levels
@@ -94,20 +87,6 @@ class Dense:
 
     words: Names
     seconds: Floats
-
-
-@dataclass
-class Found:
-    """One way to the map of an engine: its cases, core-seconds and words.
-
-    profile : where cases went, {what: cases}
-    """
-
-    name: str
-    cases: int
-    seconds: float
-    words: Names
-    profile: dict[str, int] = field(default_factory=dict)
 
 
 def sides(size: Size) -> tuple[Side, Side]:
@@ -179,10 +158,8 @@ def lattice_of(size: Size) -> Lattice:
     ))  # fmt: skip
 
 
-def looked_up(
-    name: str, size: Size, known: dict[str, Dense], *, confirm: bool
-) -> tuple[Found, Growth]:
-    """Return what a refined campaign finds, by the words of the dense ones."""
+def looked_up(size: Size, known: dict[str, Dense], *, confirm: bool) -> Growth:
+    """Return what a refined campaign computes, by the words of the dense ones."""
     growth = Growth(lattice_of(size), 1, SPECKLE, confirm=confirm)
     by = known[DRAFT], known[STANDARD]
 
@@ -191,10 +168,7 @@ def looked_up(
         return None if found in ("", "none") else found
 
     growth.feed(word, list(growth.wanted))
-    seconds = sum(float(by[a.fidelity].seconds[a.point]) for a in growth.wanted)
-    tree, shape = growth.trees[0], by[0].words.shape
-    names, profile = shown(tree, shape), profile_of(growth)
-    return Found(name, len(growth.wanted), seconds, names, profile), growth
+    return growth
 
 
 def shown(tree: Tree, shape: tuple[int, ...]) -> Names:
@@ -209,29 +183,6 @@ def shown(tree: Tree, shape: tuple[int, ...]) -> Names:
     grid = [np.arange(length, dtype=float) for length in shape]
     found = nearest_cases(Cells(corner, none, level, none, none), place, grid)[0]
     return np.array([tree.word(point) or "none" for point in points])[found]
-
-
-def profile_of(growth: Growth) -> dict[str, int]:
-    """Return where cases went: each counts once, for the first that is true of it."""
-    tree, lattice = growth.trees[0], growth.lattice
-    mixed, speckle = set(), set()
-    for cell, node in tree.cells.items():
-        if not node.split and node.mixed:
-            (speckle if tree.is_speckle(cell) else mixed).update(node.corners)
-    count: Counter[str] = Counter()
-    for address in growth.wanted:
-        at = address.point
-        if address.fidelity == CONFIRM:
-            count["confirmed"] += 1
-        elif not lattice.level(at):
-            count["coarse"] += 1
-        elif at in mixed:
-            count["boundary"] += 1
-        elif at in speckle:
-            count["speckle"] += 1
-        else:
-            count["beside"] += 1
-    return dict(count)
 
 
 def near_boundary(known: Names) -> NDArray[np.bool_]:
@@ -275,50 +226,30 @@ def missed(known: Names, found: Names) -> tuple[int, int]:
     return count, lost
 
 
-def row(way: Found, reference: Names) -> list[Any]:
-    """Return the cells of a way."""
-    speckle, same = speckled(reference), way.words == reference
-    inside = f"{same[speckle].mean():.1%}" if speckle.any() else "-"
-    count, lost = missed(reference, way.words)
-    return [way.name, way.cases, f"{way.seconds:.0f}", f"{same.mean():.1%}",
-            f"{same[~speckle].mean():.1%}", inside, f"{lost} of {count}"]  # fmt: skip
-
-
 @dataclass
 class Measured:
-    """All ways of an engine, and what was computed beside.
+    """An engine's dense campaigns, and what was computed beside.
 
     sizes : of the coarse level, with levels
-    ways : refined ones after both dense ones, in the order of `SIZES`
     computed : lines about the refined campaign that was computed
     """
 
     engine: str
     sizes: list[Size]
     known: dict[str, Dense]
-    ways: list[Found]
     computed: list[str] = field(default_factory=list)
 
 
 def measured(
     engine: str, sizes: list[Size], args: argparse.Namespace, folder: Path
 ) -> Measured:
-    """Run the dense campaigns of an engine and look all others up."""
-    first = sides(sizes[0])
-    known, ways = {}, []
+    """Run the dense campaigns of an engine."""
+    first, known = sides(sizes[0]), {}
     for preset in (STANDARD, DRAFT):
         document = designed(engine, args.duration, first, preset)
         data = computed(document, folder / f"{engine}-dense-{preset}", args.ranks)
         known[preset] = grid_of(data, first)
-        seconds = known[preset].seconds
-        ways.append(Found(f"dense {preset}", seconds.size, float(seconds.sum()),
-                          known[preset].words))  # fmt: skip
-    for size in sizes:
-        told = f"from {size[0]} x {size[1]}, {size[2]} levels"
-        for name, confirm in (("refined draft", False), ("refined, confirmed", True)):
-            found = looked_up(f"{name}, {told}", size, known, confirm=confirm)[0]
-            ways.append(found)
-    out = Measured(engine, sizes, known, ways)
+    out = Measured(engine, sizes, known)
     if engine in args.compute:
         out.computed = compared(engine, args, folder, out)
     return out
@@ -329,7 +260,7 @@ def compared(
 ) -> list[str]:
     """Compute the refined campaign; return how it compares, and its busy fraction."""
     size = known.sizes[0]
-    _, growth = looked_up("", size, known.known, confirm=True)
+    growth = looked_up(size, known.known, confirm=True)
     place, both = folder / f"{engine}-refined", sides(size)
     tables = designed(engine, args.duration, both)
     data = results_of(tables, place, ranks=args.ranks)
@@ -367,25 +298,19 @@ def goals(found: Measured) -> list[str]:
 
 def _goal(size: Size, known: dict[str, Dense]) -> list[str]:
     draft, standard = known[DRAFT], known[STANDARD]
-    first = looked_up("", size, known, confirm=False)[0]
-    second = looked_up("", size, known, confirm=True)[0]
-    speckle, same = speckled(standard.words), second.words == standard.words
-    count, lost = missed(standard.words, second.words)
+    first, second = (looked_up(size, known, confirm=c) for c in (False, True))
+    by = draft.seconds, standard.seconds
+    seconds = sum(float(by[a.fidelity][a.point]) for a in second.wanted)
+    names = shown(second.trees[0], standard.words.shape)
+    speckle, same = speckled(standard.words), names == standard.words
+    count, lost = missed(standard.words, names)
     needed = standard.seconds[near_boundary(standard.words)].sum()
-    shares = (near_boundary(draft.words).mean(), first.cases / standard.words.size,
-              second.seconds / standard.seconds.sum(),
+    shares = (near_boundary(draft.words).mean(), len(first.wanted) / names.size,
+              seconds / standard.seconds.sum(),
               needed / standard.seconds.sum())  # fmt: skip
     return [" x ".join(map(str, standard.words.shape)),
             f"{size[0]} x {size[1]}, {size[2]} levels", *(f"{s:.3f}" for s in shares),
             f"{same[~speckle].mean():.2%}", f"{lost} of {count}"]  # fmt: skip
-
-
-def profiles(found: Measured) -> list[str]:
-    """Return where the cases of refined campaigns went."""
-    kinds = ("coarse", "boundary", "speckle", "beside", "confirmed")
-    rows = ([way.name, *(way.profile.get(kind, 0) for kind in kinds)]
-            for way in found.ways if way.profile)  # fmt: skip
-    return table(["", *kinds], rows)
 
 
 def section(found: Measured) -> str:
@@ -393,34 +318,20 @@ def section(found: Measured) -> str:
     reference = found.known[STANDARD].words
     shares = ", ".join(f"{word} {(reference == word).mean():.1%}"
                        for word in np.unique(reference))  # fmt: skip
-    facts = f"Reference: {shares}; {speckled(reference).mean():.1%} speckle."
-    rows = [row(way, reference) for way in found.ways]
+    taken = [found.known[preset].seconds.sum() for preset in (STANDARD, DRAFT)]
+    alike = (found.known[DRAFT].words == reference).mean()
+    facts = (
+        f"Reference: {shares}; {speckled(reference).mean():.1%} speckle. It took "
+        f"{taken[0]:.0f} core-seconds, the grid in `draft`, {alike:.1%} of it alike, "
+        f"{taken[1]:.0f}."
+    )
     parts = [
-        f"## {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
+        f"### {found.engine}, {reference.shape[0]} x {reference.shape[1]}",
         facts,
-        "\n".join(table(HEAD, rows)),
         "\n".join(goals(found)),
-        WENT,
-        "\n".join(profiles(found)),
         *found.computed,
     ]
     return "\n\n".join(parts)
-
-
-def page(found: list[Measured], args: argparse.Namespace) -> str:
-    """Return the page, as Markdown."""
-    asked = "".join(f" --engine {name}:{k}" for name, k in args.engine)
-    asked += "".join(f" --compute {name}" for name in args.compute)
-    told = (
-        f"Written by `python scripts/evidence/refine.py{asked} --write`: engines of "
-        "the presets' map over speed (40 to 520 rad/s) and gap (0.08 to 0.4 mm, by its "
-        f"logarithm), {args.duration:g} s; see its docstring for what speckle and "
-        "tongues are. Core-seconds are the kernel's, by the processor's clock. Goals: "
-        "refined 1/4 of dense draft's cases at most, confirmed 1/8 of dense "
-        "standard's core-seconds, 98 % alike outside speckle, no tongue missed."
-    )
-    title = "# What refinement saves, and what it loses"
-    return "\n\n".join([title, told, *map(section, found)]) + "\n"
 
 
 def _engine(text: str) -> tuple[str, int]:
@@ -443,10 +354,7 @@ def main() -> int:
     args.engine = args.engine or [(name, 1) for name in ENGINES]
     with working_folder(args.folder, "refine") as folder:
         found = [measured(name, SIZES[k], args, folder) for name, k in args.engine]
-    text = page(found, args)
-    print(text)
-    if args.write:
-        PAGE.write_text(text)
+    tell("\n\n".join(map(section, found)), PAGE if args.write else None)
     return 0
 
 

@@ -44,7 +44,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import Scene, apply_settings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, table, working_folder
+from common import parser_of, table, tell, working_folder
 from evidence.dense_blade import Blade, Rub, Turning, compliance, march
 
 PAGE = Path(__file__).with_suffix(".md")
@@ -67,15 +67,6 @@ SAMPLES = 1000  # of a revolution
 HALVINGS = (1, 2, 4)
 STEPS = {"all": 8, "modes": 1}  # of a sample, the longest
 LEVELS = (1e-8, 1e-6, 1e-3)
-BEYOND = """\
-What cannot be compared with the published example: its displacements, forces and
-costs, since blade, material (here titanium), thickness, lean and higher modes are
-others; its points have no mass (MacNeal's reduction), which allows 1000 steps a
-revolution with all of the points' own compliance, while `modes` takes that many without
-it; its friction follows the direction of slip in the plane of the casing, here it is
-along the rotation. Displacements are those of the linear model, far beyond what it is
-good for.\
-"""
 Dimensions = Sequence[float]
 
 
@@ -413,18 +404,11 @@ def main() -> None:
     with working_folder(args.folder, "rotor37") as folder:
         body = solid()
         files = reduced(folder, body)
-        lines = [*blade_lines(body, files), upright(folder / "upright"), casing_line()]
+        lines = [f"{args.revolutions:g} revolutions of {TURN:.6f} s.\n"]
+        lines += blade_lines(body, files)
+        lines += [upright(folder / "upright"), casing_line()]
         lines += compared(files, args.revolutions)
-    text = "\n".join([*lines, "", BEYOND])
-    print(text)
-    if args.write:
-        head = (
-            "# A blade like Rotor 37's in a casing with two lobes\n\n"
-            "Written by `python scripts/evidence/rotor37.py --write`; its docstring "
-            f"says what is computed. {args.revolutions:g} revolutions, "
-            f"{args.revolutions * TURN:.4f} s.\n\n"
-        )
-        PAGE.write_text(head + text + "\n", encoding="utf-8")
+    tell("\n".join(lines), PAGE if args.write else None)
 
 
 if __name__ == "__main__":

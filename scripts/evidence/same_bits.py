@@ -15,7 +15,6 @@ twin: values, also of integers of another width and of words; attributes and the
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -23,7 +22,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-TOP = Path(__file__).parents[2]
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from common import JOBS, under_mpi
+
+HPCWHIRL = "-m", "hpcwhirl"
 SHORT = """
 [scene]
 duration = 0.05
@@ -64,18 +66,12 @@ ENGINE = [  # by values: versions that are compared may know no names
 ]  # fmt: skip
 
 
-def hpcwhirl(*words: str | Path) -> None:
-    """Run a sub-command with this interpreter and its path."""
-    command = [sys.executable, "-m", "hpcwhirl", *map(str, words)]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-
-
 def make(folder: Path) -> None:
     """Run all campaigns; the engine's file is written once, for both versions."""
     folder.mkdir(parents=True)
     engine = Path(tempfile.gettempdir()) / "same-bits-engine.h5"
     if not engine.exists():
-        hpcwhirl("export-model", engine, *ENGINE)
+        under_mpi(0, *HPCWHIRL, "export-model", engine, *ENGINE)
     imported = SHORT.format(k=1, scheme="general")
     for name, text in (CAMPAIGNS | {"imported": imported}).items():
         (folder / f"{name}.toml").write_text(text)
@@ -83,10 +79,11 @@ def make(folder: Path) -> None:
         if name == "imported":
             more = ["--set", f"file={engine}"]
         out = ("--out", folder / name, "--report", "no")
-        hpcwhirl("campaign", folder / f"{name}.toml", *out, *ENGINE, *more)
+        campaign = ("campaign", folder / f"{name}.toml", *out, *ENGINE, *more)
+        under_mpi(0, *HPCWHIRL, *campaign)
         print(name, flush=True)
     out = ("--out", folder / "table2", "--report", "no")
-    hpcwhirl("campaign", TOP / "jobs" / "table2.toml", *out, *ENGINE)
+    under_mpi(0, *HPCWHIRL, "campaign", JOBS / "table2.toml", *out, *ENGINE)
 
 
 def variables(path: Path) -> dict[str, np.ndarray]:

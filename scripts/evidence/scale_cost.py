@@ -2,8 +2,7 @@
 
     python scripts/evidence/scale_cost.py                      # 10^4, 10^5, 10^6 rows
     python scripts/evidence/scale_cost.py --cases 10000 --only gather status
-    options: --folder DIR (kept and used again), --write (the page), --load TEXT (what
-             else the machine did, for the page)
+    options: --folder DIR (kept and used again), --write (the page)
 
 Rows are made up: a grid of so many speeds and gaps is planned as any campaign, and its
 journals are written by the program's own writer, as two ranks would, in scattered
@@ -14,13 +13,14 @@ seconds are of the clock, MB the largest resident set of the process.
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import subprocess
 import sys
 import time
 import zlib
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,7 +40,7 @@ from hpcwhirl.store.directory.record import (
 )
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, table, working_folder
+from common import parser_of, table, tell, working_folder
 
 PAGE = Path(__file__).with_suffix(".md")
 SIZES = (10_000, 100_000, 1_000_000)
@@ -67,7 +67,6 @@ AIMS = {
     "status": "3 s", "gather": "60 s, 500 MB", "nothing to do": "5 s",
     "classify": "20 s",
 }  # fmt: skip
-COMPUTED = len(TEMPLATES["sweep"]["speed"]) * len(TEMPLATES["sweep"]["gap"])
 
 
 class Cost(NamedTuple):
@@ -101,11 +100,12 @@ def templates(folder: Path) -> list[Record]:
     return [found[name] for name in sorted(found)]
 
 
-def made(folder: Path, cases: int, known: list[Record]) -> Path:
+def made(folder: Path, cases: int) -> Path:
     """Return the directory of a finished campaign of so many made-up rows."""
     place = folder / f"rows-{cases}"
     if place.exists():
         return place
+    known = templates(folder)
     part = folder / f"rows-{cases}.part"
     shutil.rmtree(part, ignore_errors=True)
     (part / "journal").mkdir(parents=True)
@@ -203,8 +203,8 @@ def measured(place: Path, only: list[str]) -> dict[str, Cost]:
     return out
 
 
-def page(found: list[Place], load: str) -> str:
-    """Return the page."""
+def compared(found: list[Place]) -> list[str]:
+    """Return the table of commands and sizes."""
     names = [name for name in COMMANDS if all(name in one.costs for one in found)]
     sizes = [f"10^{len(str(one.cases)) - 1}" for one in found]
     lines = []
@@ -221,19 +221,7 @@ def page(found: list[Place], load: str) -> str:
     ]  # fmt: skip
     lines.append(["what there is", *held, "700 B"])
     head = ["command", *(f"{size} cases" for size in sizes), "aim"]
-    return f"""# What commands cost over many cases
-
-Made by `python scripts/evidence/scale_cost.py --write`. Each command by itself in a new
-process: seconds of the clock, in brackets those of the processor, and the largest
-resident set. {load}
-
-{chr(10).join(table(head, lines))}
-
-Rows are made up: a grid of speeds and gaps is planned as any campaign, its journals are
-written by the program's own writer, as two ranks would, in scattered order, from
-{COMPUTED} rows that were computed, with the inputs of each case and numbers of as many
-digits. Aims are those of 10^6 summary rows.
-"""
+    return table(head, lines)
 
 
 def main() -> None:
@@ -242,23 +230,15 @@ def main() -> None:
     parser.add_argument("--cases", type=int, nargs="+", default=SIZES)
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     parser.add_argument("--folder", type=Path)
-    parser.add_argument("--make", type=int, help=argparse.SUPPRESS)
-    parser.add_argument("--load", default="Nothing else ran.")
     args = parser.parse_args()
     found = []
     with working_folder(args.folder, "scale-cost") as folder:
-        if args.make:  # a process of its own: what it holds counts as its child's
-            made(folder, args.make, templates(folder))
-            return
         for cases in args.cases:
-            again = [sys.executable, __file__, "--folder", folder, "--make", str(cases)]
-            subprocess.run(again, check=True)
-            place = folder / f"rows-{cases}"
+            # in a process of its own: what it holds would count as its child's
+            with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+                place = pool.submit(made, folder, cases).result()
             found.append(held_by(place, cases, measured(place, args.only)))
-    text = page(found, args.load)
-    print(text)
-    if args.write:
-        PAGE.write_text(text)
+    tell("\n".join(compared(found)), PAGE if args.write else None)
 
 
 if __name__ == "__main__":

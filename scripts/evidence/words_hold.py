@@ -3,6 +3,7 @@
     python scripts/evidence/words_hold.py [DIR] [--runs 300] [--seed 11] [--write]
     python scripts/evidence/words_hold.py [DIR] --rotation full [--write]
     python scripts/evidence/words_hold.py [DIR] --uneven --runs 60
+    python scripts/evidence/words_hold.py [DIR] --cells [--write]
 
 Three populations, each motion integrated to 1, 1.25, 2.5, 5, 10 and 20 s: so many runs
 on five engines (22 and 12 blades; speed, gap, friction, lobes and loading are drawn) at
@@ -15,8 +16,12 @@ times are at 20 s, and in how many cases any variable that words are given by de
 what was kept; exit code 1 if one does. With `--rotation full`, only the first
 population, with all effects of rotation, and what the certificate ends: exit code 1 if
 a case that it ended has another word, or any other contact, where all is integrated to
-2.5 s; with `--uneven`, only the latter, of mistuned blades. With --write, the tables go
-to scripts/evidence/words_hold.md, and with rotation to words_hold_full.md.
+2.5 s; with `--uneven`, only the latter, of mistuned blades. With `--cells`, how long
+cells of maps are undecided, and what `until = "decided"` costs: cells drawn from the
+maps over 121 speeds and 41 gaps of five engines, and of `four_motions` with full
+rotation at friction 0.15, where it rubs all round, in `draft`, judged from 2.5 s on.
+With --write, the tables go to scripts/evidence/words_hold.md, with rotation to
+words_hold_full.md, of cells to decided.md.
 """
 
 from __future__ import annotations
@@ -24,6 +29,7 @@ from __future__ import annotations
 import sys
 import tomllib
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,12 +41,12 @@ from hpcwhirl.scene.quantities import PERFORMANCE
 from hpcwhirl.store.reading.reader import words
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of, results_of, table, working_folder
+from common import parser_of, results_of, share, table, tell, working_folder
 from evidence.estimates_drawn import moving_engine
 from evidence.preset_map import inputs_of
 
 PAGE = Path(__file__).with_suffix(".md")
-FULL_PAGE = PAGE.with_stem("words_hold_full")
+FULL_PAGE, CELLS_PAGE = (PAGE.with_stem(n) for n in ("words_hold_full", "decided"))
 TIMES = (1.0, 1.25, 2.5, 5.0, 10.0, 20.0)
 COMPARED = 3  # of them, at which what is kept must not matter
 STEP = 4e-6
@@ -75,6 +81,14 @@ ENGINES: dict[str, dict[str, Any]] = {  # what differs from it
         CASING + "support_damping": 0.2, ROTOR + "suspension_damping": 0.05,
     },
 }  # fmt: skip
+
+TURNING = "four_motions, rotation full, friction 0.15"
+CELLS = {  # so many cells of an engine's map
+    "rubbing": 250, "four_motions": 250, "diverging, 22 blades": 60,
+    "mostly_damped": 60, "light ring, 12 blades": 60, TURNING: 60,
+}  # fmt: skip
+SPEEDS, GAPS = np.linspace(40.0, 520.0, 121), np.geomspace(0.8e-4, 4e-4, 41)
+CELL_SEED, LATE = 16, np.array(TIMES[2:])
 
 
 def drawn(runs: int, seed: int) -> list[dict[str, Any]]:
@@ -115,11 +129,27 @@ def engines(seed: int) -> list[dict[str, Any]]:
     return [{full_name(name): v for name, v in draw.items()} for draw in draws]
 
 
+def cells() -> dict[str, list[dict[str, Any]]]:
+    """Return {engine: inputs of cells of its map}, none twice."""
+    named = {name: inputs_of(name) for name in ("rubbing", "four_motions")}
+    turning = named["four_motions"] | {"engine.rotation": "full", "friction": 0.15}
+    known = ENGINES | named | {"mostly_damped": {}, TURNING: turning}
+    out = {}
+    for name, count in CELLS.items():
+        random = np.random.default_rng(CELL_SEED)
+        chosen = random.choice(SPEEDS.size * GAPS.size, count, replace=False)
+        places = zip(SPEEDS[chosen // GAPS.size], GAPS[chosen % GAPS.size], strict=True)
+        out[name] = [BASE | known[name] | {"speed": float(speed), "gap": float(gap)}
+                     for speed, gap in places]  # fmt: skip
+    return out
+
+
 def mapped(
-    cases: list[dict[str, Any]], solver: dict[str, Any], kept: str, path: Path
-) -> Any:
+    cases: list[dict[str, Any]], solver: dict[str, Any], kept: str, path: Path,
+    times: Sequence[float] = (),
+) -> Any:  # fmt: skip
     """Run the campaign of all cases and times kept in one way; return its results."""
-    times = TIMES if kept == FIRST else TIMES[:COMPARED]
+    times = times or (TIMES if kept == FIRST else TIMES[:COMPARED])
     every = [case | {"duration": time} for time in times for case in cases]
     inputs = {"solver": solver, "output": KEPT[kept], "cases": every}
     return results_of(inputs, path, ranks=2)
@@ -159,12 +189,11 @@ def counted(names: np.ndarray) -> list[str]:
     return table(["judged at", *WORDS[:-1], "unstable, overloaded"], rows)
 
 
-def changes(names: np.ndarray) -> list[str]:
+def changes(names: np.ndarray, times: Iterable[float] = TIMES) -> list[list[Any]]:
     """Return rows of a table: what the words of earlier times are at the last."""
-    rows = [[f"{time:g} s", word, *told_of(Counter(names[-1][at == word]), word)]
-            for time, at in zip(TIMES[:-1], names[:-1], strict=True)
+    return [[f"{time:g} s", word, *told_of(Counter(names[-1][at == word]), word)]
+            for time, at in zip(times, names[:-1], strict=False)
             for word in WORDS[:3]]  # fmt: skip
-    return table(["judged at", "word", *TOLD], rows)
 
 
 def told_of(last: Counter[str], word: str) -> list[Any]:
@@ -199,8 +228,9 @@ def held(names: np.ndarray) -> list[str]:
 def section(title: str, result: Any) -> list[str]:
     """Return the tables of a population."""
     names = words(result.regime).reshape(len(TIMES), -1)
-    head = [f"## {title}", "", *held(names), ""]
-    return [*head, *counted(names), "", *changes(names), ""]
+    head = [f"### {title}", "", *held(names), ""]
+    later = table(["judged at", "word", *TOLD], changes(names))
+    return [*head, *counted(names), "", *later, ""]
 
 
 def main() -> int:
@@ -210,47 +240,86 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--rotation", choices=["none", "full"], default="none")
     parser.add_argument("--uneven", action="store_true", help="blades are mistuned")
+    parser.add_argument("--cells", action="store_true", help="cells of maps")
     args = parser.parse_args()
-    full = args.rotation == "full"
-    if args.uneven:
-        with working_folder(args.folder, "words") as folder:
-            text, same = certified(uneven(args.runs, args.seed), folder)
-        print(text)
-        return 0 if same else 1
+    full, same = args.rotation == "full", True
+    place = CELLS_PAGE if args.cells else FULL_PAGE if full else PAGE
     with working_folder(args.folder, "words") as folder:
-        text, same = (full_page if full else page)(folder, args.runs, args.seed)
-    print(text)
-    if args.write:
-        (FULL_PAGE if full else PAGE).write_text(text)
+        if args.cells:
+            lines = of_cells(folder)
+        elif args.uneven:
+            lines, same = certified(uneven(args.runs, args.seed), folder)
+        else:
+            own = with_rotation if full else of_populations
+            lines, same = own(folder, args.runs, args.seed)
+    version = f"Physics version {PHYSICS_VERSION}."
+    written = args.write and not args.uneven
+    tell("\n".join([version, "", *lines]), place if written else None)
     return 0 if same else 1
 
 
-def full_page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
-    """Run the first population with rotation; return the page, and whether all is well.
+def ending(names: np.ndarray, seconds: np.ndarray) -> list[Any]:
+    """Return the cells of a row: cases that go on until decided, at most to the last.
+
+    names, seconds : (times, cases), words and the kernel's seconds up to then
+    """
+    decided, cases = names != "undecided", np.arange(names.shape[1])
+    ends = np.where(decided.any(axis=0), decided.argmax(axis=0), len(LATE) - 1)
+    at, last, late = names[ends, cases], names[-1], decided[0] < decided.any(axis=0)
+    changed = Counter(f"{a} to {b}" for a, b in zip(at, last, strict=True)
+                      if "undecided" != a != b)  # fmt: skip
+    open_ = (int((words == "undecided").sum()) for words in (names[0], at))
+    return [
+        *(share(n, cases.size, "{0} ({2:.1%}; {3})") for n in open_),
+        f"{LATE[ends].mean() / LATE[0]:.2f}",
+        f"{seconds[ends, cases].sum() / seconds[0].sum():.2f}", int(late.sum()),
+        ", ".join(f"{n} {what}" for what, n in changed.items()) or "0",
+    ]  # fmt: skip
+
+
+def of_cells(folder: Path) -> list[str]:
+    """Run the campaign of cells; return their tables."""
+    chosen, shape = cells(), (len(LATE), -1)
+    every = [case for own in chosen.values() for case in own]
+    place, times = folder / "cells", LATE.tolist()
+    data = mapped(every, {"preset": "draft"}, FIRST, place, times)
+    names, seconds = words(data.regime).reshape(shape), data.seconds.values
+    split = np.cumsum([len(own) for own in chosen.values()])[:-1]
+    parts = [np.split(a, split, axis=1) for a in (names, seconds.reshape(shape))]
+    falling, ends, later = [], [], []
+    for engine, own, spent in zip(chosen, *parts, strict=True):
+        counts = (own == "undecided").sum(axis=1).tolist()
+        told = (share(n, own.shape[1], "{0} ({2:.1%}; {3})") for n in counts)
+        falling.append([engine, own.shape[1], *told])
+        ends.append([engine, *ending(own, spent)])
+        later += [[engine, *row] for row in changes(own, times) if row[2]]
+    heads = ["engine", "undecided at 2.5 s", "undecided at the end",
+             "engine time, over 2.5 s each", "kernel's time, over that of 2.5 s",
+             "words of after 2.5 s", "another word at 20 s"]  # fmt: skip
+    return [
+        "### Undecided cases", "",
+        *table(["engine", "cells", *(f"{t:g} s" for t in times)], falling), "",
+        '### With `until = "decided"`, `longest = 20`', "", *table(heads, ends), "",
+        "### What words are at 20 s", "",
+        *table(["engine", "at", "word", *TOLD], later),
+    ]  # fmt: skip
+
+
+def in_turn(runs: int) -> str:
+    """Return the title of the first population."""
+    told = f"{runs} motions, step {STEP:g} s, {len(ENGINES)} engines in turn"
+    return f"{told}: {'; '.join(ENGINES)}"
+
+
+def with_rotation(folder: Path, runs: int, seed: int) -> tuple[list[str], bool]:
+    """Run the first population with rotation; return tables, and whether all is well.
 
     The certificate is held against runs to the end, which look for none.
     """
     cases = [case | {"engine.rotation": "full"} for case in drawn(runs, seed)]
     result = mapped(cases, {"time_step": STEP}, FIRST, folder / "full")
     proofs, same = certified(cases, folder)
-    made = (
-        "Made by `python scripts/evidence/words_hold.py --rotation full --runs "
-        f"{runs} --seed {seed}`, physics version {PHYSICS_VERSION}."
-    )
-    rows = [
-        "# How often words hold with all effects of rotation",
-        "",
-        made,
-        "",
-        proofs,
-        "",
-        *section(
-            f"{runs} motions, step {STEP:g} s, {len(ENGINES)} engines in turn: "
-            + "; ".join(ENGINES),
-            result,
-        ),
-    ]
-    return "\n".join(rows), same
+    return [*proofs, "", *section(in_turn(runs), result)], same
 
 
 def uneven(runs: int, seed: int) -> list[dict[str, Any]]:
@@ -263,7 +332,7 @@ def uneven(runs: int, seed: int) -> list[dict[str, Any]]:
     return cases
 
 
-def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[str, bool]:
+def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[list[str], bool]:
     """Return what the certificate ends, and whether it is as integrated to the end."""
     solver: dict[str, Any] = {"time_step": STEP}
     proved = mapped(
@@ -288,11 +357,11 @@ def certified(cases: list[dict[str, Any]], folder: Path) -> tuple[str, bool]:
         "`undecided`, as they are still coming to rest, and so many others differ: "
         f"{differ}."
     )
-    return proofs, not any(other.values())
+    return [proofs], not any(other.values())
 
 
-def page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
-    """Run the campaigns; return the page, and whether what is kept does not matter."""
+def of_populations(folder: Path, runs: int, seed: int) -> tuple[list[str], bool]:
+    """Run the campaigns; return tables, and whether what is kept does not matter."""
     draft = {"preset": "draft"}
     ring = mapped(rings(seed), draft, FIRST, folder / "light-ring")
     drew = mapped(engines(seed), draft, FIRST, folder / "engines")
@@ -301,28 +370,14 @@ def page(folder: Path, runs: int, seed: int) -> tuple[str, bool]:
         mapped(cases, step, kept, folder / kept.replace(" ", "-")) for kept in KEPT
     ]
     apart = differing(results)
-    compared = results[1].sizes["case"]
-    made = (
-        f"Made by `python scripts/evidence/words_hold.py --runs {runs} --seed {seed}`, "
-        f"physics version {PHYSICS_VERSION}."
-    )
-    rows = [
-        "# How often words hold",
-        "",
-        made,
-        "",
-        f"- Kept in {len(KEPT)} ways ({', '.join(KEPT)}), {compared} cases: "
-        + (f"variables that differ: {apart}" if apart else "no variable differs."),
-        "",
-        *section(
-            f"{runs} motions, step {STEP:g} s, {len(ENGINES)} engines in turn: "
-            + "; ".join(ENGINES),
-            results[0],
-        ),
+    told = f"variables that differ: {apart}" if apart else "no variable differs."
+    compared = f"{', '.join(KEPT)}), {results[1].sizes['case']} cases"
+    return [
+        f"- Kept in {len(KEPT)} ways ({compared}: {told}", "",
+        *section(in_turn(runs), results[0]),
         *section(f"{RINGS} motions of `jobs/light_ring.toml`, draft", ring),
         *section(f"{DRAWN} engines drawn at random, draft", drew),
-    ]
-    return "\n".join(rows), not apart
+    ], not apart  # fmt: skip
 
 
 if __name__ == "__main__":

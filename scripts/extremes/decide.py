@@ -2,7 +2,6 @@
 
     python scripts/extremes/decide.py [WORD...]   all, or whose input has a WORD
     python scripts/extremes/decide.py --write     all, and extremes.md anew
-    python scripts/extremes/decide.py --new --write  what that lacks; other rows stay
     python scripts/extremes/decide.py --random 300 --seed 1
                                           random scenes of the whole allowed box
 
@@ -17,11 +16,10 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from common import parser_of
+from common import parser_of, table, tell
 from extremes.drawn import random_scene
 from extremes.laws import Broken
 from extremes.table import TABLE, Extreme
@@ -44,7 +42,7 @@ def decide(extreme: Extreme) -> Answer:
             return False, f"TRACEBACK: {last[-1]} at {last[-3].strip()}"
 
 
-def apart(extreme: Extreme, limit: float) -> Answer:
+def apart(extreme: Extreme) -> Answer:
     """Return `decide` of a scene in a process of its own."""
     context = multiprocessing.get_context("fork")
     mine, its = context.Pipe(duplex=False)
@@ -52,7 +50,7 @@ def apart(extreme: Extreme, limit: float) -> Answer:
     child.start()
     its.close()
     try:
-        answer = mine.recv() if mine.poll(limit) else (False, f"HANG: {limit:g} s")
+        answer = mine.recv() if mine.poll(LIMIT) else (False, f"HANG: {LIMIT:g} s")
     except EOFError:
         answer = False, "DIED"
     child.kill()
@@ -66,69 +64,36 @@ def meaning(extreme: Extreme) -> str:
     return words[0].rstrip(".") if words else "refused in one clear line"
 
 
-def told_before() -> dict[tuple[str, ...], str]:
-    """Return {(extreme, settings, law): row} of the page as it is."""
-    lines = PAGE.read_text("utf-8").splitlines()[7:]
-    return {tuple(line[2:].split(" | ")[:3]): line for line in lines}
-
-
-def key_of(extreme: Extreme) -> tuple[str, ...]:
-    """Return the first three cells of an extreme's row."""
-    cells = extreme.what, f"`{extreme.name}`", meaning(extreme)
-    return tuple(cell.replace("|", "\\|") for cell in cells)
-
-
-def page(rows: Iterable[str]) -> str:
-    """Return the table of outcomes as Markdown."""
-    lines = [
-        "# Scenes at the extremes",
-        "",
-        "Written by `python scripts/extremes/decide.py --write`; do not edit.",
-        "Table 2, 4 ms at 2e-6 s, all samples, with the settings of each row.",
-        "",
-        "| extreme | settings | law | outcome |",
-        "|---|---|---|---|",
-    ]
-    return "\n".join([*lines, *rows]) + "\n"
-
-
-def row_of(extreme: Extreme, told: str) -> str:
+def row_of(extreme: Extreme, told: str) -> list[str]:
     """Return the row of an extreme."""
-    cells = *key_of(extreme), told.replace("|", "\\|")
-    return f"| {' | '.join(cells)} |"
+    cells = extreme.what, f"`{extreme.name}`", meaning(extreme), told
+    return [cell.replace("|", "\\|") for cell in cells]
 
 
-def table(words: list[str], limit: float, *, write: bool, new: bool) -> int:
-    """Try the table, or what has the words; return how many laws are broken.
-
-    new : only what the page lacks; what is not tried stays there as it was
-    """
-    before = told_before()
+def try_all(words: list[str], *, write: bool) -> int:
+    """Try the table, or what has the words; return how many laws are broken."""
     chosen = [e for e in TABLE if all(w in e.what for w in words)]
-    if new:
-        chosen = [e for e in chosen if key_of(e) not in before]
-    rows, bad = {}, 0
+    rows, bad = [], 0
     for extreme in chosen:
         start = time.monotonic()
-        holds, told = apart(extreme, limit)
+        holds, told = apart(extreme)
         bad += not holds
-        rows[key_of(extreme)] = row_of(extreme, told)
+        rows.append(row_of(extreme, told))
         spent = time.monotonic() - start
         print(f"{extreme.what}: {extreme.name}: {told} [{spent:.1f} s]", flush=True)
     if write:
-        every = before | rows
-        kept = [every[key] for key in map(key_of, TABLE) if key in every]
-        PAGE.write_text(page(kept), encoding="utf-8")
+        head = "extreme", "settings", "law", "outcome"
+        tell("\n".join(table(head, rows)), PAGE)
     print(f"{len(chosen) - bad} of {len(chosen)} laws hold")
     return bad
 
 
-def at_random(seconds: float, seed: int, scene: Callable[[int], Extreme]) -> int:
+def at_random(seconds: float, seed: int) -> int:
     """Try random scenes for a while; return how many laws are broken."""
     end, tried, bad, taken = time.monotonic() + seconds, 0, 0, 0
     while time.monotonic() < end:
-        extreme = scene(seed + tried)
-        holds, told = apart(extreme, LIMIT)
+        extreme = random_scene(seed + tried)
+        holds, told = apart(extreme)
         tried += 1
         taken += not told.startswith("refused")
         bad += not holds
@@ -142,14 +107,14 @@ def main() -> int:
     """Read the command line and try what it asks for."""
     parser = parser_of(__doc__, write=PAGE)
     parser.add_argument("words", nargs="*", metavar="WORD")
-    parser.add_argument("--new", action="store_true", help="only what the page lacks")
     parser.add_argument("--random", type=float, metavar="SECONDS", default=0.0)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--limit", type=float, default=LIMIT, help="s for a scene")
     args = parser.parse_args()
+    if args.words and args.write:
+        parser.error("--write needs the whole table, without a WORD")
     if args.random > 0.0:
-        return 1 if at_random(args.random, args.seed, random_scene) else 0
-    return 1 if table(args.words, args.limit, write=args.write, new=args.new) else 0
+        return 1 if at_random(args.random, args.seed) else 0
+    return 1 if try_all(args.words, write=args.write) else 0
 
 
 if __name__ == "__main__":

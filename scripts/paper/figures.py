@@ -29,11 +29,9 @@ from hpcwhirl.store.reading.results_file import Results
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from common import completed, parser_of
 from paper.found import PAPER_SPEEDS, Found
-from paper.reasons import with_reason
 from paper.statements import statements
-from paper.text import Judged, page
+from paper.text import page, with_reason
 from paper.veering import draw_veering
-from paper.why import why
 
 
 @dataclass(frozen=True)
@@ -290,7 +288,7 @@ def main() -> int:
         judged = statements(found)
         if engine["engine.rotation"] == "none":  # of what else the reasons tell nothing
             judged = [with_reason(each) for each in judged]
-        told[name] = Judged(judged, why(found))
+        told[name] = judged
     (args.out / "paper.md").write_text(page(told, quick=args.quick), encoding="utf-8")
     print(args.out / "paper.md")
     return 0

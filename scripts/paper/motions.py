@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from paper.found import Found, Row
-from paper.text import Number, Statement, said
+from paper.text import Statement, number, said
 
 from hpcwhirl.analysis.rotation import critical_of
 from hpcwhirl.case.resolve import resolve
@@ -156,12 +156,10 @@ def _divergent(found: Found) -> list[Statement]:
         found.rms(420.0, "suspension", *t)[1] for t in ((0, -0.3), (-0.6, -1))
     )
     return [
-        Number(
-            "Eq. 13", "critical speed of k = 1: 270 rad/s", 270, "rad/s", 0.02
-        ).beside(first),
-        Number(
-            "Sec. 4.2.3", "9th super-harmonic at 420 rad/s", 420, "rad/s", 0.02
-        ).beside(ninth),
+        number("Eq. 13", "critical speed of k = 1: 270 rad/s", 270, first, "rad/s",
+               0.02),
+        number("Sec. 4.2.3", "9th super-harmonic at 420 rad/s", 420, ninth, "rad/s",
+               0.02),
         said("Fig. 13", "420 rad/s: about 4 times the amplitude of 270 (3 to 5)", told,
              None if ended and 3 <= ratio <= 5 else bool(3 <= ratio <= 5)),
         said("Fig. 14a", "420 rad/s: k = 1 of 1F dominant", text, one),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from paper.found import BANDS, PAPER_SPEEDS, Found, strongest
 from paper.motions import kinds, motion_statements, only_damped
-from paper.text import Number, Statement, said
+from paper.text import Statement, number, said
 from paper.veering import frequencies, full_rotor
 
 from hpcwhirl.analysis.whirl import after_revolutions, amplitude_spectrum
@@ -38,11 +38,12 @@ def _modes(found: Found) -> list[Statement]:
         "2F, k = 1, read off spectra": (250.0, own[1, "2F"], 0.02),
     }
     out = [
-        Number("Fig. 4, 5, 6", name, paper, "Hz", tolerance).beside(here)
+        number("Fig. 4, 5, 6", name, paper, here, "Hz", tolerance)
         for name, (paper, here, tolerance) in numbers.items()
     ]
-    stiffness = Number("Sec. 2.1", "k_blade = 6.8e4 N/m", 6.8e4, "N/m", 0.01)
-    return [*out, stiffness.beside(blade_stiffness(rotor))]
+    stiffness = blade_stiffness(rotor)
+    claim = "k_blade = 6.8e4 N/m"
+    return [*out, number("Sec. 2.1", claim, 6.8e4, stiffness, "N/m", 0.01)]
 
 
 def _centre(found: Found) -> list[Statement]:
@@ -147,15 +148,12 @@ def _lines(found: Found) -> list[Statement]:
     floor = found.level(1, "centre", 230, 245)
     split = np.median(floor / found.level(1, "centre", 246, 265))
     return [
-        Number("Fig. 6a", "tip: line of 1F at 45 Hz", 45, "Hz", 0.1).beside(
-            found.peak(1, "tip", *BANDS["1F"])
-        ),
-        Number(
-            "Fig. 6b", "centre: line of the suspension at 105 Hz", 105, "Hz", 0.05
-        ).beside(found.peak(1, "centre", *BANDS["suspension"])),
-        Number("Fig. 6b", "centre: line of 2F at 250 Hz", 250, "Hz", 0.03).beside(
-            found.peak(1, "centre", *BANDS["2F"])
-        ),
+        number("Fig. 6a", "tip: line of 1F at 45 Hz", 45,
+               found.peak(1, "tip", *BANDS["1F"]), "Hz", 0.1),
+        number("Fig. 6b", "centre: line of the suspension at 105 Hz", 105,
+               found.peak(1, "centre", *BANDS["suspension"]), "Hz", 0.05),
+        number("Fig. 6b", "centre: line of 2F at 250 Hz", 250,
+               found.peak(1, "centre", *BANDS["2F"]), "Hz", 0.03),
         said("Fig. 6a", "the tip's strongest line is 1F",
              f"at {100 * first:.0f} % of the speeds", bool(first > 0.5)),
         said("Fig. 6b", "the centre's strongest line is the suspension",

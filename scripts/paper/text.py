@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from common import table
 
 VERDICTS = ("differs", "cannot be judged", "agrees")  # misses first
+REASONS: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("reasons.toml").read_text("utf-8")
+)
 PLURAL = dict(zip(VERDICTS, ("differ", "cannot be judged", "agree"), strict=True))
 
 
@@ -27,26 +32,7 @@ class Statement:
             raise ValueError(msg)
 
 
-@dataclass(frozen=True)
-class Number:
-    """A number of the paper: unit, and relative difference that still agrees."""
-
-    where: str
-    claim: str
-    paper: float
-    unit: str
-    tolerance: float
-
-    def beside(self, here: float) -> Statement:
-        """Return the statement with what was computed; nan cannot be judged."""
-        if not abs(here) < float("inf"):
-            return Statement(self.where, self.claim, "nothing", VERDICTS[1])
-        off = here / self.paper - 1
-        told = f"{here:.5g} {self.unit} ({100 * off:+.2g} %; allowed "
-        told += f"±{100 * self.tolerance:g} %)"
-        return Statement(
-            self.where, self.claim, told, judged(abs(off) <= self.tolerance)
-        )
+Engines = Mapping[str, Sequence[Statement]]
 
 
 def judged(agrees: bool | None) -> str:  # noqa: FBT001
@@ -61,20 +47,34 @@ def said(where: str, claim: str, computed: str, agrees: Any) -> Statement:
     )
 
 
+def number(
+    where: str, claim: str, paper: float, here: float, unit: str, tolerance: float
+) -> Statement:
+    """Return a statement on a number of the paper; nan cannot be judged.
+
+    tolerance : relative difference that still agrees
+    """
+    if not abs(here) < float("inf"):
+        return said(where, claim, "nothing", None)
+    off = here / paper - 1
+    told = f"{here:.5g} {unit} ({100 * off:+.2g} %; allowed ±{100 * tolerance:g} %)"
+    return said(where, claim, told, abs(off) <= tolerance)
+
+
+def with_reason(statement: Statement) -> Statement:
+    """Return a statement, with the reason why it does not agree where one is known."""
+    reason = REASONS.get(statement.claim)
+    if statement.verdict == VERDICTS[2] or reason is None:
+        return statement
+    return replace(statement, computed=f"{statement.computed}. Why: {reason}")
+
+
 def ordered(found: Iterable[Statement]) -> list[Statement]:
     """Return the statements, misses first, else in the order of the paper."""
     return sorted(found, key=lambda statement: VERDICTS.index(statement.verdict))
 
 
-@dataclass(frozen=True)
-class Judged:
-    """What was judged on an engine, and its section on what feeds divergence."""
-
-    statements: list[Statement]
-    why: list[str]
-
-
-def page(engines: Mapping[str, Judged], *, quick: bool) -> str:
+def page(engines: Engines, *, quick: bool) -> str:
     """Return `paper.md` of engines by name."""
     lines = [
         "# The paper's statements and what was computed",
@@ -86,11 +86,9 @@ def page(engines: Mapping[str, Judged], *, quick: bool) -> str:
         "",
         *(["**Quick: coarse steps and few speeds.**", ""] if quick else []),
     ]
-    for name, each in engines.items():
-        lines += [f"{name}: {counts(each.statements)}.", ""]
+    for name, found in engines.items():
+        lines += [f"{name}: {counts(found)}.", ""]
     lines += alone(engines) if len(engines) == 1 else beside(engines)
-    for name, each in engines.items():
-        lines += ["", *(line.replace("## Why", f"## {name}: why") for line in each.why)]
     return "\n".join([*lines, ""])
 
 
@@ -100,16 +98,16 @@ def counts(found: Sequence[Statement]) -> str:
     return f"{len(found)} statements: {', '.join(each)}"
 
 
-def alone(engines: Mapping[str, Judged]) -> list[str]:
+def alone(engines: Engines) -> list[str]:
     """Return the table of one engine, misses first."""
-    (found,) = (each.statements for each in engines.values())
+    (found,) = engines.values()
     rows = [(s.verdict, s.where, s.claim, s.computed) for s in ordered(found)]
     return table(("verdict", "where", "the paper", "computed"), rows)
 
 
-def beside(engines: Mapping[str, Judged]) -> list[str]:
+def beside(engines: Engines) -> list[str]:
     """Return the table of several engines: first what agrees on the fewest."""
-    rows = list(zip(*(each.statements for each in engines.values()), strict=True))
+    rows = list(zip(*engines.values(), strict=True))
     for row in rows:
         if len({(s.where, s.claim) for s in row}) > 1:
             msg = f"engines are asked different questions: {row}"

@@ -2,7 +2,7 @@
 
 import json
 
-from common import in_turn, kept, share, table
+from common import TOP, in_turn, kept, share, table, tell
 
 
 def test_rows_are_measured_once_and_stay_in_their_file(tmp_path):
@@ -37,3 +37,17 @@ def test_shares_and_tables_are_told_in_markdown():
     assert share(0, 0) == "none"
     assert share(5, 10).startswith("5 of 10: 50.0% (23.7% to 76.3%)")
     assert table(("a", "b"), [(1, "x")]) == ["| a | b |", "|---|---|", "| 1 | x |"]
+
+
+def test_what_is_measured_takes_its_place_on_a_page(tmp_path, monkeypatch, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("# A\n\nby hand\n\n## Measured\n\nbefore\n\n## B\n\nby hand\n")
+    words = [TOP / "scripts/common.py", tmp_path, "--write", "two words"]
+    monkeypatch.setattr("sys.argv", list(map(str, words)))
+    tell("now", page)
+    assert capsys.readouterr().out == "now\n"
+    told = "python scripts/common.py FOLDER --write 'two words'"
+    assert page.read_text() == (
+        f"# A\n\nby hand\n\n## Measured\n\nMade by `{told}`.\n\nnow\n\n"
+        "## B\n\nby hand\n"
+    )

@@ -54,7 +54,7 @@ def test_an_estimate_that_holds_too_seldom_in_a_class_of_any_size_is_told():
     assert by_class["all"].share == pytest.approx(0.95)
     assert by_class["N 28-36"].worst == pytest.approx(2.0)
     assert [line.kind for line in estimates.failing(found)] == ["N 28-36"]
-    told = "\n".join(estimates.rows_of(found))
+    told = estimates.section("truncation", 60, found)
     assert "| N 28-36 | 30 | 27 | 90 % | 0.5 | 2 |" in told
 
 
@@ -101,22 +101,18 @@ def test_words_of_twins_that_come_with_other_frequencies_are_told():
 def test_what_is_not_measured_stays_on_the_page(tmp_path, monkeypatch):
     path = tmp_path / "estimates.md"
     path.write_text(before := estimates.PAGE.read_text())
+    _, *old = before.split("\n\n## ")
+    assert [part.split("\n")[0] for part in old] == list(estimates.PLANS)
+    assert all(part.count("\n| ") > 5 for part in old)
     monkeypatch.setattr(estimates, "PAGE", path)
-    rows, notes = estimates.told_before()
-    assert {name: len(own) > 5 for name, own in rows.items()} == dict.fromkeys(
-        estimates.PLANS, True
-    )
-    assert estimates.page(rows, notes) + "\n" == before
     monkeypatch.setattr(estimates, "measured", lambda *_: [record(0, 0.5, blades=14)])
     words = ["estimates.py", "--only", "truncation", "--write"]
     monkeypatch.setattr("sys.argv", words)
     assert estimates.main() == 0
-    now = path.read_text()
-    assert "truncation 1 of seed" in now
-    assert [line for line in before.splitlines()[4:] if "truncation" not in line] == [
-        line for line in now.splitlines()[4:] if "truncation" not in line
-    ]
-    assert now.count("| truncation") < before.count("| truncation")
+    _, *new = path.read_text().split("\n\n## ")
+    assert new[0].startswith("truncation\n\n1 engines of seed 17.")
+    assert new[0].count("\n| ") < old[0].count("\n| ")
+    assert new[1:] == old[1:]
 
 
 def test_what_was_measured_is_not_measured_again(tmp_path, monkeypatch):
@@ -127,13 +123,11 @@ def test_what_was_measured_is_not_measured_again(tmp_path, monkeypatch):
         return {"inputs": {}, "rows": []}
 
     monkeypatch.setitem(estimates.MEASURES, "accuracy", measure)
-    once = estimates.measured("accuracy", 4, SEED, tmp_path, (1, 2))
-    assert [r["index"] for r in once] == [1, 3]
-    every = estimates.measured("accuracy", 4, SEED, tmp_path, (0, 1))
-    assert [r["index"] for r in every] == [0, 1, 2, 3]
-    assert sorted(asked) == [(SEED, i) for i in range(4)]
-    estimates.measured("accuracy", 4, SEED + 1, tmp_path, (0, 1))
-    assert len(asked) == 8
+    for seed, count in ((SEED, 2), (SEED, 4), (SEED + 1, 4)):
+        monkeypatch.setitem(estimates.PLANS, "accuracy", (seed, count))
+        found = estimates.measured("accuracy", tmp_path)
+        assert [r["index"] for r in found] == list(range(count))
+    assert asked == [(seed, i) for seed in (SEED, SEED + 1) for i in range(4)]
 
 
 def test_presets_are_held_against_a_run_finer_than_all_of_them(monkeypatch):

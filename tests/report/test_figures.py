@@ -12,7 +12,7 @@ from launch import ended
 from paper import figures as paper_figures
 from paper import text as paper_text
 from paper import veering
-from paper.reasons import REASONS, with_reason
+from paper.text import REASONS, with_reason
 
 from hpcwhirl.analysis.critical import coincidences
 from hpcwhirl.analysis.rotation import critical_of, own_waves, waves_over
@@ -432,16 +432,16 @@ def test_a_mistuned_rotor_has_no_shapes_by_diameter():
 
 
 def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
-    number = paper_text.Number("Fig. 1", "a frequency", 100.0, "Hz", 0.01)
-    near, far, none = (number.beside(h) for h in (100.9, 101.1, float("nan")))
+    near, far, none = (
+        paper_text.number("Fig. 1", "a frequency", 100.0, here, "Hz", 0.01)
+        for here in (100.9, 101.1, float("nan"))
+    )
     assert [s.verdict for s in (near, far, none)] == [
         "agrees",
         "differs",
         "cannot be judged",
     ]
-    told = {"one": paper_text.Judged([near, none, far], ["## Why it diverges"])}
-    text = paper_text.page(told, quick=False)
-    assert "## one: why it diverges" in text
+    text = paper_text.page({"one": [near, none, far]}, quick=False)
     assert "3 statements: 1 differ, 1 cannot be judged, 1 agree." in text
     verdicts = re.findall(r"^\| (differs|cannot be judged|agrees) ", text, re.MULTILINE)
     assert verdicts == ["differs", "cannot be judged", "agrees"]
@@ -450,10 +450,9 @@ def test_misses_come_first_and_numbers_are_judged_by_their_tolerance():
 
 
 def told_of(*verdicts):
-    claims = [
+    return [
         paper_text.Statement("Fig. 1", f"{i}", "x", v) for i, v in enumerate(verdicts)
     ]
-    return paper_text.Judged(claims, [])
 
 
 def test_engines_stand_beside_one_another_what_agrees_on_fewest_first():
@@ -464,7 +463,7 @@ def test_engines_stand_beside_one_another_what_agrees_on_fewest_first():
     assert "On at least one of them 1 of 3 agree." in text
     assert re.findall(r"^\| Fig. 1 \| (\d)", text, re.MULTILINE) == ["2", "1", "0"]
     assert f"*{no}*: x | *{open_}*: x |" in text
-    told["two"].statements.reverse()  # answers to other questions
+    told["two"].reverse()  # answers to other questions
     with pytest.raises(ValueError, match="different questions"):
         paper_text.page(told, quick=False)
 

@@ -60,20 +60,20 @@ def look_at(kind: Kind, found: Record, place: Path, share: float) -> list[Facts]
         seen = awaits_of(found, place)
         for what, act in ACTS.items():
             tally = Tally(what)
-            for fault in _some(list(faults(seen, act)), share):
+            for fault in some(list(faults(seen, act)), share):
                 where = f"rank {fault.rank} at its {fault.at + 1}. {fault.where}"
                 tally.add(where, struck(found, fault))
             out.append(tally.facts())
     if kind.name == "isolated":
         tally = Tally("the case's own interpreter is stopped or dies there")
-        for point in _some(list(isolated.points(CASES)), share):
+        for point in some(list(isolated.points(CASES)), share):
             tally.add(" ".join(map(str, point)), struck_apart(found, point))
         out.append(tally.facts())
     if kind.name in OWNED:
         points: list[int | wire.Fault] = [*claims_of(found)]
         points += faults(awaits_of(found, place, TWO), stop)
         tally = Tally("stopped, lost to another that ends its work, goes on")
-        for at in _some(points, share):
+        for at in some(points, share):
             tally.add(_told(found, at), lost(found, at))
         out.append(tally.facts())
     return out
@@ -88,7 +88,8 @@ def _told(found: Record, at: int | wire.Fault) -> str:
     return f"before call {at}: {found.calls[at].kind} {found.calls[at].path}"
 
 
-def _some(all_of: list[Any], share: float) -> list[Any]:
+def some(all_of: list[Any], share: float) -> list[Any]:
+    """Return an even share of what there is."""
     return all_of[:: max(round(1.0 / share), 1)]
 
 

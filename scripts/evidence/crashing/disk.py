@@ -1,4 +1,14 @@
-"""A directory as calls leave it, and all that a crash may make of it: see `MODELS`."""
+"""A directory as calls leave it, and all that a crash may make of it.
+
+PROCESS: all calls before it are there, and perhaps half of the next write.
+ORDERED: names up to any one of them are there, and a sync of whatever file keeps all
+before it, as on ext4 and XFS with their one journal; of what was not synced of files,
+of all or of one, there is all, nothing, the first half of each write, zeros in place of
+it, or zeros in place of its first half.
+ANY: a name is kept by a sync of its directory alone, as POSIX has it; of the others
+there is none, or one alone, or all but one, with all or nothing of what was not synced
+of files.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +22,6 @@ from typing import Any
 from crashing.trace import CHANGES, NAMES, Call
 
 PROCESS, ORDERED, ANY = "process", "machine, names in order", "machine, in any order"
-MODELS = {
-    PROCESS: "all calls before it are there, and perhaps half of the next write",
-    ORDERED: "names up to any one of them are there, and a sync of whatever file keeps "
-    "all before it, as on ext4 and XFS with their one journal; of what was not synced "
-    "of files, of all or of one, there is all, nothing, the first half of each write, "
-    "zeros in place of it, or zeros in place of its first half",
-    ANY: "a name is kept by a sync of its directory alone, as POSIX has it; of the "
-    "others there is none, or one alone, or all but one, with all or nothing of what "
-    "was not synced of files",
-}
 KEEPS = ("whole", "none", "half", "zeros", "late")  # of what was not synced
 PART = re.compile(r"[0-9a-f]{32}\.part$")  # half written: nobody reads it
 
