@@ -75,11 +75,14 @@ def wanted(folder, digests):
         yield (case, one["status"], *words, still, one["ended"], seconds)
 
 
+COLUMNS = ("case", "status", "outcome", "regime", "open", "ended", "seconds")
+
+
 def columns(folder, digests):
     return [
         line
         for _, told in told_by(Journals(folder), digests)
-        for line in zip(*told[:-1], strict=True)
+        for line in zip(*(getattr(told, name) for name in COLUMNS), strict=True)
     ]
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,27 +19,55 @@ MARCHED = ("row.steps", "row.certificate", "row.duration")
 Cases = NDArray[np.int64]
 
 
-class Told(NamedTuple):
-    """Columns of some records of a journal, (records,) each.
+@dataclass(frozen=True)
+class Told:
+    """Columns of some records of a journal, (records,) each, made when asked for.
 
     Attributes
     ----------
+    rows : the records
     case : number in the plan; -1 for twins, later stages and cases of other plans
-    status, outcome, regime : words
-    open : whether the regime may change in a longer run
-    ended : time at which the computation ended, s since 1970; NaN if unknown
-    seconds : computing time, s; NaN if unknown
-    marched : steps, see `marched`; NaN if unknown
     """
 
-    case: NDArray[np.int64]
-    status: Words
-    outcome: Words
-    regime: Words
-    open: NDArray[np.bool_]
-    ended: NDArray[np.float64]
-    seconds: NDArray[np.float64]
-    marched: NDArray[np.float64]
+    rows: Rows
+    case: Cases
+
+    @property
+    def status(self) -> Words:
+        """Status of each record."""
+        return self.rows.words("status")
+
+    @property
+    def outcome(self) -> Words:
+        """Outcome of each record, "none" without a result."""
+        return self.rows.words("row.outcome")
+
+    @property
+    def regime(self) -> Words:
+        """Regime of each record, "none" without a result."""
+        return self.rows.words("row.regime")
+
+    @property
+    def open(self) -> NDArray[np.bool_]:
+        """Whether the regime may change in a longer run."""
+        regime, stop = self.regime, self.rows.words("row.stop")
+        still = np.logical_or.reduce([regime == word for word in OPEN])
+        return np.asarray(still & (self.status == "ok") & (stop == "end"))
+
+    @property
+    def ended(self) -> NDArray[np.float64]:
+        """Time at which the computation ended, s since 1970; NaN if unknown."""
+        return self.rows.numbers("ended", np.nan)
+
+    @property
+    def seconds(self) -> NDArray[np.float64]:
+        """Computing time, s; NaN if unknown."""
+        return self.rows.numbers("performance.seconds", np.nan)
+
+    @property
+    def marched(self) -> NDArray[np.float64]:
+        """Steps integrated, see `marched`; NaN if unknown."""
+        return marched(*(self.rows.numbers(name, np.nan) for name in MARCHED))
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
@@ -65,24 +94,8 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, T
     """
     known = CaseIndex(digests)
     for rows in journals.rows():
-        status, outcome, regime, stop = map(
-            rows.words, ("status", "row.outcome", "row.regime", "row.stop")
-        )
-        still = np.logical_or.reduce([regime == word for word in OPEN])
         planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-        yield (
-            rows.journal.stem,
-            Told(
-                np.where(planned, known.cases_of(rows), -1),
-                status,
-                outcome,
-                regime,
-                still & (status == "ok") & (stop == "end"),
-                rows.numbers("ended", np.nan),
-                rows.numbers("performance.seconds", np.nan),
-                marched(*(rows.numbers(name, np.nan) for name in MARCHED)),
-            ),
-        )
+        yield rows.journal.stem, Told(rows, np.where(planned, known.cases_of(rows), -1))
 
 
 class CaseIndex:

@@ -232,12 +232,14 @@ def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) ->
     numbers = np.array(list(names), dtype=np.int64)
     for _, told in told_by(journals, plan.digests):
         own = np.flatnonzero(told.case >= 0)
-        case, ok = told.case[own], told.status[own] == OK
+        case, status = told.case[own], told.status[own]
+        ok = status == OK
         ended.over[case], ended.ok[case] = True, ok
         ended.seconds[case] = np.where(ok, told.seconds[own], np.nan)
         ended.marched[case] = np.where(ok, told.marched[own], np.nan)
-        for place in own[np.isin(case, numbers)]:
-            status, still = str(told.status[place]), bool(told.open[place])
-            end = Completion(status, is_open=still)
-            ended.told[names[int(told.case[place])]] = end
+        asked_for = np.flatnonzero(np.isin(case, numbers))
+        still = told.open[own[asked_for]] if len(asked_for) else ()
+        for place, is_open in zip(asked_for, still, strict=True):
+            end = Completion(str(status[place]), is_open=bool(is_open))
+            ended.told[names[int(case[place])]] = end
     return ended
