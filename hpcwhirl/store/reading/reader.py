@@ -11,6 +11,7 @@ import numpy as np
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.coded import Coded
 from hpcwhirl.store.reading.results_file import attribute, results_of
 
 if TYPE_CHECKING:
@@ -117,6 +118,15 @@ def shared_words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.obje
     """
     meanings, places = _places(variable, variable.to_numpy())
     return np.asarray(meanings.astype(object)[places])
+
+
+def coded(variable: xarray.DataArray) -> Coded:
+    """Return the words of a variable of `open_results` or `open_coded`, (cases,)."""
+    values = variable.to_numpy()
+    if values.dtype.kind not in "iu":
+        return Coded.of(words(variable))
+    meanings, places = _places(variable, values)
+    return Coded(tuple(meanings.tolist()), places.astype(np.int8))
 
 
 def _places(
