@@ -1,6 +1,7 @@
 """Journals read as columns: what is told of each case, whatever stands in them."""
 
 import dataclasses
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.campaign.resume import prepare
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
+from hpcwhirl.store.directory import reader
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.columns import CaseIndex, marched, told_by
 from hpcwhirl.store.directory.completions import ended_in
@@ -84,6 +86,22 @@ def columns(folder, digests):
         for _, told in told_by(Journals(folder), digests)
         for line in zip(*(getattr(told, name) for name in COLUMNS), strict=True)
     ]
+
+
+def test_undamaged_records_are_read_without_copies(tmp_path, monkeypatch):
+    monkeypatch.setattr(reader, "AT_ONCE", reader.FIRST)
+    design, count = design_of(TABLES), 8000
+    with Journal(Journals(tmp_path), 1, 0) as journal:
+        journal.append(record(design, 3, np.random.default_rng(2)), {})
+    (path,) = (tmp_path / "journal").iterdir()
+    ((begin, end, _),) = kept(path)
+    data = path.read_bytes()
+    path.write_bytes(data[:begin] + count * data[begin:end])
+    tracemalloc.start()
+    assert sum(map(len, Journals(tmp_path).rows())) == count
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3.5 * reader.AT_ONCE < path.stat().st_size
 
 
 def spoilt(folder):

@@ -171,6 +171,7 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
                 rows, end = _parsed(path, header, data, last=not more)
                 rows = Rows(path, header, rows.slots, rows.starts + start, rows.texts)
                 yield rows.take(np.flatnonzero(_are_of_cases(rows, sizes)))
+                del rows  # it may hold `data`
                 data, start = data[end:] + more if more else b"", start + end
     except OSError as failed:
         raise unreadable(path, failed) from None
