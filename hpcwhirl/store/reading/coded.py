@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ Words = NDArray[np.str_]
 
 @dataclass(frozen=True, eq=False)
 class Coded:
-    """Words of n cases; NumPy reads them as an array of text.
+    """Words of n cases, or of their twins; NumPy reads them as an array of text.
 
     Attributes
     ----------
@@ -58,8 +59,27 @@ class Coded:
 
     def counts(self) -> dict[str, int]:
         """Return {word: number of cases} of the words that occur."""
-        found = np.bincount(self.code, minlength=len(self.known)).tolist()
+        found = np.bincount(self.code.ravel(), minlength=len(self.known)).tolist()
         return {w: n for w, n in zip(self.known, found, strict=True) if n}
+
+
+def _together(
+    columns: Sequence[Coded],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Words]]:
+    """Return combinations of words of n cases: each case's, cases with each, words.
+
+    Returns
+    -------
+    place : (n,), number of each case's combination
+    count : (m,), number of cases with each combination; 0 for one that does not occur
+    words : (k,) for each column, the words of the k combinations that occur
+    """
+    shape = [len(column.known) for column in columns]
+    place = np.ravel_multi_index([column.code for column in columns], shape)
+    count = np.bincount(place, minlength=int(np.prod(shape)))
+    codes = np.unravel_index(np.flatnonzero(count), shape)
+    words = [np.array(c.known)[code] for c, code in zip(columns, codes, strict=True)]
+    return place, count, words
 
 
 def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
@@ -68,11 +88,17 @@ def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
     rule : function of arrays of text, one for each column; it is called once, with
         every combination of words that occurs
     """
-    shape = [len(column.known) for column in columns]
-    place = np.ravel_multi_index([column.code for column in columns], shape)
-    there = np.flatnonzero(np.bincount(place))
-    every = zip(columns, np.unravel_index(there, shape), strict=True)
-    found = Coded.of(rule(*(np.array(one.known)[codes] for one, codes in every)))
-    table = np.zeros(np.prod(shape), dtype=np.int8)
-    table[there] = found.code
+    place, count, words = _together(columns)
+    found, table = Coded.of(rule(*words)), np.zeros(len(count), dtype=np.int8)
+    table[count > 0] = found.code
     return Coded(found.known, table[place])
+
+
+def counted(columns: Sequence[Coded]) -> Counter[tuple[str, ...]]:
+    """Return {words of a case in each column: number of cases}, as they occur."""
+    place, count, words = _together(columns)
+    first = np.zeros(len(count), dtype=np.int64)
+    first[place[::-1]] = np.arange(len(place))[::-1]
+    order = np.argsort(first[count > 0])
+    each = zip(*(one[order].tolist() for one in words), strict=True)
+    return Counter(dict(zip(each, count[count > 0][order].tolist(), strict=True)))
