@@ -19,7 +19,7 @@ from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import NO_REGIME, REGIMES
 from hpcwhirl.store.directory.campaign_directory import STOP, Directory
-from hpcwhirl.store.directory.columns import CaseIndex, told_by
+from hpcwhirl.store.directory.columns import SECONDS, CaseIndex, told_by
 from hpcwhirl.store.directory.completions import Ended, ended_of, is_plain
 from hpcwhirl.store.directory.heartbeats import Note
 from hpcwhirl.store.directory.manifest import Manifest
@@ -240,16 +240,17 @@ class Seen:
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
         each = told_by(self.journals, self.manifest.digests)
-        for _, parts in itertools.groupby(each, key=lambda pair: pair[0]):
+        for _, parts in itertools.groupby(each, key=lambda pair: pair[0].journal):
             columns = []
-            for _, told in parts:
-                own, stated, outcome = told.case >= 0, told.status, told.outcome
-                case, when = told.case[own], told.ended
+            for rows, numbers in parts:
+                when, seconds = (rows.numbers(n, np.nan) for n in ("ended", SECONDS))
+                columns.append((numbers, when, np.nan_to_num(seconds)))
+                own, stated = numbers >= 0, rows.words("status")
+                outcome, regimes = rows.words("row.outcome"), rows.words("row.regime")
                 lost = np.logical_or.reduce([outcome == word for word in NO_REGIME])
-                status[case] = np.where(lost, outcome, stated)[own]
-                regime[case] = np.where(stated == "ok", told.regime, "")[own]
-                last[case] = np.nan_to_num(when[own], nan=0.0)
-                columns.append((told.case, when, np.nan_to_num(told.seconds)))
+                status[numbers[own]] = np.where(lost, outcome, stated)[own]
+                regime[numbers[own]] = np.where(stated == "ok", regimes, "")[own]
+                last[numbers[own]] = np.nan_to_num(when[own], nan=0.0)
             self._take(*map(np.concatenate, zip(*columns, strict=True)))
         ended = Ended.nothing(self.manifest)
         ended.over[:], ended.ok[:] = status != "", regime != ""

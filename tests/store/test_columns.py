@@ -16,7 +16,13 @@ from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
 from hpcwhirl.store.directory import reader
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.columns import CaseIndex, marched, told_by
+from hpcwhirl.store.directory.columns import (
+    SECONDS,
+    CaseIndex,
+    marched,
+    open_in,
+    told_by,
+)
 from hpcwhirl.store.directory.completions import ended_in
 from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
 from hpcwhirl.store.directory.manifest import PlanFile
@@ -77,14 +83,17 @@ def wanted(folder, digests):
         yield (case, one["status"], *words, still, one["ended"], seconds)
 
 
-COLUMNS = ("case", "status", "outcome", "regime", "open", "ended", "seconds")
-
-
 def columns(folder, digests):
     return [
         line
-        for _, told in told_by(Journals(folder), digests)
-        for line in zip(*(getattr(told, name) for name in COLUMNS), strict=True)
+        for rows, case in told_by(Journals(folder), digests)
+        for line in zip(
+            case,
+            *map(rows.words, ("status", "row.outcome", "row.regime")),
+            open_in(rows),
+            *(rows.numbers(n, np.nan) for n in ("ended", SECONDS)),
+            strict=True,
+        )
     ]
 
 

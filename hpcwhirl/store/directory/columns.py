@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,60 +13,9 @@ from hpcwhirl.scene.words import OPEN
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.reader import Rows
 
-Words = NDArray[np.object_]
+SECONDS = "performance.seconds"
 MARCHED = ("row.steps", "row.certificate", "row.duration")
 Cases = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Told:
-    """Columns of some records of a journal, (records,) each, made when asked for.
-
-    Attributes
-    ----------
-    rows : the records
-    case : number in the plan; -1 for twins, later stages and cases of other plans
-    """
-
-    rows: Rows
-    case: Cases
-
-    @property
-    def status(self) -> Words:
-        """Status of each record."""
-        return self.rows.words("status")
-
-    @property
-    def outcome(self) -> Words:
-        """Outcome of each record, "none" without a result."""
-        return self.rows.words("row.outcome")
-
-    @property
-    def regime(self) -> Words:
-        """Regime of each record, "none" without a result."""
-        return self.rows.words("row.regime")
-
-    @property
-    def open(self) -> NDArray[np.bool_]:
-        """Whether the regime may change in a longer run."""
-        regime, stop = self.regime, self.rows.words("row.stop")
-        still = np.logical_or.reduce([regime == word for word in OPEN])
-        return np.asarray(still & (self.status == "ok") & (stop == "end"))
-
-    @property
-    def ended(self) -> NDArray[np.float64]:
-        """Time at which the computation ended, s since 1970; NaN if unknown."""
-        return self.rows.numbers("ended", np.nan)
-
-    @property
-    def seconds(self) -> NDArray[np.float64]:
-        """Computing time, s; NaN if unknown."""
-        return self.rows.numbers("performance.seconds", np.nan)
-
-    @property
-    def marched(self) -> NDArray[np.float64]:
-        """Steps integrated, see `marched`; NaN if unknown."""
-        return marched(*(self.rows.numbers(name, np.nan) for name in MARCHED))
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
@@ -84,8 +32,22 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
         return np.asarray(steps * share)
 
 
-def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
-    """Yield (name of the journal, columns of a batch of its records), the oldest first.
+def marched_in(rows: Rows) -> NDArray[np.float64]:
+    """Return `marched` of each record, (records,); NaN if unknown."""
+    return marched(*(rows.numbers(name, np.nan) for name in MARCHED))
+
+
+def open_in(rows: Rows) -> NDArray[np.bool_]:
+    """Return whether the regime of each record may change in a longer run."""
+    status, regime, stop = map(rows.words, ("status", "row.regime", "row.stop"))
+    still = np.logical_or.reduce([regime == word for word in OPEN])
+    return np.asarray(still & (status == "ok") & (stop == "end"))
+
+
+def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, Cases]]:
+    """Yield (a batch of records, the case of each), the oldest first.
+
+    The case is its number in the plan; -1 for twins, later stages, other plans' cases.
 
     Parameters
     ----------
@@ -95,7 +57,7 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, T
     known = CaseIndex(digests)
     for rows in journals.rows():
         planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-        yield rows.journal.stem, Told(rows, np.where(planned, known.cases_of(rows), -1))
+        yield rows, np.where(planned, known.cases_of(rows), -1)
 
 
 class CaseIndex:

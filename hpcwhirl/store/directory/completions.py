@@ -16,7 +16,15 @@ from hpcwhirl.planner.planner import Planner, Stages
 from hpcwhirl.refinement.rule import Family, rule_of
 from hpcwhirl.scene.batch_validation import Many
 from hpcwhirl.scene.quantities import WHOLE
-from hpcwhirl.store.directory.columns import MARCHED, CaseIndex, marched, told_by
+from hpcwhirl.store.directory.columns import (
+    MARCHED,
+    SECONDS,
+    CaseIndex,
+    marched,
+    marched_in,
+    open_in,
+    told_by,
+)
 from hpcwhirl.store.directory.journal import Journals
 from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows
@@ -230,15 +238,15 @@ def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) ->
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}
     numbers = np.array(list(names), dtype=np.int64)
-    for _, told in told_by(journals, plan.digests):
-        own = np.flatnonzero(told.case >= 0)
-        case, status = told.case[own], told.status[own]
+    for rows, cases in told_by(journals, plan.digests):
+        own = np.flatnonzero(cases >= 0)
+        case, status = cases[own], rows.words("status")[own]
         ok = status == OK
         ended.over[case], ended.ok[case] = True, ok
-        ended.seconds[case] = np.where(ok, told.seconds[own], np.nan)
-        ended.marched[case] = np.where(ok, told.marched[own], np.nan)
+        ended.seconds[case] = np.where(ok, rows.numbers(SECONDS, np.nan)[own], np.nan)
+        ended.marched[case] = np.where(ok, marched_in(rows)[own], np.nan)
         asked_for = np.flatnonzero(np.isin(case, numbers))
-        still = told.open[own[asked_for]] if len(asked_for) else ()
+        still = open_in(rows)[own[asked_for]] if len(asked_for) else ()
         for place, is_open in zip(asked_for, still, strict=True):
             end = Completion(str(status[place]), is_open=bool(is_open))
             ended.told[names[int(case[place])]] = end
