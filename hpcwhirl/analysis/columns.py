@@ -26,7 +26,8 @@ from hpcwhirl.analysis.expression import (
 from hpcwhirl.errors import SHOWN, InputError, nearest, one_line, unknown
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.scene.words import SHOWN as WORDS
-from hpcwhirl.store.reading.reader import shared_words, words
+from hpcwhirl.store.reading.coded import combined
+from hpcwhirl.store.reading.reader import coded
 from hpcwhirl.store.reading.select import variable_of
 from hpcwhirl.store.reading.shares import words_of
 
@@ -75,15 +76,12 @@ def source_of(data: xarray.Dataset) -> Source:
 
     def column(name: str) -> NDArray[Any]:
         if name == WORD:
-            return words_of(*map(named, ("status", "outcome", "regime")))
+            kinds = (coded(data[n]) for n in ("status", "outcome", "regime"))
+            return np.asarray(combined(words_of, *kinds), dtype=object)
         if name in ENUMS and data[name].dtype.kind in "iu":
-            return named(name)
+            return np.asarray(coded(data[name]), dtype=object)
         is_text = data[name].dtype.kind == "O"
         return _texts(data[name]) if is_text else data[name].to_numpy()
-
-    def named(name: str) -> NDArray[Any]:
-        is_coded = data[name].dtype.kind in "iu"
-        return shared_words(data[name]) if is_coded else words(data[name])
 
     allowed: dict[str, Any] = {n: ENUMS[n] for n in ENUMS if n in known}
     return Source(variable, column, allowed | {WORD: tuple(WORDS)}, data.sizes["case"])

@@ -140,15 +140,15 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
 
 def _tell_stopped(journals: Journals, design: Design) -> None:
     """Print how many cases ended at the amplitude limit, which no extension changes."""
-    cases = {
+    found = {
         int(case)
-        for _, told in told_by(journals, design.digests)
-        for case, outcome in zip(told.case, told.outcome, strict=True)
+        for rows, cases in told_by(journals, design.digests)
+        for case, outcome in zip(cases, rows.words("row.outcome"), strict=True)
         if case >= 0 and outcome in LIMITED
     }
-    if cases:
-        noun = "case" if len(cases) == 1 else "cases"
-        say(f"{len(cases)} {noun} ended at the amplitude limit: none is extended")
+    if found:
+        noun = "case" if len(found) == 1 else "cases"
+        say(f"{len(found)} {noun} ended at the amplitude limit: none is extended")
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:

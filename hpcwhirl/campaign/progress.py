@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,9 +20,9 @@ from hpcwhirl.scene.table import listed
 from hpcwhirl.scene.words import NO_REGIME, REGIMES
 from hpcwhirl.store.directory.campaign_directory import STOP, Directory
 from hpcwhirl.store.directory.completions import (
+    SECONDS,
     CaseIndex,
     Ended,
-    Told,
     ended_of,
     is_plain,
     told_by,
@@ -245,14 +245,19 @@ class Seen:
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
-        for told in self._journals():
-            own = told.case >= 0
-            case, ok = told.case[own], told.status[own] == "ok"
-            outcome = told.outcome[own]
-            lost = np.isin(outcome.astype(str), NO_REGIME)
-            status[case] = np.where(lost, outcome, told.status[own])
-            regime[case] = np.where(ok, told.regime[own], "")
-            last[case] = np.nan_to_num(told.ended[own], nan=0.0)
+        each = told_by(self.journals, self.manifest.digests)
+        for _, parts in itertools.groupby(each, key=lambda pair: pair[0].journal):
+            columns = []
+            for rows, numbers in parts:
+                when, seconds = (rows.numbers(n, np.nan) for n in ("ended", SECONDS))
+                columns.append((numbers, when, np.nan_to_num(seconds)))
+                own, stated = numbers >= 0, rows.words("status")
+                outcome, regimes = rows.words("row.outcome"), rows.words("row.regime")
+                lost = np.logical_or.reduce([outcome == word for word in NO_REGIME])
+                status[numbers[own]] = np.where(lost, outcome, stated)[own]
+                regime[numbers[own]] = np.where(stated == "ok", regimes, "")[own]
+                last[numbers[own]] = np.nan_to_num(when[own], nan=0.0)
+            self._take(*map(np.concatenate, zip(*columns, strict=True)))
         ended = Ended.nothing(self.manifest)
         ended.over[:], ended.ok[:] = status != "", regime != ""
         self.open = ended.planner().open
@@ -262,14 +267,6 @@ class Seen:
         named = {digest for note in self.notes for digest in note.digests}
         cases = {name: known.find(name, -1) for name in named}
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
-
-    def _journals(self) -> Iterator[Told]:
-        """Yield the columns of each journal, and count the work of its rank."""
-        each = told_by(self.journals, self.manifest.digests)
-        for _, parts in itertools.groupby(each, key=lambda pair: pair[0]):
-            told = Told(*map(np.concatenate, zip(*(p for _, p in parts), strict=True)))
-            self._take(told.case, told.ended, np.nan_to_num(told.seconds))
-            yield told
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
         """Add the work of the rank that wrote a journal; one entry per record.

@@ -68,18 +68,21 @@ def _planned(
     design: Design, directory: Directory, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
     """Return the work that is left in a directory, and its queue."""
-    extended, costs = directory.plan.read().extended, costs_of(design)
+    extended = directory.plan.read().extended
     plan = replace(design.manifest(), extended=extended)
-    mine = share(costs.steps, policy.shard)
     states, notes, journals = directory.states, directory.notes, directory.journals
     asked = states.names() | notes.crashes().keys()
     again = partial(is_again, journals, policy.retry) if policy.retry else None
     ended = ended_in(journals, plan, asked, again)
     planner = ended.planner()
-    costs = _learned(design, costs, ended, planner)
     _tidy(states, ended.told)
     notes.forget(set(ended.told))
-    jobs = planner.left()
+    jobs, costs = planner.left(), Costs.unknown()
+    mine: Sequence[int] = range(len(design.settings))
+    if len(jobs.row) or policy.shard:  # costs need the model of each kind of case
+        costs = costs_of(design)
+        mine = share(costs.steps, policy.shard)
+        costs = _learned(design, costs, ended, planner)
     if policy.shard:
         jobs = Jobs(*(one[np.isin(jobs.row, np.asarray(mine))] for one in jobs))
     alone = _suspects(notes.crashes(), design, planner, jobs, extended)

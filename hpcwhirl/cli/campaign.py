@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shlex
 import time
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +34,7 @@ from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
 if TYPE_CHECKING:
     from hpcwhirl.campaign.begin import Prepared
     from hpcwhirl.campaign.run import Session
+    from hpcwhirl.scene.campaign_tables import Campaign
     from hpcwhirl.store.directory.campaign_directory import Directory
 
 __all__ = ["arguments", "run"]
@@ -93,9 +93,6 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
     times = extended_by(design, directory.plan, extend)
     loaded = age() - (time.monotonic() - session.stopping.began)
     cost = forecast(design, directory, policy.shard, times, args.started, loaded)
-    skipped = {"map": args.map == "no", "page": args.report == "no"}
-    after = {n: time for n, time in cost.after.items() if not skipped.get(n)}
-    cost = replace(cost, after=after)
     tell(cost, design, args.ranks, as_json=args.json)
     return COMPLETE
 
@@ -130,7 +127,7 @@ def _conclude(
         return _conclude_early(args, ending)
     if ending.left:
         return _conclude_shard(args, ending)
-    return _conclude_whole(args, ending, prepared.directory)
+    return _conclude_whole(args, ending, prepared)
 
 
 def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
@@ -142,7 +139,7 @@ def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
     return FAILED if ending.gave_up else STOPPED
 
 
-def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory) -> int:
+def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -> int:
     """Print what failed, draw map and page, and return the exit code."""
     from hpcwhirl.store.reading.results_file import has_contact
 
@@ -152,9 +149,10 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory)
         say(UNTOUCHED)
     facts: dict[str, Any] = {"results": str(ending.results), "cases": ending.cases}
     facts["failed"] = ending.failed
-    maps = _maps(ending, args.out, wanted=args.map == "yes")
+    rules, directory = prepared.design.rules, prepared.directory
+    maps = _maps(ending, directory, rules)
     facts["maps"] = [str(path) for path in maps]
-    pages = _pages(args, ending, directory)
+    pages = _pages(ending, directory, rules)
     facts["report"] = str(pages[0]) if pages else None
     if args.json:
         print_json(facts)
@@ -164,8 +162,8 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, directory: Directory)
     return FAILED if ending.failed else COMPLETE
 
 
-def _pages(args: argparse.Namespace, ending: Any, directory: Directory) -> list[Path]:
-    """Write report.html if --report asks for it and it is missing or outdated.
+def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
+    """Write report.html if `rules` ask for it and it is missing or outdated.
 
     Returns
     -------
@@ -173,31 +171,35 @@ def _pages(args: argparse.Namespace, ending: Any, directory: Directory) -> list[
     """
     from hpcwhirl.report.page.build import is_stale, write_page
 
-    wanted = {"auto": ending.cases <= MOST_ON_PAGE, "yes": True, "no": False}
-    if args.report == "auto" and not wanted["auto"]:
-        why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
-        how = shlex.join(["hpcwhirl", "report", str(args.out)])
-        say(f"no report.html: {why}: {how}")
-    if not wanted[args.report]:
+    if "page" not in rules.pictures(ending.cases):
+        if rules.report == "auto":
+            how = shlex.join(["hpcwhirl", "report", str(directory)])
+            why = f"{ending.cases} cases, more than {MOST_ON_PAGE}"
+            say(f"no report.html: {why}: {how}")
         return []
-    if not ending.gathered and directory.page.exists() and not is_stale(directory):
-        return [directory.page]
+    if not ending.gathered:
+        if directory.page.exists() and not is_stale(directory):
+            return [directory.page]
+        say("writing report.html, which is missing or of earlier results")
     return [write_page(directory)]
 
 
-def _maps(ending: Any, out: Path, *, wanted: bool) -> list[Path]:
+def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     """Draw the map unless it is newer than unchanged results; return its files.
 
     Print one line if it is not wanted and an older one is there, or if it cannot be
     drawn without options.
     """
+    out = directory.path
     files = [out / "map.png", out / "map.svg"]
     if not ending.gathered and _is_after(ending.results, files):
         return files
-    if not wanted:
+    if "map" not in rules.pictures(ending.cases):
         if any(path.exists() for path in files):
             say(f"map.png and map.svg are of earlier results: hpcwhirl map {out}")
         return []
+    if not ending.gathered:
+        say("drawing map.png and map.svg, which are missing or of earlier results")
     from hpcwhirl.report.render_process import draw_apart
 
     try:

@@ -9,6 +9,7 @@ import argparse
 import math
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
@@ -210,9 +211,9 @@ def prepared_of(args: argparse.Namespace, ranks: int) -> Prepared:
     design = _design_of_call(args, settings)
     rules = rules_of(args, design.rules)
     args.out = Path(args.out or rules.out)
-    args.map, args.report = rules.map, rules.report
     directory = Directory(args.out)
     design = design if args.fresh else as_begun(design, directory.plan)
+    design = replace(design, rules=rules)
     policy = _policy_of(args, design, rules)
     directory.check_usable()
     tell_preset(design.base)

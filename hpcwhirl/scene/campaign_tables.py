@@ -132,6 +132,12 @@ class Campaign(TableModel):
             update={name: getattr(other, name) for name in other.model_fields_set}
         )
 
+    def pictures(self, cases: int) -> set[str]:
+        """Return which of "map" and "page" a campaign of so many cases gets."""
+        report = {"auto": cases <= MOST_ON_PAGE, "yes": True, "no": False}[self.report]
+        wanted = {"map": self.map == "yes", "page": report}
+        return {name for name, asked in wanted.items() if asked}
+
 
 MOST_SEED = 2**53  # largest whole number that every JSON reader keeps
 LEAST_SPREAD = 1e-12  # least relative change at which twins surely differ in double

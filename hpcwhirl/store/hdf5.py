@@ -216,6 +216,8 @@ def write_arrays(path: Path, arrays: Arrays, facts: Mapping[str, Any]) -> None:
             for name, array in arrays.items():
                 told = ARRAYS[name.rpartition("/")[2]]
                 data = file.create_dataset(name, data=array)
+                # not by `tell`: the digests of cases with an engine's file are those of
+                # its bytes, see `scene.case_digest.content_digest`
                 data.attrs["units"], data.attrs["long_name"] = told.unit, told.meaning
             for name, value in facts.items():
                 file.attrs[name] = value

@@ -64,8 +64,8 @@ COMMANDS: dict[str, list[str]] = {
 }
 
 AIMS = {
-    "status": "3 s", "gather": "60 s, 500 MB", "nothing to do": "5 s",
-    "classify": "20 s",
+    "status": "3 s", "gather": "60 s, 500 MB", "nothing to do": "4 s",
+    "classify": "20 s, 500 MB", "cases": "500 MB",
 }  # fmt: skip
 
 
@@ -231,6 +231,8 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     parser.add_argument("--folder", type=Path)
     args = parser.parse_args()
+    if args.write and (args.cases, args.only) != (SIZES, list(COMMANDS)):
+        parser.error("--write needs all sizes and commands: no --cases, no --only")
     found = []
     with working_folder(args.folder, "scale-cost") as folder:
         for cases in args.cases:

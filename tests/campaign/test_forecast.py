@@ -54,6 +54,29 @@ def test_bytes_on_disk_are_predicted_within_a_few_percent(tmp_path, detail):
     assert told.journal == pytest.approx(size(tmp_path, "journal"), rel=0.1)
 
 
+@pytest.mark.parametrize(("rules", "pictures"), [
+    ({}, {"map", "page"}), ({"map": "no"}, {"page"}), ({"report": "no"}, {"map"}),
+    ({"report": "yes"}, {"map", "page"}),
+])  # fmt: skip
+@pytest.mark.parametrize("most", [5, 6])
+def test_only_what_will_be_drawn_is_foreseen(
+    tmp_path, monkeypatch, capsys, rules, pictures, most
+):
+    monkeypatch.setattr("hpcwhirl.scene.campaign_tables.MOST_ON_PAGE", most)
+    wanted = pictures if most == 6 or rules.get("report") else pictures - {"page"}
+    design = design_of(SHORT | {"campaign": rules})
+    found = forecast(design, Directory(tmp_path / "out"))
+    assert found.after.keys() == {"gather"} | wanted
+    assert min(found.after.values()) > 0.0
+    said = [word for n, v in rules.items() for word in (f"--{n}", v)]
+    file = tmp_path / "c.toml"
+    file.write_text(tomli_w.dumps(SHORT))
+    asked = ["campaign", str(file), "--dry-run", "--json", *said]
+    assert main([*asked, "--out", str(tmp_path / "out")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["seconds_after"].keys() == found.after.keys()
+
+
 def test_what_any_case_keeps_is_foreseen_whichever_comes_first(tmp_path):
     sweep = {"traces": ["summary", "orbit", "full"], "blades": [12, 22]}
     design = design_of({**SHORT, "sweep": sweep, "output": {"interval": 5e-5}})

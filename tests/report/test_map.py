@@ -14,15 +14,18 @@ import pytest
 from synthetic import grid_of, synthetic
 
 from hpcwhirl import open_results, words
+from hpcwhirl.campaign.finalize import Ending
 from hpcwhirl.campaign.progress import progress_of
-from hpcwhirl.cli import main
-from hpcwhirl.report import canvas
+from hpcwhirl.cli import campaign, main
+from hpcwhirl.report import canvas, render_process
 from hpcwhirl.report.map import drawing, layout, maps
 from hpcwhirl.report.map.axes import cell_edges, straight
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
+from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.scene.words import SHOWN, word_of
 from hpcwhirl.store.directory.campaign_directory import Directory
+from hpcwhirl.store.reading.reader import open_coded
 
 MIXED = "sweep = {speed = [300, 410], time_step = [2e-6, 2e-5]}"  # above the limit
 RANDOM = np.random.default_rng(3)
@@ -558,6 +561,43 @@ def test_drawing_leaves_traces_in_the_file(tmp_path):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 20e6
+
+
+def test_a_map_of_many_cases_takes_few_bytes_a_case(made):
+    """Words are codes of one byte, inputs are levels: texts alone take 40 each."""
+    place, side = made("many") / "results.h5", 300
+    known = open_coded(place).load()
+    speed, gap = np.meshgrid(
+        np.linspace(200, 600, side), np.geomspace(5e-5, 1e-3, side)
+    )
+    cases = known.isel(case=np.arange(side * side) % known.sizes["case"]).assign(
+        speed=("case", speed.ravel(), known.speed.attrs),
+        gap=("case", gap.ravel(), known.gap.attrs),
+    )
+    tracemalloc.start()
+    picture = picture_of(cases, Wish())
+    read = tracemalloc.get_traced_memory()[1]
+    layout.figure_of(cases, picture, Wish(), place)
+    drawn_too = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(picture) == side * side
+    assert read < 120 * len(picture)
+    assert drawn_too < 200 * len(picture)
+
+
+@pytest.mark.parametrize("gathered", [True, False])
+@pytest.mark.parametrize("wish", ["yes", "no"])
+def test_a_map_is_drawn_where_it_is_wanted_and_told(
+    made, tmp_path, monkeypatch, capsys, wish, gathered
+):
+    asked = []
+    monkeypatch.setattr(render_process, "draw_apart", lambda *a: asked.append(a) or [])
+    ending = Ending(complete=True, cases=9, results=made("one case") / "results.h5",
+                    gathered=gathered)  # fmt: skip
+    campaign._maps(ending, Directory(tmp_path), Campaign(map=wish))
+    assert len(asked) == (wish == "yes")
+    told = "drawing map.png and map.svg, which are missing" in capsys.readouterr().err
+    assert told == (wish == "yes" and not gathered)
 
 
 def test_classify_draws_the_map_again_as_it_was_asked_for(campaign, facts, capsys):

@@ -1,6 +1,5 @@
 """The page's parts in Python: rules, commands, records of traces, one safe file."""
 
-import argparse
 import base64
 import hashlib
 import json
@@ -23,7 +22,7 @@ from hpcwhirl.cli import campaign, main
 from hpcwhirl.cli.options import scene_of
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.page import build, thin
-from hpcwhirl.scene import digest
+from hpcwhirl.scene import campaign_tables, digest
 from hpcwhirl.scene.quantities import ROW
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.reading import results_file
@@ -326,11 +325,12 @@ def test_a_campaign_leaves_its_page_beside_the_map(finished):
 def test_a_page_is_written_unasked_where_it_is_cheap(
     tmp_path, monkeypatch, capsys, wish, most, there
 ):
-    monkeypatch.setattr(campaign, "MOST_ON_PAGE", most)
+    for module in (campaign, campaign_tables):
+        monkeypatch.setattr(module, "MOST_ON_PAGE", most)
     folder = made_up.campaign(tmp_path / "out", {"sweep": {"speed": [1, 2]}})
-    args = argparse.Namespace(out=folder, report=wish)
+    rules = campaign_tables.Campaign(report=wish)
     ended = Ending(complete=True, cases=2, failed=0, results=folder / "results.h5")
-    assert bool(campaign._pages(args, ended, Directory(folder))) == there
+    assert bool(campaign._pages(ended, Directory(folder), rules)) == there
     assert (folder / "report.html").exists() == there
     told_so = "no report.html: 2 cases, more than 1" in capsys.readouterr().err
     assert told_so == (wish == "auto" and not there)

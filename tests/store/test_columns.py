@@ -1,6 +1,7 @@
 """Journals read as columns: what is told of each case, whatever stands in them."""
 
 import dataclasses
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -13,8 +14,16 @@ from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.scene.quantities import PERFORMANCE, ROW, STATUS
 from hpcwhirl.scene.words import ENUMS, is_open
+from hpcwhirl.store.directory import reader
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.directory.completions import CaseIndex, ended_in, marched, told_by
+from hpcwhirl.store.directory.completions import (
+    SECONDS,
+    CaseIndex,
+    ended_in,
+    marched,
+    open_in,
+    told_by,
+)
 from hpcwhirl.store.directory.journal import Journal, Journals, journal_name
 from hpcwhirl.store.directory.manifest import PlanFile
 from hpcwhirl.store.directory.reader import rows_at
@@ -77,9 +86,31 @@ def wanted(folder, digests):
 def columns(folder, digests):
     return [
         line
-        for _, told in told_by(Journals(folder), digests)
-        for line in zip(*told[:-1], strict=True)
+        for rows, case in told_by(Journals(folder), digests)
+        for line in zip(
+            case,
+            *map(rows.words, ("status", "row.outcome", "row.regime")),
+            open_in(rows),
+            *(rows.numbers(n, np.nan) for n in ("ended", SECONDS)),
+            strict=True,
+        )
     ]
+
+
+def test_undamaged_records_are_read_without_copies(tmp_path, monkeypatch):
+    monkeypatch.setattr(reader, "AT_ONCE", reader.FIRST)
+    design, count = design_of(TABLES), 8000
+    with Journal(Journals(tmp_path), 1, 0) as journal:
+        journal.append(record(design, 3, np.random.default_rng(2)), {})
+    (path,) = (tmp_path / "journal").iterdir()
+    ((begin, end, _),) = kept(path)
+    data = path.read_bytes()
+    path.write_bytes(data[:begin] + count * data[begin:end])
+    tracemalloc.start()
+    assert sum(map(len, Journals(tmp_path).rows())) == count
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3.5 * reader.AT_ONCE < path.stat().st_size
 
 
 def spoilt(folder):

@@ -31,7 +31,7 @@ from hpcwhirl.launch import Shard
 from hpcwhirl.planner.planner import Jobs
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.batch_validation import end_times
-from hpcwhirl.scene.campaign_tables import MOST_ON_PAGE
+from hpcwhirl.scene.campaign_tables import Campaign
 from hpcwhirl.scene.contact_laws import RIGID, rods_around
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.completions import Ended, ended_in
@@ -163,7 +163,7 @@ def forecast(
         overhead=overhead,
         before={"start": started, "plan": age() - since, "kernels": WARMED * pace,
                 "models": first},
-        after=_after(len(mine), 0, pace),
+        after={},
         finished=len(known),
         longest=float((each * spans[:, 0]).max(initial=0.0)),
         disk=_disk(design, longest, step),
@@ -172,7 +172,8 @@ def forecast(
     if design.grows:
         found = _with_more(found, grown(design, ended, _mean(found)))
     traces = found.disk.traces * (1.0 + found.more[0] / max(found.cases, 1))
-    return replace(found, after=_after(found.cases + found.more[0], int(traces), pace))
+    rows = found.cases + found.more[0]
+    return replace(found, after=_after(rows, int(traces), pace, design.rules))
 
 
 def age() -> float:
@@ -191,18 +192,18 @@ def _pace(loaded: float) -> float:
     return min(max(loaded / LOADED, 0.3), 10.0)
 
 
-def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
-    """Return {stage: predicted time, s} of gathering, map and page.
+def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, float]:
+    """Return {stage: predicted time, s} of gathering, and of map and page if asked for.
 
     rows, traces : number of cases, and bytes of their traces
     """
-    page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
         "map": DRAWN + A_CELL * rows,
-        "page": page,
+        "page": PAGE + (A_RECORD * rows if traces else 0.0),
     }
-    return {name: seconds * pace for name, seconds in every.items()}
+    stages = {"gather"} | rules.pictures(rows)
+    return {name: seconds * pace for name, seconds in every.items() if name in stages}
 
 
 def _range(seconds: float, factors: Floats) -> tuple[float, float]:

@@ -20,6 +20,45 @@ ALONE = 0.5  # half the width of a cell without neighbours, relative to its valu
 
 
 @dataclass(frozen=True)
+class Levels:
+    """Distinct values of a swept input, and which of them each case has.
+
+    Attributes
+    ----------
+    known : (m,), numbers ascending, or texts in the order of the campaign
+    index : (n,), index into `known` of each case
+    """
+
+    known: NDArray[Any]
+    index: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, values: NDArray[Any]) -> Levels:
+        """Return the levels of an input's values, (n,)."""
+        if values.dtype.kind in "iufb":
+            known, index = np.unique(values, return_inverse=True)
+            return cls(known, index.astype(np.int32))
+        texts = values.astype(str).tolist()
+        number = {text: i for i, text in enumerate(dict.fromkeys(texts))}
+        places = np.array([number[text] for text in texts], dtype=np.int32)
+        return cls(np.array(list(number), dtype=object), places)
+
+    def __len__(self) -> int:
+        """Return the number of levels."""
+        return len(self.known)
+
+    @property
+    def numeric(self) -> bool:
+        """Whether the values are numbers."""
+        return self.known.dtype.kind in "iufb"
+
+    @property
+    def values(self) -> NDArray[Any]:
+        """The value of each case, (n,)."""
+        return np.asarray(self.known[self.index])
+
+
+@dataclass(frozen=True)
 class Axis:
     """An axis of a map.
 
@@ -27,7 +66,7 @@ class Axis:
     ----------
     name : variable of the file, "" if nothing is swept
     label : label with unit
-    place : (n,), position of each case
+    index : (n,), index into `levels` of each case
     levels : (m,), distinct positions, ascending
     names : (m,), texts of the levels, for an input of texts; empty for numbers
     scale : "linear" or "log"
@@ -37,7 +76,7 @@ class Axis:
 
     name: str
     label: str
-    place: Floats
+    index: NDArray[np.int32]
     levels: Floats
     names: tuple[str, ...] = ()
     scale: str = "linear"
@@ -45,9 +84,9 @@ class Axis:
     factor: float = 1.0
 
     @property
-    def index(self) -> NDArray[np.intp]:
-        """Index into `levels` of each case, (n,)."""
-        return np.searchsorted(self.levels, self.place)
+    def place(self) -> Floats:
+        """Position of each case, (n,)."""
+        return self.levels[self.index]
 
     def edges(self) -> Floats:
         """Return the edges of cells, (m + 1,), midway between levels as drawn."""
@@ -62,7 +101,7 @@ class Axis:
 
     def scaled(self) -> Floats:
         """Return the positions of the cases, (n,); their logarithms on a log scale."""
-        return np.log(self.place) if self.scale == "log" else self.place
+        return straight(self.levels, self.scale)[self.index]
 
     def widths(self, points: float) -> Floats:
         """Return the width of each level's cell, (m,), on an axis `points` long."""
@@ -138,32 +177,30 @@ def _unevenness(values: Floats) -> float:
     return float(abs(share - np.linspace(0.0, 1.0, len(values))).max())
 
 
-def axis_of(name: str, values: NDArray[Any], label: str, factor: float = 1.0) -> Axis:
+def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
     """Return the axis of an input.
 
     Parameters
     ----------
-    name, values : variable, and its value in each case, (n,)
+    name, values : variable, and its values
     label : label of the axis
     factor : from the SI unit of numbers to the unit of the label
     """
-    if values.dtype.kind in "iufb":
-        place = factor * values.astype(float)
-        levels = np.unique(place)
-        whole = values.dtype.kind in "iub" or name == "nodal_diameter"
+    if values.numeric:
+        whole = values.known.dtype.kind in "iub" or name == "nodal_diameter"
+        # two values may become equal in the unit of the label
+        levels, merged = np.unique(factor * values.known.astype(float),
+                                   return_inverse=True)  # fmt: skip
         scale = "linear" if whole else scale_of(levels)
-        return Axis(name, label, place, levels, scale=scale, whole=whole, factor=factor)
-    texts = values.astype(str)
-    order = list(dict.fromkeys(texts.tolist()))  # in the order of the campaign
-    number = {text: i for i, text in enumerate(order)}
-    place = np.array([number[text] for text in texts.tolist()], dtype=float)
-    levels = np.arange(len(order), dtype=float)
-    return Axis(name, label, place, levels, short_names(order))
+        index = merged.astype(np.int32)[values.index]
+        return Axis(name, label, index, levels, scale=scale, whole=whole, factor=factor)
+    levels = np.arange(len(values), dtype=float)
+    return Axis(name, label, values.index, levels, short_names(values.known.tolist()))
 
 
 def no_axis(count: int) -> Axis:
     """Return an axis with one level for all cases, used if no input is swept."""
-    return Axis("", "", np.zeros(count), np.zeros(1))
+    return Axis("", "", np.zeros(count, np.int32), np.zeros(1))
 
 
 def short_names(texts: list[str]) -> tuple[str, ...]:

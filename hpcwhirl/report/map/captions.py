@@ -76,10 +76,10 @@ def shared(
     """Return ``symbol = value unit`` of each input that has one value in the cases."""
     parts = []
     for name in names:
-        known = set(data[name].to_numpy()[case].tolist())
+        values = data[name].to_numpy()[case]
         unit = str(data[name].attrs.get("units", ""))
-        if len(known) == 1:
-            parts.append(value_of(name, known.pop(), unit))
+        if len(values) and (values == values[0]).all():
+            parts.append(value_of(name, values.item(0), unit))
     return parts
 
 
@@ -122,13 +122,13 @@ def add_legend(
     lettered : whether letters and markers of whirl are drawn in the cells
     """
     colours = picture.colours
-    counts = Counter(colours.kind.tolist())
+    counts = colours.kind.counts()
     keys = [_key(word, counts[word], colours, picture, lettered=lettered)
-            for word in colours.looks if counts[word]]  # fmt: skip
+            for word in colours.words(colours.kind)]  # fmt: skip
     keys += _refined_keys(picture.refined)
     if lettered and colours.name != "whirl":
-        good = ~np.isin(picture.word, list(HATCHES))
-        keys += _whirl_keys(set(picture.whirl[good].tolist()))
+        good = ~picture.word.isin(HATCHES)
+        keys += _whirl_keys({*picture.whirl[good].counts()})
     keys += more
     if keys:
         legend_below(figure, more=keys, ncols=_columns(keys, figure.get_figwidth()))
@@ -199,7 +199,7 @@ def twin_keys(
         few = f"fewer than {float(data.attrs[SURE]):.0%} of twins agree"
         labels[f"{few}: {int(unsure.sum())}"] = "white"
     if picture.colours.name == "regime":
-        pairs = zip(picture.colours.kind.tolist(), picture.word.tolist(), strict=True)
+        pairs = zip(picture.colours.kind, picture.word, strict=True)
         for (most, own), count in sorted(Counter(pairs).items()):
             if most != own:
                 by = f"{SHOWN[most].told} by most twins, itself {SHOWN[own].told}"

@@ -18,7 +18,8 @@ from hpcwhirl.report.canvas import DIVERGING, SEQUENTIAL
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.scene.words import BAD, MOTIONS, REGIMES, SHOWN, WHIRLS, Look
-from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.coded import Coded, combined
+from hpcwhirl.store.reading.reader import coded
 from hpcwhirl.store.reading.select import numbers_in, variable_of
 from hpcwhirl.store.reading.shares import MAJORITY
 
@@ -52,13 +53,13 @@ class Colours:
 
     name: str
     label: str
-    kind: NDArray[np.str_]
+    kind: Coded
     number: Floats | None
     looks: dict[str, Look]
 
-    def words(self, kind: NDArray[np.str_]) -> list[str]:
+    def words(self, kind: Coded) -> list[str]:
         """Return the words that occur among some cases, in the order of `looks`."""
-        found = set(np.unique(kind).tolist())
+        found = kind.counts()
         return [word for word in self.looks if word in found]
 
     def fill(self, word: str) -> str:
@@ -102,16 +103,18 @@ class Colours:
         return DIVERGING if signed else SEQUENTIAL
 
     def _known(self) -> Floats:
-        number = self.number if self.number is not None else np.zeros(0)
-        return np.asarray(number[(self.kind == "") & np.isfinite(number)])
+        number = self.number
+        if number is None:
+            return np.zeros(0)
+        return np.asarray(number[self.kind.isin([""]) & np.isfinite(number)])
 
 
 def colours_of(
     data: xarray.Dataset,
     name: str,
     case: NDArray[np.intp],
-    word: NDArray[np.str_],
-    whirl: NDArray[np.str_],
+    word: Coded,
+    whirl: Coded,
 ) -> Colours:
     """Return what the colours of a map mean, by the quantity that it shows.
 
@@ -123,24 +126,33 @@ def colours_of(
         file's numbers
     case, word, whirl : (n,), numbers of the cases shown, and their own words
     """
-    bad = np.isin(word, list(BAD))
     if name == "regime":
         return Colours(name, "", by_majority(data, case, word), None, SHOWN)
     if name == "whirl":
-        return Colours(name, "", np.where(bad, word, whirl), None, WHIRLS | BAD)
+        return Colours(name, "", _unless_bad(word, whirl), None, WHIRLS | BAD)
     if name == "attractor":
         if name not in data:
             data = with_attractors(data)
-        kind = np.where(bad, word, data[name].to_numpy()[case])
-        looks = looks_of_attractors(in_order(kind[~bad]))
+        own = Coded.of(data[name].to_numpy()[case])
+        good = np.array([*own[~word.isin(BAD)].counts()], dtype=str)
+        kind, looks = _unless_bad(word, own), looks_of_attractors(in_order(good))
         return Colours(name, "", kind, None, looks | BAD)
     if name == "motion" and name in data:
-        kind = np.where(bad, word, words(data[name])[case])
+        kind = _unless_bad(word, coded(data[name])[case])
         return Colours(name, "", kind, None, MOTIONS | BAD)
     number, label = _numbers(data, name)
     shown = number[case]
-    kind = np.where(bad, word, np.where(np.isfinite(shown), "", "failed"))
-    return Colours(name, label, kind, shown, BAD)
+    known = Coded(("failed", ""), np.isfinite(shown).astype(np.int8))
+    return Colours(name, label, _unless_bad(word, known), shown, BAD)
+
+
+def _unless_bad(word: Coded, other: Coded) -> Coded:
+    """Return each case's other word, but its own if that is one of `BAD`."""
+
+    def rule(own: NDArray[np.str_], other: NDArray[np.str_]) -> NDArray[np.str_]:
+        return np.asarray(np.where(np.isin(own, list(BAD)), own, other))
+
+    return combined(rule, word, other)
 
 
 def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
@@ -159,9 +171,7 @@ def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
     return looks
 
 
-def by_majority(
-    data: xarray.Dataset, case: NDArray[np.intp], word: NDArray[np.str_]
-) -> NDArray[np.str_]:
+def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Coded:
     """Return the most frequent word of each case and its twins, (n,).
 
     Parameters
@@ -172,8 +182,11 @@ def by_majority(
     """
     if MAJORITY not in data:
         return word
-    most = words(data[MAJORITY])[case]
-    return np.asarray(np.where(most == "none", word, most))
+
+    def rule(most: NDArray[np.str_], own: NDArray[np.str_]) -> NDArray[np.str_]:
+        return np.asarray(np.where(most == "none", own, most))
+
+    return combined(rule, coded(data[MAJORITY])[case], word)
 
 
 def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:

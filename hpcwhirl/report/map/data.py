@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -12,12 +11,13 @@ from numpy.typing import NDArray
 
 from hpcwhirl.errors import InputError
 from hpcwhirl.report.canvas import name_of
-from hpcwhirl.report.map.axes import Axis, axis_of, no_axis, scale_of
+from hpcwhirl.report.map.axes import Axis, Levels, axis_of, no_axis, scale_of
 from hpcwhirl.report.map.colours import Colours, by_majority, colours_of
 from hpcwhirl.scene.quantity import with_unit
 from hpcwhirl.scene.units import shown_in
 from hpcwhirl.store.directory.refined import PLACE
-from hpcwhirl.store.reading.reader import words
+from hpcwhirl.store.reading.coded import Coded, combined
+from hpcwhirl.store.reading.reader import coded
 from hpcwhirl.store.reading.select import (
     MOST_SHOWN,
     swept_of,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 AUTOMATIC = 12  # largest number of panels if the user names no input of panels
 MOST_PANELS = 60
 FEW = 12  # largest number of values of an input that has a panel for each value
-Columns = dict[str, NDArray[Any]]
+Inputs = dict[str, Levels]
 Cells = NDArray[np.intp]
 
 
@@ -75,7 +75,7 @@ class Picture:
     Attributes
     ----------
     case : (n,), numbers of the cases shown
-    inputs : {swept variable: (n,), its values}
+    inputs : {swept variable: its values}
     x, y : axes
     panel : (n,), number of each case's panel
     panels : {variable: value} of each panel's inputs
@@ -90,19 +90,19 @@ class Picture:
     """
 
     case: NDArray[np.int64]
-    inputs: Columns
+    inputs: Inputs
     x: Axis
     y: Axis
     panel: Cells
     panels: list[dict[str, Any]]
-    word: NDArray[np.str_]
-    whirl: NDArray[np.str_]
+    word: Coded
+    whirl: Coded
     colours: Colours
     along: list[str] = field(default_factory=list)
     scattered: bool = False
     free: bool = False
     refined: Refined | None = None
-    majority: NDArray[np.str_] | None = None
+    majority: Coded | None = None
 
     @property
     def gridded(self) -> bool:
@@ -113,9 +113,9 @@ class Picture:
         """Return the number of cases shown."""
         return len(self.case)
 
-    def counts(self) -> Counter[str]:
+    def counts(self) -> dict[str, int]:
         """Return {word: number of cases shown}."""
-        return Counter(self.word.tolist())
+        return self.word.counts()
 
 
 def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
@@ -126,16 +126,15 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
     InputError
         if an axis was not swept, or some cases would cover others
     """
-    inputs: Columns = {n: data[n].to_numpy() for n in swept_of(data)}
-    shown = where(wish.at, inputs)
-    case = np.arange(data.sizes["case"]) if shown is None else np.flatnonzero(shown)
-    case = case[_shown_cases(data, wish)[case]]
-    own = {name: values[case] for name, values in inputs.items()}
+    shown = _shown_cases(data, wish)
+    at = where(wish.at, {n: data[n].to_numpy() for n in swept_of(data)})
+    case = np.flatnonzero(shown if at is None else shown & at)
+    own = {n: Levels.of(data[n].to_numpy()[case]) for n in swept_of(data)}
     x, y = _axes(own, wish)
     panels, along = _panels(own, x, y, wish)
     panel, values = _numbered(own, panels, len(case))
-    word = words_of(*(words(data[n])[case] for n in ("status", "outcome", "regime")))
-    whirl = words(data["whirl"])[case]
+    kinds = (coded(data[n])[case] for n in ("status", "outcome", "regime"))
+    word, whirl = combined(words_of, *kinds), coded(data["whirl"])[case]
     across, up = _axis(data, x, own, case), _axis(data, y, own, case)
     scattered = _scattered(across, up, panel)
     return Picture(
@@ -183,7 +182,7 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
     if len(over) <= 2:
         return found
     coarse = data["level"].to_numpy() == 0
-    own = {n: data[n].to_numpy()[coarse] for n in swept_of(data)}
+    own = {n: Levels.of(data[n].to_numpy()[coarse]) for n in swept_of(data)}
     axes = _axes(own, wish)
     asked = {variable_of(text.partition("=")[0].strip(), own) for text in wish.at}
     for name in set(over) - {*axes} - asked:
@@ -191,18 +190,12 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
     return found
 
 
-def varied(inputs: Columns) -> list[str]:
+def varied(inputs: Inputs) -> list[str]:
     """Return the inputs that vary between the cases."""
-    return [name for name, values in inputs.items() if len(set(values.tolist())) > 1]
+    return [name for name, values in inputs.items() if len(values) > 1]
 
 
-def levels(values: NDArray[Any]) -> list[Any]:
-    """Return the distinct values: numbers ascending, texts in order of occurrence."""
-    found = list(dict.fromkeys(values.tolist()))
-    return found if isinstance(found[0], str) else sorted(found)
-
-
-def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
+def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
     """Return the variables of the x and y axis, "" for none."""
     asked = [variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
     taken = {variable_of(n, inputs) for n in wish.panels}
@@ -218,36 +211,30 @@ def _axes(inputs: Columns, wish: Wish) -> tuple[str, str]:
     return x, (rest or [""])[0]
 
 
-def _by_levels(inputs: Columns, names: Sequence[str]) -> list[str]:
+def _by_levels(inputs: Inputs, names: Sequence[str]) -> list[str]:
     """Return inputs sorted: numbers before texts, then by falling number of values."""
-
-    def key(name: str) -> tuple[bool, int]:
-        values = inputs[name]
-        return values.dtype.kind not in "iufb", -len(set(values.tolist()))
-
-    return sorted(names, key=key)
+    return sorted(names, key=lambda n: (not inputs[n].numeric, -len(inputs[n])))
 
 
-def _follows(inputs: Columns, name: str, by: str) -> bool:
+def _follows(inputs: Inputs, name: str, by: str) -> bool:
     """Return whether input `name` is a function of input `by`, as in [zip].
 
     If no value of `by` occurs twice, every input is a function of it; then the input
     must rise or fall monotonically with `by`.
     """
-    pairs = set(zip(inputs[by].tolist(), inputs[name].tolist(), strict=True))
-    known = {value for value, _ in pairs}
-    if len(pairs) != len(known):
+    own, other = inputs[name], inputs[by]
+    value = np.zeros(len(other), np.int32)
+    value[other.index] = own.index
+    if (value[other.index] != own.index).any():
         return False
-    if len(known) < len(inputs[by]):
+    if len(other) < len(other.index):
         return True
-    both = [inputs[by], inputs[name]]
-    if any(values.dtype.kind not in "iufb" for values in both):
-        return False
-    steps = np.diff(both[1][np.argsort(both[0])])
-    return bool((steps > 0).all() or (steps < 0).all())
+    steps = np.diff(value)
+    monotone = bool((steps > 0).all() or (steps < 0).all())
+    return own.numeric and other.numeric and monotone
 
 
-def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
+def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
     """Return the inputs of the panels, and notes on inputs that are not shown."""
     panels = [variable_of(n, inputs) for n in wish.panels]
     along, left = [], []
@@ -260,40 +247,53 @@ def _panels(inputs: Columns, x: str, y: str, wish: Wish) -> tuple[list[str], lis
         else:
             left.append(name)
     for name in left:
-        few = len(levels(inputs[name])) <= FEW
+        few = len(inputs[name]) <= FEW
         if few or _hidden(inputs, [x, y, *panels]):
             panels.append(name)
         else:
             along.append(f"{name} differs from case to case: {span(inputs[name])}")
     if len(panels) == 2 and not wish.panels:  # rows are the input with fewer values
-        panels.sort(key=lambda name: len(levels(inputs[name])))
+        panels.sort(key=lambda name: len(inputs[name]))
     _check_panels(inputs, panels, [x, y], asked=bool(wish.panels))
     return panels, along
 
 
-def span(values: NDArray[Any]) -> str:
+def span(values: Levels) -> str:
     """Return the range of numbers, or the number of different texts, as text."""
-    known = levels(values)
-    if isinstance(known[0], str):
-        return f"{len(known)} values"
-    return f"{known[0]:.4g} to {known[-1]:.4g}"
+    if not values.numeric:
+        return f"{len(values)} values"
+    return f"{values.known[0]:.4g} to {values.known[-1]:.4g}"
 
 
-def _hidden(inputs: Columns, names: Sequence[str]) -> int:
+def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, Cells]:
+    """Return (a case with each combination of values of inputs, that of each case).
+
+    Combinations are in the order of the levels of the first input, then of the next.
+
+    count : number of cases
+    """
+    first, number = np.zeros(1, np.intp), np.zeros(count, np.intp)
+    for one in (inputs[name] for name in names):
+        number = number * len(one) + one.index
+        _, first, number = np.unique(number, return_index=True, return_inverse=True)
+    return first, number
+
+
+def _hidden(inputs: Inputs, names: Sequence[str]) -> int:
     """Return the number of cases with the same named inputs as an earlier case."""
-    keys = [inputs[n].tolist() for n in names if n]
-    count = len(next(iter(inputs.values()), np.zeros(1)))
-    return count - len(set(zip(*keys, strict=True))) if keys else count - 1
+    count = max((len(one.index) for one in inputs.values()), default=1)
+    return count - len(_together(inputs, [n for n in names if n], count)[0])
 
 
 def _check_panels(
-    inputs: Columns, panels: list[str], axes: list[str], *, asked: bool
+    inputs: Inputs, panels: list[str], axes: list[str], *, asked: bool
 ) -> None:
     """Raise InputError for too many panels, or cases that others would cover.
 
     asked : whether the user named the panels
     """
-    count = len(set(zip(*(inputs[n].tolist() for n in panels), strict=True)))
+    cases = max((len(one.index) for one in inputs.values()), default=1)
+    count = len(_together(inputs, panels, cases)[0])
     most = MOST_PANELS if asked else AUTOMATIC
     if count > most:
         wanted = " or ".join(f"--at {n}={_some(inputs[n])}" for n in panels)
@@ -306,29 +306,25 @@ def _check_panels(
         raise InputError(msg + "and would be hidden: choose other axes or --at")
 
 
-def _some(values: NDArray[Any]) -> str:
-    known = levels(values)
-    some = [value_text(v) for v in known[:MOST_SHOWN]]
-    return "|".join(some) + ("|…" if len(known) > len(some) else "")
+def _some(values: Levels) -> str:
+    some = [value_text(v) for v in values.known[:MOST_SHOWN].tolist()]
+    return "|".join(some) + ("|…" if len(values) > len(some) else "")
 
 
 def _numbered(
-    inputs: Columns, panels: list[str], count: int
+    inputs: Inputs, panels: list[str], count: int
 ) -> tuple[Cells, list[dict[str, Any]]]:
     """Return the panel number of each case, and {variable: value} of each panel."""
+    first, number = _together(inputs, panels, count)
+    known = [inputs[name].values[first].tolist() for name in panels]
     if not panels:
-        return np.zeros(count, dtype=np.intp), [{}]
-    order = [{v: i for i, v in enumerate(levels(inputs[n]))} for n in panels]
-    keys = list(zip(*(inputs[n].tolist() for n in panels), strict=True))
-    known = sorted(
-        set(keys), key=lambda key: [o[v] for o, v in zip(order, key, strict=True)]
-    )
-    number = {key: i for i, key in enumerate(known)}
-    values = [dict(zip(panels, key, strict=True)) for key in known]
-    return np.array([number[key] for key in keys], dtype=np.intp), values
+        return number, [{}]
+    return number, [
+        dict(zip(panels, key, strict=True)) for key in zip(*known, strict=True)
+    ]
 
 
-def _axis(data: xarray.Dataset, name: str, inputs: Columns, case: Cells) -> Axis:
+def _axis(data: xarray.Dataset, name: str, inputs: Inputs, case: Cells) -> Axis:
     if not name:
         return no_axis(len(case))
     label, factor = label_of(data, name)
@@ -344,7 +340,7 @@ def label_of(data: xarray.Dataset, name: str) -> tuple[str, float]:
 def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:
     """Return whether the cases leave more than a third of the grid's cells empty."""
     cells = sum(
-        len(np.unique(x.place[panel == p])) * len(np.unique(y.place[panel == p]))
+        len(np.unique(x.index[panel == p])) * len(np.unique(y.index[panel == p]))
         for p in np.unique(panel)
     )
     return len(panel) > 5 and 2 * cells > 3 * len(panel)

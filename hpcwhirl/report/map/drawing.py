@@ -18,6 +18,7 @@ from hpcwhirl.report.map.axes import Axis, straight
 from hpcwhirl.report.map.colours import HATCHES, INK, Colours
 from hpcwhirl.report.map.data import Picture
 from hpcwhirl.scene.words import BAD, WHIRLS
+from hpcwhirl.store.reading.coded import Coded
 
 FEW_LEVELS = 12
 COVER = 0.35  # fraction of a panel that points cover, within limits of their size
@@ -48,12 +49,12 @@ class Part:
     y: Axis
     rows: Ints
     colours: Colours
-    whirl: NDArray[np.str_]
+    whirl: Coded
     size: tuple[float, float]
     lettered: bool
 
     @property
-    def kind(self) -> NDArray[np.str_]:
+    def kind(self) -> Coded:
         """Return the words of the part's cases, "" if a number is shown."""
         return self.colours.kind[self.rows]
 
@@ -62,7 +63,7 @@ class Part:
         """Return the numbers of the part's cases, NaN if a word is shown."""
         if self.colours.number is None:
             return np.full(len(self.rows), np.nan)
-        return np.where(self.kind == "", self.colours.number[self.rows], np.nan)
+        return np.where(self.kind.isin([""]), self.colours.number[self.rows], np.nan)
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class Mesh:
 def grid_of(part: Part) -> Mesh:
     """Return the cells of a grid on the axes' scales, one for each case."""
     case = np.full((len(part.y.levels), len(part.x.levels)), NO_CELL)
-    case[part.y.index[part.rows], part.x.index[part.rows]] = range(len(part.rows))
+    case[part.y.index[part.rows], part.x.index[part.rows]] = np.arange(len(part.rows))
     return Mesh(part.x.edges(), part.y.edges(), case)
 
 
@@ -101,7 +102,7 @@ def raster_of(part: Part) -> Mesh:
         edges.append(np.exp(at) if axis.scale == "log" else at)
         middles.append((np.arange(count) + 0.5) / count)
         places.append((axis.scaled()[part.rows] - low) / (high - low))
-    whole = np.flatnonzero(~np.isin(part.kind, list(BAD)))
+    whole = np.flatnonzero(~part.kind.isin(BAD))
     if not len(whole):
         return Mesh(edges[0], edges[1], np.full(RASTER[::-1], NO_CELL))
     pixels = np.stack(np.meshgrid(*middles), axis=-1)
@@ -111,7 +112,7 @@ def raster_of(part: Part) -> Mesh:
 
 def limits_of(axis: Axis) -> tuple[float, float]:
     """Return the ends of an axis, a little beyond the outermost scattered cases."""
-    at = np.unique(axis.scaled())
+    at = straight(axis.levels, axis.scale)
     more = 0.02 * np.ptp(at) or 0.5
     if len(at) <= FEW_LEVELS:  # as for the cells of a grid
         more = 0.5 * np.ptp(at) / max(len(at) - 1, 1) or 0.5
@@ -177,10 +178,12 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
     return drawn
 
 
-def _codes(words: Sequence[str], kind: NDArray[np.str_]) -> Ints:
+def _codes(words: Sequence[str], kind: Coded) -> NDArray[np.int8]:
     """Return the index of each case's word, `NO_CELL` for a case without one."""
     place = {word: i for i, word in enumerate(words)}
-    return np.array([place.get(word, NO_CELL) for word in kind.tolist()], dtype=np.intp)
+    return np.array([place.get(word, NO_CELL) for word in kind.known], np.int8)[
+        kind.code
+    ]
 
 
 def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
@@ -233,18 +236,18 @@ def _letters(axes: Any, part: Part) -> None:
     stacked, beside = rooms(part)
     plain = part.colours.number is None
     for (right, up), chosen in (((0.0, 4.5), stacked), ((-4.5, 0.0), beside)):
-        for i in np.flatnonzero(chosen & (part.kind != "")):
-            look = part.colours.looks[part.kind[i]]
+        for i in np.flatnonzero(chosen & ~part.kind.isin([""])):
+            look = part.colours.looks[part.kind.known[part.kind.code[i]]]
             axes.annotate(look.letter, (x[i], y[i]), (right, up), fontsize=8,
                           color=look.ink if plain else INK, ha="center", va="center",
                           textcoords="offset points")  # fmt: skip
         if part.colours.name == "whirl":  # the letter shows the whirl
             continue
-        marked = chosen & ~np.isin(part.kind, list(HATCHES))
+        marked = chosen & ~part.kind.isin(HATCHES)
         shift = ScaledTranslation(-right / 72 * plain, -up / 72 * plain,
                                   axes.figure.dpi_scale_trans)  # fmt: skip
         for word, look in WHIRLS.items():
-            own = marked & (part.whirl == word)
+            own = marked & part.whirl.isin([word])
             if word != "none" and own.any():
                 axes.plot(x[own], y[own], look.marker, c="black", ms=4.5, mfc="white",
                           mew=0.8, transform=axes.transData + shift,
@@ -257,12 +260,12 @@ def _points(axes: Any, part: Part) -> Any:
     size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
     look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",
             "rasterized": len(x) > MOST_DRAWN}  # fmt: skip
-    colours, own, drawn = part.colours, kind == "", None
+    colours, own, drawn = part.colours, kind.isin([""]), None
     if own.any():
         drawn = axes.scatter(x[own], y[own], c=part.number[own], norm=colours.norm(),
                              cmap=colours.map(), gid="numbers", **look)  # fmt: skip
     for word in colours.words(kind):
-        own, of = kind == word, colours.looks[word]
+        own, of = kind.isin([word]), colours.looks[word]
         axes.scatter(x[own], y[own], c=of.colour, marker=of.marker,
                      gid=f"points {word}", **look)  # fmt: skip
     return drawn

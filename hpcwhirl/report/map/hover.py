@@ -81,11 +81,12 @@ def hover_map(results: Path, wish: Wish) -> Any:
 def _told(data: xarray.Dataset, picture: Picture) -> NDArray[np.str_]:
     """Return the text shown when the pointer is at a case, (n,)."""
     names = [*picture.inputs, *(name for name in TOLD if name in data)]
+    words = list(zip(picture.word, picture.whirl, strict=True))
     columns = {name: data[name].to_numpy()[picture.case] for name in names}
     units = {name: str(data[name].attrs.get("units", "")) for name in names}
     return np.array([
         "<br>".join([
-            f"<b>case {case}: {picture.word[i]}, {picture.whirl[i]}</b>",
+            f"<b>case {case}: {words[i][0]}, {words[i][1]}</b>",
             *(value_of(n, _short(own[i]), units[n]) for n, own in columns.items()),
         ])
         for i, case in enumerate(picture.case.tolist())
@@ -119,7 +120,7 @@ def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
     rows, boxes = _cells(part, picture)
     filled = []
     for word in colours.words(part.kind):
-        own = boxes[colours.kind[rows] == word]
+        own = boxes[colours.kind[rows].isin([word])]
         x, y = (_outlines(own[:, ends]) for ends in ([0, 0, 1, 1, 0], [2, 3, 3, 2, 2]))
         nothing = [None] if not len(own) else None  # keeps its entry in the legend
         filled.append(Scatter(

@@ -194,7 +194,7 @@ def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
 
 def _plain_decades(own: Any, axis: Axis) -> None:
     """Write numbers on a logarithmic axis without exponents, if it has few decades."""
-    decades = np.ptp(np.log10(axis.place[axis.place > 0]))
+    decades = np.ptp(np.log10(axis.levels[axis.levels > 0]))
     if decades <= MOST_DECADES:
         subs = (1.0, 2.0, 5.0) if decades > 1.0 else (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
         own.set_major_locator(LogLocator(subs=subs))

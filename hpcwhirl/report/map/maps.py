@@ -19,7 +19,7 @@ from hpcwhirl.scene.units import showing
 from hpcwhirl.store.atomic import write_whole
 from hpcwhirl.store.directory.campaign_directory import PAGE, Directory
 from hpcwhirl.store.hdf5 import reading
-from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.reading.reader import open_coded
 from hpcwhirl.store.results.cells import read_refined
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
     drawn, word, whirl, the most frequent word of case and twins (if there are twins)
     and, if a number is coloured, that number.
     """
-    columns = {"case": picture.case, **picture.inputs, "panel": picture.panel}
+    columns: dict[str, Any] = {"case": picture.case}
+    columns |= {name: own.values for name, own in picture.inputs.items()}
+    columns["panel"] = picture.panel
     columns |= {f"x: {picture.x.label}": picture.x.place}
     columns |= {f"y: {picture.y.label}": picture.y.place}
     columns |= {"word": picture.word, "whirl": picture.whirl}
@@ -107,7 +109,7 @@ def drawing_of(results: Path, wish: Wish) -> Drawing:
     from hpcwhirl.report.map.layout import figure_of
     from hpcwhirl.report.map.probabilities import wants_shares
 
-    with open_results(results) as data, showing(wish.shown):
+    with open_coded(results) as data, showing(wish.shown):
         if not data.sizes.get("case"):
             raise InputError(f"{results} has no cases: nothing to draw")
         with reading(results):

@@ -37,18 +37,18 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
     """Draw a polygon for each case of a panel; return the artist of numbers, if any."""
-    edged, drawn = len(part.x.place) <= MOST_EDGED, None
+    edged, drawn = len(part.x.index) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,
                             "rasterized": not edged}  # fmt: skip
-    colours, own = part.colours, part.kind == ""
+    colours, own = part.colours, part.kind.isin([""])
     if own.any():
         mine = list(polygons[own])
         drawn = PolyCollection(mine, array=part.number[own], norm=colours.norm(),
                                cmap=colours.map(), gid="numbers", **line)  # fmt: skip
         axes.add_collection(drawn, autolim=False)
     for word in colours.words(part.kind):
-        mine = list(polygons[part.kind == word])
+        mine = list(polygons[part.kind.isin([word])])
         cells = PolyCollection(mine, facecolor=colours.fill(word),
                                gid=f"cells {word}", **line)  # fmt: skip
         axes.add_collection(cells, autolim=False)

@@ -35,32 +35,9 @@ from hpcwhirl.store.directory.manifest import Manifest, digests_of
 from hpcwhirl.store.directory.reader import Rows
 from hpcwhirl.store.directory.record import Record
 
-Words = NDArray[np.object_]
+SECONDS = "performance.seconds"
 MARCHED = ("row.steps", "row.certificate", "row.duration")
 Cases = NDArray[np.int64]
-
-
-class Told(NamedTuple):
-    """Columns of some records of a journal, (records,) each.
-
-    Attributes
-    ----------
-    case : number in the plan; -1 for twins, later stages and cases of other plans
-    status, outcome, regime : words
-    open : whether the regime may change in a longer run
-    ended : time at which the computation ended, s since 1970; NaN if unknown
-    seconds : computing time, s; NaN if unknown
-    marched : steps, see `marched`; NaN if unknown
-    """
-
-    case: NDArray[np.int64]
-    status: Words
-    outcome: Words
-    regime: Words
-    open: NDArray[np.bool_]
-    ended: NDArray[np.float64]
-    seconds: NDArray[np.float64]
-    marched: NDArray[np.float64]
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
@@ -77,8 +54,22 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
         return np.asarray(steps * share)
 
 
-def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, Told]]:
-    """Yield (name of the journal, columns of a batch of its records), the oldest first.
+def marched_in(rows: Rows) -> NDArray[np.float64]:
+    """Return `marched` of each record, (records,); NaN if unknown."""
+    return marched(*(rows.numbers(name, np.nan) for name in MARCHED))
+
+
+def open_in(rows: Rows) -> NDArray[np.bool_]:
+    """Return whether the regime of each record may change in a longer run."""
+    status, regime, stop = map(rows.words, ("status", "row.regime", "row.stop"))
+    still = np.logical_or.reduce([regime == word for word in OPEN])
+    return np.asarray(still & (status == "ok") & (stop == "end"))
+
+
+def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, Cases]]:
+    """Yield (a batch of records, the case of each), the oldest first.
+
+    The case is its number in the plan; -1 for twins, later stages, other plans' cases.
 
     Parameters
     ----------
@@ -87,24 +78,8 @@ def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[str, T
     """
     known = CaseIndex(digests)
     for rows in journals.rows():
-        status, outcome, regime, stop = map(
-            rows.words, ("status", "row.outcome", "row.regime", "row.stop")
-        )
-        still = np.logical_or.reduce([regime == word for word in OPEN])
         planned = (rows.numbers("twin", 0) == 0) & (rows.numbers("longest", 0.0) == 0)
-        yield (
-            rows.journal.stem,
-            Told(
-                np.where(planned, known.cases_of(rows), -1),
-                status,
-                outcome,
-                regime,
-                still & (status == "ok") & (stop == "end"),
-                rows.numbers("ended", np.nan),
-                rows.numbers("performance.seconds", np.nan),
-                marched(*(rows.numbers(name, np.nan) for name in MARCHED)),
-            ),
-        )
+        yield rows, np.where(planned, known.cases_of(rows), -1)
 
 
 class CaseIndex:
@@ -372,14 +347,16 @@ def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) ->
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}
     numbers = np.array(list(names), dtype=np.int64)
-    for _, told in told_by(journals, plan.digests):
-        own = np.flatnonzero(told.case >= 0)
-        case, ok = told.case[own], told.status[own] == OK
+    for rows, cases in told_by(journals, plan.digests):
+        own = np.flatnonzero(cases >= 0)
+        case, status = cases[own], rows.words("status")[own]
+        ok = status == OK
         ended.over[case], ended.ok[case] = True, ok
-        ended.seconds[case] = np.where(ok, told.seconds[own], np.nan)
-        ended.marched[case] = np.where(ok, told.marched[own], np.nan)
-        for place in own[np.isin(case, numbers)]:
-            status, still = str(told.status[place]), bool(told.open[place])
-            end = Completion(status, is_open=still)
-            ended.told[names[int(told.case[place])]] = end
+        ended.seconds[case] = np.where(ok, rows.numbers(SECONDS, np.nan)[own], np.nan)
+        ended.marched[case] = np.where(ok, marched_in(rows)[own], np.nan)
+        asked_for = np.flatnonzero(np.isin(case, numbers))
+        still = open_in(rows)[own[asked_for]] if len(asked_for) else ()
+        for place, is_open in zip(asked_for, still, strict=True):
+            end = Completion(str(status[place]), is_open=bool(is_open))
+            ended.told[names[int(case[place])]] = end
     return ended

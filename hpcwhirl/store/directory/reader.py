@@ -10,11 +10,13 @@ from __future__ import annotations
 import json
 import os
 import stat
+import struct
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import starmap
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +74,8 @@ class Rows:
 
     def take(self, which: Cases) -> Rows:
         """Return some of the records by position, without repeats."""
+        if np.array_equal(which, np.arange(len(self))):
+            return self
         texts = self.texts
         if texts:
             both = enumerate(which.tolist())
@@ -166,6 +170,7 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
                 rows, end = _parsed(path, header, data, last=not more)
                 rows = Rows(path, header, rows.slots, rows.starts + start, rows.texts)
                 yield rows.take(np.flatnonzero(_are_of_cases(rows, sizes)))
+                del rows  # it may hold `data`
                 data, start = data[end:] + more if more else b"", start + end
     except OSError as failed:
         raise unreadable(path, failed) from None
@@ -218,11 +223,7 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
     """
     layout = header.layout
     found, end = _whole_slots(header, data)
-    letters = np.frombuffer(data, np.uint8)
-    windows = np.zeros((0, layout.size), np.uint8)
-    if len(found):  # a window may be longer than the data
-        windows = sliding_window_view(letters, layout.size)[found]
-    slots = np.ascontiguousarray(windows).view(layout.dtype).ravel()
+    slots = _slots_at(found, data, layout)
     good, texts = slots["text"] >= 0, {}
     for place in np.flatnonzero(slots["text"] > 0).tolist():
         begin, count = int(found[place]), layout.slots_of(int(slots["text"][place]))
@@ -237,6 +238,19 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
         texts[place] = text or {}
     rows = Rows(path, header, slots, found, texts)
     return rows.take(np.flatnonzero(good & _have_words(slots, layout))), end
+
+
+def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
+    """Return the slots that begin at ascending places of some bytes, (slots,).
+
+    Without damage nothing lies between them, and they are not copied.
+    """
+    if not len(starts):
+        return np.zeros(0, layout.dtype)
+    if starts[-1] - starts[0] == layout.size * (len(starts) - 1):
+        return np.frombuffer(data, layout.dtype, len(starts), starts[0])
+    windows = sliding_window_view(np.frombuffer(data, np.uint8), layout.size)[starts]
+    return windows.view(layout.dtype).ravel()
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
@@ -259,9 +273,8 @@ def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
 
 def _are_whole(header: Header, data: memoryview) -> Bools:
     """Return which slots have the right tag and checksum, (slots,)."""
-    size, slots = header.layout.size, np.frombuffer(data, header.layout.dtype)
-    crc32, ends = zlib.crc32, range(size, len(data) + 1, size)
-    crc = [crc32(data[end + CHECKED - size : end]) for end in ends]
+    slots, rest = np.frombuffer(data, header.layout.dtype), header.layout.size - CHECKED
+    crc = list(starmap(zlib.crc32, struct.iter_unpack(f"{CHECKED}x{rest}s", data)))
     return np.asarray((slots["crc"] == crc) & (slots["tag"] == np.void(header.tag)))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
+from hpcwhirl.store.reading.coded import Coded
 from hpcwhirl.store.reading.results_file import results_of
 
 if TYPE_CHECKING:
@@ -88,31 +89,19 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
     codes, as in a file opened by xarray alone, are converted by `flag_meanings`.
     """
     values = variable.to_numpy()
+    return values if values.dtype.kind == "U" else np.asarray(coded(variable), str)
+
+
+def coded(variable: xarray.DataArray) -> Coded:
+    """Return the words of a variable, (cases,), as `words` does, by codes."""
+    values = variable.to_numpy()
     if values.dtype.kind == "O":  # text, and NaN where xarray has masked a case
         values = np.array([v if isinstance(v, str) else "" for v in values], str)
     if values.dtype.kind == "U":
-        return values
-    return np.asarray(np.take(*_places(variable, values)))
-
-
-def shared_words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.object_]]:
-    """Return the words of a variable from `open_coded`, (cases,), as shared strings.
-
-    A case takes 8 bytes here, 40 in the array that `words` returns.
-    """
-    meanings, places = _places(variable, variable.to_numpy())
-    return np.asarray(meanings.astype(object)[places])
-
-
-def _places(
-    variable: xarray.DataArray, values: np.ndarray[Any, Any]
-) -> tuple[np.ndarray[Any, np.dtype[np.str_]], np.ndarray[Any, np.dtype[np.int64]]]:
-    """Return the words of `flag_meanings`, "" last, and each case's index into them.
-
-    values : codes of the variable, NaN where xarray has masked a case
-    """
-    meanings = np.array([*str(variable.attrs["flag_meanings"]).split(), ""])
-    codes = np.asarray(values, dtype=np.float64)
+        return Coded.of(values)
+    meanings = (*str(variable.attrs["flag_meanings"]).split(), "")
+    codes = np.asarray(values, dtype=np.float32)  # NaN where xarray has masked a case
     if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
         raise StoreError(f"{variable.name} is damaged: it has a code without a word")
-    return meanings, np.where(np.isnan(codes), -1, codes).astype(np.int64)
+    last = len(meanings) - 1
+    return Coded(meanings, np.where(np.isnan(codes), last, codes).astype(np.int8))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +22,7 @@ from hpcwhirl.store.directory.campaign_directory import RESULTS
 from hpcwhirl.store.directory.manifest import Manifest
 from hpcwhirl.store.directory.refined import plan_of_results
 from hpcwhirl.store.hdf5 import DAMAGE, FORMAT, reading
+from hpcwhirl.store.reading.coded import Coded
 from hpcwhirl.store.reading.shares import SHARE
 
 Traces = dict[str, NDArray[np.float64]]
@@ -83,9 +83,12 @@ def attribute(value: Any) -> Any:
     return legible(value.decode("utf-8", "backslashreplace"))
 
 
-def words_in(
-    file: h5py.Group, name: str, cases: slice = slice(None)
-) -> NDArray[np.str_]:
+def words_in(file: h5py.Group, name: str) -> NDArray[np.str_]:
+    """Return the words of a variable as text, (cases,); see `coded_in`."""
+    return np.asarray(coded_in(file, name))
+
+
+def coded_in(file: h5py.Group, name: str, cases: slice = slice(None)) -> Coded:
     """Return the words of a variable by the file's own `flag_meanings`, (cases,).
 
     Parameters
@@ -99,10 +102,10 @@ def words_in(
         where a code has no word
     """
     codes, meanings = file[name][cases], file[name].attrs["flag_meanings"]
-    known = np.array(np.bytes_(meanings).decode().split())
+    known = np.bytes_(meanings).decode().split()
     if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
         raise StoreError(f"{name} is damaged: it has a code without a word")
-    return np.asarray(known[codes])
+    return Coded(tuple(known), codes)
 
 
 class Results:
@@ -308,13 +311,13 @@ def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
 
 def count_statuses(path: Path) -> dict[str, int]:
     """Return {status: number of cases} of a results file, including `missing`."""
-    with Results(path) as results:
-        found = Counter(results["status"].tolist())
-        return {name: found[name] for name in ENUMS["status"] if found[name]}
+    with Results(path) as results, reading(path):
+        found = coded_in(results.file, "status").counts()
+        return {name: found[name] for name in ENUMS["status"] if name in found}
 
 
 def has_contact(path: Path) -> bool:
     """Return whether blades touched in any case; True if no case has ended."""
-    with Results(path) as results:
-        ended = results["status"] == "ok"
+    with Results(path) as results, reading(path):
+        ended = coded_in(results.file, "status").isin(["ok"])
         return bool((results["contacts"][ended] > 0).any() or not ended.any())

@@ -41,6 +41,7 @@ from hpcwhirl.store.hdf5 import (
     tell,
     utf8,
 )
+from hpcwhirl.store.reading.coded import Coded
 from hpcwhirl.store.reading.shares import GROUP, SHARE, SURE, TWIN, TWIN_ROW, TWINS_OF
 from hpcwhirl.store.results.cells import define_cells
 from hpcwhirl.store.results.contents import SOURCE, Contents
@@ -91,7 +92,7 @@ def _define_table(
         _attach(data, axes)
 
 
-def codes_of(name: str, words: NDArray[np.str_]) -> NDArray[np.int8]:
+def codes_of(name: str, words: Coded) -> NDArray[np.int8]:
     """Return the codes of the words of a variable, as they are stored.
 
     Raises
@@ -99,13 +100,12 @@ def codes_of(name: str, words: NDArray[np.str_]) -> NDArray[np.int8]:
     StoreError
         where this version does not know a word
     """
-    found, place = np.unique(words, return_inverse=True)
-    alien = set(found.tolist()) - {*ENUMS[name]}
+    own = {word: code for code, word in enumerate(ENUMS[name])}
+    alien = words.counts().keys() - own.keys()
     if alien:
         msg = f"{name} has the word {min(alien)}, which this version does not know"
         raise StoreError(msg)
-    codes = np.array([ENUMS[name].index(word) for word in found.tolist()], np.int8)
-    return codes[place].reshape(words.shape)
+    return np.array([own.get(word, 0) for word in words.known], np.int8)[words.code]
 
 
 def define(

@@ -19,7 +19,8 @@ from hpcwhirl.store.atomic import replacing, sweep
 from hpcwhirl.store.directory.campaign_directory import Directory
 from hpcwhirl.store.directory.owner import RESULTS, Asking
 from hpcwhirl.store.hdf5 import DAMAGE, mark_words, reading, refusal, writing
-from hpcwhirl.store.reading.results_file import opened, words_in
+from hpcwhirl.store.reading.coded import Coded, counted
+from hpcwhirl.store.reading.results_file import coded_in, opened, words_in
 from hpcwhirl.store.reading.shares import GROUP, shares, words_of
 from hpcwhirl.store.results.cells import write_boundaries
 from hpcwhirl.store.results.layout import codes_of
@@ -110,22 +111,23 @@ def _rename_some(
     file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
     """Write new words of some cases; return {(old, new): number of cases}."""
-    given = words_in(file, "status", cases) == "ok"
+    given = coded_in(file, "status", cases).isin(["ok"])
     table = ROW | CHAOS if MOTION in file else ROW
     numeric = [n for n, v in table.items() if v.kind in {"f8", "i8"}]
     numbers = {n: file[n][cases][given] for n in numeric}
-    new = name(numbers | {"stop": words_in(file, "stop", cases)[given]})
+    stop = np.asarray(coded_in(file, "stop", cases)[given])
+    new = list(map(Coded.of, name(numbers | {"stop": stop})))
     variables = _variables(file)
-    old = [words_in(file, variable, cases) for variable in variables]
+    old = [coded_in(file, variable, cases) for variable in variables]
     for variable, was, now in zip(variables, old, new, strict=True):
-        words = was.astype(np.promote_types(was.dtype, now.dtype))
-        words[given] = now
-        file[variable][cases] = codes_of(variable, words)
-    before, after = (
-        zip(*(column.tolist() for column in columns), strict=True)
-        for columns in ([was[given] for was in old], new)
+        codes = np.empty(was.code.shape, np.int8)
+        codes[given] = codes_of(variable, now)
+        codes[~given] = codes_of(variable, was[~given])
+        file[variable][cases] = codes
+    both = counted([*(was[given] for was in old), *new])
+    return Counter(
+        {(each[: len(old)], each[len(old) :]): n for each, n in both.items()}
     )
-    return Counter(zip(before, after, strict=True))
 
 
 def _variables(file: h5py.Group) -> tuple[str, ...]:

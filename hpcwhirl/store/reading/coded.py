@@ -1,0 +1,104 @@
+"""Words of many cases as codes of one byte each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Words = NDArray[np.str_]
+
+
+@dataclass(frozen=True, eq=False)
+class Coded:
+    """Words of n cases, or of their twins; NumPy reads them as an array of text.
+
+    Attributes
+    ----------
+    known : possible words, each once
+    code : (n,), index into `known`
+    """
+
+    known: tuple[str, ...]
+    code: NDArray[np.int8]
+
+    @classmethod
+    def of(cls, words: NDArray[Any]) -> Coded:
+        """Return words, (n,), as codes."""
+        known, code = np.unique(words.astype(str), return_inverse=True)
+        return cls(tuple(known.tolist()), code.astype(np.int8))
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.code)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001 - NumPy's
+        """Return the words as text, (n,)."""
+        del copy
+        return np.array(self.known, dtype=dtype)[self.code]
+
+    def __getitem__(self, rows: NDArray[Any]) -> Coded:
+        """Return the words of some cases, by index or by mask."""
+        return Coded(self.known, self.code[rows])
+
+    def __iter__(self) -> Iterator[str]:
+        """Return the words, one after the other."""
+        return map(self.known.__getitem__, self.code.tolist())
+
+    def tolist(self) -> list[str]:
+        """Return the words as a list."""
+        return list(self)
+
+    def isin(self, words: Collection[str]) -> NDArray[np.bool_]:
+        """Return which cases have one of some words, (n,)."""
+        return np.array([word in words for word in self.known])[self.code]
+
+    def counts(self) -> dict[str, int]:
+        """Return {word: number of cases} of the words that occur."""
+        found = np.bincount(self.code.ravel(), minlength=len(self.known)).tolist()
+        return {w: n for w, n in zip(self.known, found, strict=True) if n}
+
+
+def _together(
+    columns: Sequence[Coded],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Words]]:
+    """Return combinations of words of n cases: each case's, cases with each, words.
+
+    Returns
+    -------
+    place : (n,), number of each case's combination
+    count : (m,), number of cases with each combination; 0 for one that does not occur
+    words : (k,) for each column, the words of the k combinations that occur
+    """
+    shape = [len(column.known) for column in columns]
+    place = np.ravel_multi_index([column.code for column in columns], shape)
+    count = np.bincount(place, minlength=int(np.prod(shape)))
+    codes = np.unravel_index(np.flatnonzero(count), shape)
+    words = [np.array(c.known)[code] for c, code in zip(columns, codes, strict=True)]
+    return place, count, words
+
+
+def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
+    """Return the word that a rule gives for the words of each case.
+
+    rule : function of arrays of text, one for each column; it is called once, with
+        every combination of words that occurs
+    """
+    place, count, words = _together(columns)
+    found, table = Coded.of(rule(*words)), np.zeros(len(count), dtype=np.int8)
+    table[count > 0] = found.code
+    return Coded(found.known, table[place])
+
+
+def counted(columns: Sequence[Coded]) -> Counter[tuple[str, ...]]:
+    """Return {words of a case in each column: number of cases}, as they occur."""
+    place, count, words = _together(columns)
+    first = np.zeros(len(count), dtype=np.int64)
+    first[place[::-1]] = np.arange(len(place))[::-1]
+    order = np.argsort(first[count > 0])
+    each = zip(*(one[order].tolist() for one in words), strict=True)
+    return Counter(dict(zip(each, count[count > 0][order].tolist(), strict=True)))
