@@ -39,7 +39,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class Cases:
-    """The cases of a refined campaign, row by row.
+    """The cases of a refined campaign as columns: their inputs and words.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Boundaries:
     lines: list[tuple[int, int]] = field(default_factory=list)
 
     def add(self, point: Mapping[str, object]) -> int:
-        """Add a point; return its index."""
+        """Add a point, {attribute: value}; return its index."""
         for name, value in point.items():
             getattr(self, name).append(value)
         return len(self.at) - 1
@@ -136,9 +136,9 @@ def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
 
 
 def differ(cases: Cases, a: int, b: int) -> bool:
-    """Return whether two cases of one fidelity have different words.
+    """Return whether the cases in rows `a` and `b` have different words.
 
-    False for cases of different fidelity, whose words may differ for that reason.
+    False if one of them has no word, or if their fidelities differ.
     """
     both = {cases.word[a], cases.word[b]}
     alike = bool(cases.fidelity[a] == cases.fidelity[b])
@@ -148,7 +148,7 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 def _join(
     boundaries: Boundaries, points: Sequence[int], panel: int, cases: Cases
 ) -> None:
-    """Join a cell's points: two by one line, more by lines to their mean."""
+    """Join two boundary points of a cell by a line, more by lines to their mean."""
     if len(points) == 2:
         boundaries.lines.append((points[0], points[1]))
         return
