@@ -57,7 +57,7 @@ CLOSE, MOST_TRIALS = 0.002, 12  # search of thickness: relative error of 1F, mos
 
 @dataclass(frozen=True)
 class Fan:
-    """Dimensions of a fan; 0 (or "") for those that follow from the others.
+    """Dimensions of a fan; 0 (or "") for those to be derived from the others.
 
     Attributes
     ----------

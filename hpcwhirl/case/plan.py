@@ -124,7 +124,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 
 
 def lean_of(scene: Scene, model: Model) -> Marched:
-    """Return the scene and model to integrate.
+    """Return the scene and the model that are integrated for a scene and its model.
 
     They are those of all sectors, or of one sector if g > 1 sectors move alike.
     """

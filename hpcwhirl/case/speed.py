@@ -156,7 +156,7 @@ def closure_at(scene: Scene, time: Any) -> Any:
 
 
 def laws_of(scene: Scene) -> tuple[Any, ...]:
-    """Return the law of the speed, and the inputs that set the gap over time."""
+    """Return a scene's law of the speed, and the inputs that set its gap over time."""
     gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
     return law_of(scene), *gap
 
@@ -191,7 +191,7 @@ class Growth:
 
 @lru_cache(maxsize=MOST_KEPT)
 def growth_of(model: Model) -> Growth:
-    """Return the function `Growth` of a model's tips, cached."""
+    """Return the radial growth of a model's tips as a function of speed, cached."""
     return Growth(model)
 
 
@@ -290,12 +290,12 @@ class Schedule:
         return np.minimum.accumulate(gaps[::-1])[::-1]
 
     def least_gap(self, steps: int) -> float:
-        """Return the least gap from a step on, m."""
+        """Return the least gap from step number `steps` on, m."""
         return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
 
 
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
-    """Return the intervals of a scene; None where nothing changes in time.
+    """Return the intervals of a scene's march; None if speed and gap are constant.
 
     scene, model : scene and model of all sectors, as integrated
     """
@@ -305,7 +305,7 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 
 
 def rides(scene: Scene, model: Model) -> bool:
-    """Return whether a ring of harmonics is integrated in the rotor's frame."""
+    """Return whether a casing of harmonics is integrated in the rotor's frame."""
     apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
     return not (apart or scene.engine.casing.discretization == "elements")
 

@@ -112,7 +112,7 @@ class Wheel(NamedTuple):
     content: str
 
     def casing(self, casing: Casing) -> tuple[str, str]:
-        """Return (file, digest of its content) of a casing from file, else ("", "")."""
+        """Return (path, digest) of the file of a casing from file, else ("", "")."""
         return (
             (self.file, self.content) if casing.discretization == "file" else ("", "")
         )
@@ -177,7 +177,7 @@ def truncation_error(scene: Scene) -> float:
 
 
 def left_out(scene: Scene) -> Missed:
-    """Return the parts of `truncation_error`: of rotor, ring, and ring under the load.
+    """Return the error of a motion due to the modes left out of rotor and of ring.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ class Load(NamedTuple):
 def _pushed(
     casing: Casing, radius: float, source: tuple[str, str], lobes: int, pulse: float
 ) -> Floats:
-    """Return the motion (TIMES,) of a crest of the ring under a pulse of unit force."""
+    """Return the motion (TIMES,), m, of a ring's crest under a pulse of 1 N s."""
     body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)
