@@ -1,4 +1,4 @@
-"""Optional variables that the inputs of a plan add to results; `amplification`."""
+"""Variables that only some plans add to results, and amplification by mistuning."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def changes_in_time(plan: Manifest) -> bool:
 
 
 def details_of(plan: Manifest) -> set[str]:
-    """Return the values that `output.traces` has in the cases of a plan."""
+    """Return the distinct values of `output.traces` in the cases of a plan."""
     return {*map(str, plan.values(DETAIL))}
 
 

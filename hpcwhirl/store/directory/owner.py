@@ -70,7 +70,7 @@ def in_the_way(one: str, other: str) -> bool:
 
 @dataclass(frozen=True)
 class Owner:
-    """Content of a claim: who made it.
+    """Who made a claim on a campaign's directory, and when it was last renewed.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class Claim:
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and the empty ones of the directories made for it."""
+        """Remove the claim, and those directories made for it that are empty."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -160,7 +160,7 @@ class Claim:
                 place.rmdir()
 
     def live(self) -> None:
-        """Renew the time of the claim regularly from now on."""
+        """Start a thread that renews the claim's time stamp every `PULSE` seconds."""
         self._thread.start()
 
     @property
@@ -197,7 +197,7 @@ class Claim:
         self.release()
 
     def moved(self, claims: Claims) -> None:
-        """Note that the campaign's directory has been renamed."""
+        """Follow a renaming of the campaign's directory, whose new claims are given."""
         self.claims, self._made = claims, []
         self.path = claims.place / self.path.name
 
@@ -249,7 +249,7 @@ class Asking:
         return now - other.changed > 1e9 * STALE or seen_for > STALE
 
     def is_alive(self, other: Owner) -> bool:
-        """Return whether a claim that is not known to be dead shows signs of life."""
+        """Return whether another claim, not known to be dead, shows signs of life."""
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
@@ -368,7 +368,7 @@ def _owner(path: Path) -> Owner | None:
 
 
 def _known(data: bytes) -> dict[str, Any]:
-    """Return the entries of a claim; {} if damaged."""
+    """Return the entries of a claim from the bytes of its file; {} if damaged."""
     kinds = {"host": str, "machine": str, "pid": int, "command": str}
     try:
         known = json.loads(data)

@@ -50,7 +50,7 @@ Cases = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Rows:
-    """Some records of a journal.
+    """Some records of a journal: their slots of fixed size, and their texts.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Rows:
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return some of the records by position, without repeats."""
+        """Return the records at the positions `which`, all different."""
         texts = self.texts
         if texts:
             both = enumerate(which.tolist())
@@ -117,7 +117,7 @@ class Rows:
         return found
 
     def numbers(self, name: str, empty: float) -> Array:
-        """Return the numbers of a field, (records,); `empty` for a record without."""
+        """Return the numbers of a field, (records,); `empty` where there is none."""
         out = np.full(len(self), empty)
         has = self.has(name)
         if has.any():
@@ -129,7 +129,7 @@ class Rows:
         return out
 
     def words(self, name: str) -> NDArray[np.object_]:
-        """Return the words of a field, (records,); "none" for a record without."""
+        """Return the words of a field, (records,); "none" where there is none."""
         has, own = self.has(name), self.header.layout.words.get(name, ())
         known = np.array([*map(str, own), "none"], dtype=object)
         codes = self.slots[name] if len(own) else len(own)
@@ -209,7 +209,7 @@ def _text_bytes(slot: bytes) -> int:
 
 
 def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Rows, int]:
-    """Return the complete records in some bytes, and the number of bytes consumed.
+    """Return the complete records in some bytes of a journal, and the bytes consumed.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return the starts of undamaged slots in some bytes, and the bytes consumed."""
+    """Return where undamaged slots start in some bytes, and the bytes consumed."""
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
         count = min((len(data) - place) // size, run)

@@ -185,11 +185,11 @@ class Given:
         return array
 
     def refusal(self, told: str) -> InputError:
-        """Return an error: the file, followed by the text `told` ("has no ...")."""
+        """Return the error that names the file, followed by `told` ("has no ...")."""
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return an error: array `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that array `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 
@@ -208,7 +208,7 @@ def missing_terms(there: Collection[str]) -> list[str]:
 
 
 def are_two_ways(there: Collection[str]) -> bool:
-    """Return whether a file gives the change of stiffness with speed in both ways."""
+    """Return whether a file gives stiffness at speed in both ways that are allowed."""
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 

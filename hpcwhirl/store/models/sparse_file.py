@@ -45,14 +45,14 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """A matrix in a file, named in error messages."""
+    """The file of a matrix, for errors that name the file and the matrix."""
 
     def refusal(self, told: str) -> InputError:
-        """Return an error: the file, followed by the text `told` ("has no ...")."""
+        """Return the error that names the file, followed by `told` ("has no ...")."""
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return an error: matrix `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that matrix `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"({name}) must {allowed}, got {got}")
 
 

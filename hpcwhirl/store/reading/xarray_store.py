@@ -26,13 +26,13 @@ class _OneFile(FileManager[Any]):
         self._netcdf = h5netcdf.File(self._hdf5, "r")
 
     def acquire(self, needs_lock: bool = True) -> Any:  # noqa: FBT001, FBT002 - xarray's
-        """Return the file."""
+        """Return the open file."""
         del needs_lock
         return self._netcdf
 
     @contextmanager
     def acquire_context(self, needs_lock: bool = True) -> Iterator[Any]:  # noqa: FBT001, FBT002
-        """Yield the file."""
+        """Yield the open file."""
         yield self.acquire(needs_lock)
 
     def close(self, needs_lock: bool = True) -> None:  # noqa: FBT001, FBT002

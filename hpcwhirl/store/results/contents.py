@@ -243,7 +243,7 @@ class _Index:
         return len(files) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Enter the sampling interval, samples, shapes of traces and word of cases."""
+        """Enter interval and number of samples, shapes of traces and words of cases."""
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
         contents.samples[case], self.kind[case] = 0, -1
@@ -261,7 +261,7 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the index of the last occurrence of each key, in ascending order."""
+    """Return the indices at which each key occurs last, ascending."""
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 

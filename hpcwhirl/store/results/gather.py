@@ -166,7 +166,7 @@ def _write_file(
     compress: int,
     comm: Communicator,
 ) -> None:
-    """Write the whole file, or with several ranks each its share of the cases."""
+    """Write the results file; each of several ranks writes its share of the cases."""
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
     with writing(part, libver=LIBVER, **options) as file:
@@ -255,7 +255,7 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return the cause of a failure of MPI-IO: the error of making the file longer."""
+    """Return why MPI-IO failed: the error of lengthening the file, else `failed`."""
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)
