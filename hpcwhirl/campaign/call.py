@@ -47,7 +47,7 @@ class Call:
     options: Mapping[str, Any]
 
     def run(self, comm: Communicator | None) -> xarray.Dataset:
-        """Run on all ranks; return the results. If one rank fails, end all."""
+        """Run the campaign on all ranks, return its results; an error ends all."""
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
             alone = comm.size == 1  # no other rank waits: raise in the caller's process
@@ -90,7 +90,7 @@ class Call:
         return measure, failure
 
     def _prepared(self) -> Prepared:
-        """Return the campaign that all ranks will run; only rank 0 calls."""
+        """Return the campaign that all ranks will run, prepared by rank 0."""
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
@@ -102,7 +102,7 @@ class Call:
         return Prepared(design, directory, policy, fresh)
 
     def _options(self) -> Campaign:
-        """Return the keyword options as a table [campaign], checked."""
+        """Return the call's keyword options, checked, as a table [campaign]."""
         for name, value in self.options.items():
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)

@@ -106,7 +106,7 @@ class Evaluator:
                     continue
 
     def _kinds(self, cases: Sequence[int]) -> list[int]:
-        """Return one of the given cases for each kernel that they need."""
+        """Return one of `cases` for each kernel that they need."""
         kinds: dict[tuple[str, int], int] = {}
         for case in cases:
             scene = self.design.scene(case)
@@ -143,7 +143,7 @@ class Evaluator:
         return usual, max(self.beside[0] - usual, 0.0)
 
     def keep_due(self) -> None:
-        """Write records that are due while this rank waits for work."""
+        """Write waiting records to the journal if due, while this rank has no work."""
         with suppress(Stop):  # other code sees the request, too
             self._writing(self.context.journal.keep_due)
 
@@ -184,7 +184,7 @@ class Evaluator:
         return self._keep(computed, result, keep=keep), seconds
 
     def _changed(self, case: int) -> WhirlError | None:
-        """Return the error if the engine file of a case has changed, else None."""
+        """Return the error that the engine file of a case has changed, else None."""
         try:
             self.design.check_engine(case)
         except WhirlError as changed:
@@ -239,7 +239,7 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Write the records of ended cases, then remove their saved states."""
+        """Remove the states saved for some digests, after writing waiting records."""
         if self.context.checkpoints.kept.intersection(names):
             self._writing(self.context.journal.keep)
         for name in names:
@@ -257,7 +257,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Print a problem of this rank, if it is among the first `MOST_TOLD`."""
+        """Print a problem with a case, if among the first `MOST_TOLD` of this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)

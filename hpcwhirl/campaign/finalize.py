@@ -76,10 +76,10 @@ class Ending:
 def conclude(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
-    """Gather the results of a complete campaign; if that fails, return an early stop.
+    """Gather the results of a complete campaign; return the outcome of the run.
 
-    Only the last shard to be complete gathers; the others count only the failures among
-    their own cases.
+    If gathering fails, that is an early stop. Only the last shard to be complete
+    gathers; the others count only the failures among their own cases.
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -174,7 +174,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return {"preset": name, "preset_loses": loss} if all cases have one, else {}."""
+    """Return the preset of all cases and its accuracy loss, as facts; {} for none."""
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}

@@ -40,7 +40,7 @@ class Stop(Exception):  # noqa: N818
 
 
 class Stopping:
-    """Stop requests to this process; polled between slices.
+    """Stop requests to this process, polled between slices of the integration.
 
     As a context it handles TERM, USR1 and INT, also those that arrived during the
     imports, and restores the earlier handlers.
@@ -133,7 +133,7 @@ class Stopping:
 
 
 class _Alarm:
-    """Handler of a timer: call `check` at every tick, and store its Stop."""
+    """Timer handler that calls `check` at every tick and keeps the Stop it raises."""
 
     def __init__(self, check: Callable[[], None]) -> None:
         self.check, self._at_it = check, False

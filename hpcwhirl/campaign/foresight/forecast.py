@@ -234,7 +234,7 @@ def _nominal_range(
 
 
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
-    """Return the costs that cases would have if all of them ran to their end.
+    """Return the costs of cases as if all of them ran to their end times.
 
     Finished cases count with their time per step; a certificate ended some of them
     early, and they would have taken proportionally longer.
@@ -282,7 +282,7 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return the longest end time of each case / its first end time, (cases,)."""
+    """Return the ratio of each case's longest end time to its first, (cases,)."""
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))
@@ -329,7 +329,7 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return the least and largest simulated time of the stages from `stage` on.
+    """Return the least and largest simulated time of a case's stages from `stage` on.
 
     Both are relative to the first end time of the case.
 
@@ -367,7 +367,7 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of a sample} for each case of `_widest`, by a short run."""
+    """Return {trace: shape of one sample} of each case of `_widest`, by a short run."""
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)

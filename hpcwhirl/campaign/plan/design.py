@@ -355,7 +355,7 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
 
 
 def plain(value: Any) -> Any:
-    """Return a value from Python in the types of parsed TOML, without NumPy."""
+    """Return a Python value in the types of parsed TOML, free of NumPy types."""
     if isinstance(value, Mapping):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -443,7 +443,7 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
 
 
 def _check_distinct(columns: Many) -> None:
-    """Refuse two cases with the same inputs."""
+    """Raise InputError if two cases of a design have the same inputs."""
     found = columns.twice()
     if found:
         both = columns.table[found[0]].items()
