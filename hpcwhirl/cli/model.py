@@ -36,7 +36,7 @@ SHOWN_SPEED = 600.0  # rad/s, highest one printed for diameters other than the l
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl model` on its parser."""
     # fmt: off
     add_scene(parser)
     add_explain(parser)
@@ -220,7 +220,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return rows of the modal table.
+    """Return the rows of the modal table, as texts for its columns.
 
     Modes of one family of the rotor that do not move the centre share a row.
 

@@ -20,7 +20,7 @@ RESTS = ("draws", "dropped", "mean", "deviation")  # columns alike for all input
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl sensitivity` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--of NAME,...",
