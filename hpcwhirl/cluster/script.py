@@ -39,7 +39,7 @@ used_up() {
 
 
 def job_script(request: Request) -> str:
-    """Return the whole job script of a request."""
+    """Return the text of the job script that a request asks for."""
     scheduler = SCHEDULERS[request.scheduler]
     parts = [
         _head(request, scheduler),
@@ -94,7 +94,7 @@ def _work(request: Request, scheduler: Scheduler) -> str:
 
 
 def _traps(scheduler: Scheduler) -> str:
-    """Return the shell traps for signals that stop the job, the first commands."""
+    """Return shell lines that trap a scheduler's signals, to stop the campaign."""
     warned, ended = scheduler.traps
     return _text([
         f"# {warned}: the time limit is near; stop the campaign, then requeue the job.",
