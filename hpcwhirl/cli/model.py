@@ -154,12 +154,12 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
             name = f"Eq. 13, {row['family']}, k = {row['nodal_diameter']}, {unit}"
             out[name] = f"{row['speed']:.1f}"
     for speed in facts["unbalance_speeds"]:
-        out[f"meets an unbalance, {unit}"] = f"{speed:.1f}"
+        out[f"critical speed of an unbalance, {unit}"] = f"{speed:.1f}"
     if facts["unstable_from"] is not None:
-        out[f"free motion grows from, {unit}"] = f"{facts['unstable_from']:.1f}"
-    out["free motion decays at least with, 1/s"] = f"{-facts['growth']:.3g}"
+        out[f"free motion grows above, {unit}"] = f"{facts['unstable_from']:.1f}"
+    out["slowest decay of free motion, 1/s"] = f"{-facts['growth']:.3g}"
     if facts["tip_growth"] is not None:
-        out["tips are pulled out by, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
+        out["radial growth of the tips, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
         out["clearance at speed, mm"] = f"{1e3 * facts['clearance']:.4g}"
     return out | _film_numbers(facts["film"]) | _circle_numbers(facts["unbalance"])
 
