@@ -246,7 +246,7 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
 
 
 def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
-    """Return the counts for several points a tip, with both bodies as waves.
+    """Return the counts of a step with several points a tip and both bodies as waves.
 
     A wave takes 8 operations, a point 3. The four rows of a touching point take 2 for
     each entry. With equal sectors each of the n_c points of a tip at which a blade

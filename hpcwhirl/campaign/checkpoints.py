@@ -66,7 +66,7 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore a march from the saved state of its case, if that state fits."""
+        """Restore a march from the saved state of its case, if that state fits it."""
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return

@@ -114,7 +114,7 @@ def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
 
 @dataclass(frozen=True)
 class Computation:
-    """The integration that a job requires.
+    """The integration that a job requires: scene, digests and entries of the record.
 
     Attributes
     ----------

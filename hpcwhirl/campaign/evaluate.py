@@ -148,7 +148,7 @@ class Evaluator:
             self._writing(self.context.journal.keep_due)
 
     def keep(self) -> bool:
-        """Write all records of this rank; return whether that succeeded."""
+        """Write all waiting records to the journal; return whether that succeeded."""
         with suppress(Stop):
             self._writing(self.context.journal.keep)
         return not self.lost

@@ -98,7 +98,7 @@ def map_ranks(
     comm: Communicator,
     tally: Tally,
 ) -> bool:
-    """Compute the units on all ranks of `comm`; every rank must call.
+    """Compute all units of work on the ranks of `comm`, each of which must call this.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, file: Path | None, seconds: float | None) -> None:
-        """Also request a stop if a file exists, and after some time.
+        """Also request a stop once a file exists or some time has passed.
 
         Parameters
         ----------
@@ -266,7 +266,7 @@ class Watchdog:
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:
-        """Start the thread; the main thread, which alone gets signals, passes them."""
+        """Start the thread; in the main thread, pass signals on to it, too."""
         for end in (self._read, self._write):
             os.set_blocking(end, False)
         if threading.current_thread() is threading.main_thread():

@@ -283,7 +283,7 @@ class Schedule:
 
     @cached_property
     def _ahead(self) -> Floats:
-        """The least gap from the start of each interval on, m."""
+        """The least gap from the start of each interval on, (intervals,), m."""
         count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
         times = np.arange(count // self.every + 2) * self.every
         gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _columns(folds: list[Fold], others: list[str]) -> dict[str, Any]:
-    """Return the columns of the table, {name: (folds,)}.
+    """Return the table of the changes of word, {column: (folds,)}.
 
     others : inputs that all cases of a branch share
     """

@@ -159,7 +159,7 @@ def design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Des
 
 
 def policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
-    """Return the policy of this run.
+    """Return the options of this run as a `Policy`.
 
     Parameters
     ----------

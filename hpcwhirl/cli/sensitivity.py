@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
-    """Return the indices of the outputs --of at the points --at."""
+    """Return Sobol' indices of the outputs of --of at the sweep's points of --at."""
     import numpy as np
 
     from hpcwhirl.analysis.sensitivity import USUAL, sensitivity

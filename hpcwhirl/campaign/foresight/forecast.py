@@ -123,7 +123,7 @@ def forecast(
     started: float | None = None,
     loaded: float | None = None,
 ) -> Forecast:
-    """Return the forecast of a design in its directory.
+    """Return the forecast of time and disk space of a campaign in its directory.
 
     Parameters
     ----------
@@ -382,7 +382,7 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return, per value of `output.traces`, cases with most blades, harmonics, rods."""
+    """Return cases with most blades, harmonics or rods for each `output.traces`."""
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

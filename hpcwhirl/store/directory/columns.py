@@ -122,7 +122,7 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return the case to which each record belongs, (m,), -1 for none.
+        """Return the number of the case to which each record belongs, (m,); -1: none.
 
         The record of a twin belongs to the case that is perturbed.
 

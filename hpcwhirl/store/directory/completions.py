@@ -223,7 +223,7 @@ def ended_of(
 
 
 def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) -> Ended:
-    """Return the completed jobs of a plain plan.
+    """Return the completed jobs of a plain plan, from journals read as columns.
 
     asked : {digest: case} of the completions wanted in `Ended.told`
     """

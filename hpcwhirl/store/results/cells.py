@@ -266,9 +266,9 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return the cells, even or mixed by the present words, and {variable: (cases,)}.
+    """Return the cells, even or mixed by the present words, and columns of the cases.
 
-    Cells in speckle keep this state.
+    Cells in speckle keep this state. The columns are {variable: (cases,)}.
 
     by : kind of word, see `refinement.words`
     """

@@ -166,7 +166,7 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the columns that define the boundaries of a refined map.
+    """Return the columns of cases that define the boundaries of a refined map.
 
     {variable: (cases,)}: status, outcome, regime, whirl, the refined inputs and, where
     attractors are compared, their numbers; cases without a record are "missing"

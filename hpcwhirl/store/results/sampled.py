@@ -38,7 +38,7 @@ def sample_attribute(plan: Manifest) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The draws behind some results.
+    """The drawn inputs of some results, and which draw each case has at which point.
 
     Attributes
     ----------
