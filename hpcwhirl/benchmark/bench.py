@@ -123,7 +123,10 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
 
 
 def _touching(march: March, saved: Any) -> float:
-    """Return the mean number of blades in contact in a step with contact."""
+    """Return the mean number of blades in contact in a step with contact.
+
+    saved : state of the march at the first of the timed steps
+    """
     march.put(saved)
     counter, counts = march.counter, []
     for _ in range(STEPS):

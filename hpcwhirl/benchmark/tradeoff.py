@@ -201,7 +201,10 @@ def difference(
 
 
 def _margin(a: Any, b: Any) -> float:
-    """Return half the confidence interval of a difference of two means (Welch)."""
+    """Return half the confidence interval of a difference of two means (Welch).
+
+    a, b : the numbers of two samples
+    """
     if min(len(a), len(b)) < 2:
         return math.inf
     parts = np.array([a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)])

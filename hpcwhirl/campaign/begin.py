@@ -152,7 +152,10 @@ def owned(
 
 
 def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
-    """Remove incomplete files that killed runs have left in a directory."""
+    """Remove incomplete files that killed runs have left in a directory.
+
+    shared : whether other shards may be writing in the directory now
+    """
     # Other shards may be writing now, but a small file never takes that long.
     own.check()
     begun = own.path.stat().st_mtime

@@ -125,7 +125,10 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
 
 
 def _unlike(rank: int, first: Any, other: Any) -> str:
-    """Return the error text for a user's function that differs between two ranks."""
+    """Return the error text for a user's function that differs between two ranks.
+
+    first, other : (fingerprint, variables) on rank 0 and on `rank`; None: no measure
+    """
     what = "one of these ranks has no measure"
     if first and other:
         what = "their variables differ"

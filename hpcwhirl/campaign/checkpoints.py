@@ -50,7 +50,7 @@ class Checkpoints:
         self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Continue a case's `course` from its saved state, if there is one that fits.
+        """Continue a case's `course` from its saved state, if a saved state fits it.
 
         An undecided case has marches to several end times, see `simulate.Course`; the
         saved state may belong to any of these marches.

@@ -324,7 +324,10 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
 
 
 def _check_words(words: tuple[str, ...], told: str) -> None:
-    """Raise InputError unless two words name two different sides."""
+    """Raise InputError unless the words of both sides differ and are in `CAN_TELL`.
+
+    told : name of the two states that lead to the motions, for the message
+    """
     if words[0] == words[1]:
         raise InputError(f"no edge: {told} lead to the same word, {words[0]}")
     for word in words:
@@ -364,7 +367,10 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
 
 
 def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
-    """Return {name: value} of numbers that describe an orbit in the static frame."""
+    """Return {name: value} of numbers that describe an orbit in the static frame.
+
+    time, centre, speed : (n,), s; (n, 2), m, static frame; rad/s
+    """
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
     halves = [np.sqrt(np.mean(np.abs(part) ** 2)) for part in np.array_split(z, 2)]

@@ -146,7 +146,10 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return the outcome of a shard: its failures, and cases of other shards left."""
+    """Return the outcome of a shard: its failures, and cases of other shards left.
+
+    mine : numbers of the shard's cases
+    """
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
     failed = int((planner.open | planner.failed)[own].sum())

@@ -128,6 +128,7 @@ class Child:
     def _ask(self, asked: Any, limit: float, between: Callable[[], None]) -> Any:
         """Return the child's answer: a result, or the exception to raise.
 
+        asked, limit : request to the child; time limit of its case, s
         between : called while waiting; may raise Stop
         """
         process = self._process or self._begin()

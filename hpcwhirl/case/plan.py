@@ -94,7 +94,10 @@ def settling_time(scene: Scene, model: Model) -> float:
 def _settling(
     model: Model, lobes: int, force: float, pulse: float, gap: float
 ) -> float:
-    """Return `settling_time` of a ring of harmonics under a pulse."""
+    """Return `settling_time` of a ring of harmonics under a pulse.
+
+    force, pulse, gap : N, s, m
+    """
     body, ring = model.casing, model.ring
     if body is None or ring is None:
         return 0.0

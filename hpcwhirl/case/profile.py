@@ -168,7 +168,10 @@ def _depth(shape: Shape) -> float:
 
 
 def _missed(table: str, scale: float) -> float:
-    """Return the largest difference between harmonics and a table over angle, m."""
+    """Return the largest difference between harmonics and a table over angle, m.
+
+    scale : factor on the departures in the table
+    """
     if not table or table.startswith(HARMONICS):
         return 0.0
     angles, values = np.array(kept_rows(table)).T

@@ -128,6 +128,7 @@ def _tell_named(
 ) -> None:
     """Print presets or engines: names, and the inputs for which they stand.
 
+    kind : key of the rows in JSON
     lines : format of a row's text, with the row's keys in braces
     """
     if as_json:

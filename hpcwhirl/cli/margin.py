@@ -143,7 +143,10 @@ def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
 def _nearest(
     found: list[SafeRange], over: str, point: float, asked: tuple[str, ...]
 ) -> str:
-    """Return a line on the distance from the point to the nearest boundary."""
+    """Return a line on the distance from the point to the nearest boundary.
+
+    over, point, asked : input, its value at the point, units wanted
+    """
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
     with showing(asked):

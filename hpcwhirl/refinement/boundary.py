@@ -148,7 +148,10 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 def _join(
     boundaries: Boundaries, points: Sequence[int], panel: int, cases: Cases
 ) -> None:
-    """Join two boundary points of a cell by a line, more by lines to their mean."""
+    """Join two boundary points of a cell by a line, more by lines to their mean.
+
+    points : indices of the points in `boundaries`
+    """
     if len(points) == 2:
         boundaries.lines.append((points[0], points[1]))
         return

@@ -186,7 +186,10 @@ class Tree:
         return [cell for cell in touching if cell in self.cells]
 
     def _note(self, cell: Cell, fidelity: int, point: Point, *, changed: bool) -> None:
-        """Record the word at a point in the state of a cell that has this point."""
+        """Record the word at a point in the state of a cell that has this point.
+
+        changed : whether the fidelities have different words at the point
+        """
         node, word = self.cells[cell], self.words[fidelity][point]
         before = node.uneven
         if word is not None:

@@ -194,7 +194,7 @@ def _pace(loaded: float) -> float:
 def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
     """Return {stage: predicted time, s} of gathering, map and page.
 
-    rows, traces : number of cases, and bytes of their traces
+    rows, traces, pace : number of cases, bytes of their traces, see `_pace`
     """
     page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {
@@ -342,7 +342,10 @@ def _span(
 
 
 def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
-    """Return the bytes of the campaign if every case runs to its longest end time."""
+    """Return the bytes of the campaign if every case runs to its longest end time.
+
+    longest, step : results of `longest_of` and `time_steps`
+    """
     columns = design.columns
     samples = np.zeros(len(design.settings), dtype=np.int64)
     intervals = np.full(len(design.settings), np.nan)
@@ -360,6 +363,8 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
     """Return number and interval, s, of samples, see `case.limits.step_counts`.
 
     Return 0 and NaN for a case that has no time step and will fail.
+
+    end, step, interval : (cases,), s: end time, time step, interval asked for
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
@@ -382,7 +387,10 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return cases with most blades, harmonics or rods for each `output.traces`."""
+    """Return cases with most blades, harmonics or rods for each `output.traces`.
+
+    detail : (cases,), value of `output.traces`
+    """
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

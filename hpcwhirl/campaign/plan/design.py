@@ -436,7 +436,10 @@ def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
 
 
 def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
-    """Raise InputError if an input is both swept and set for all cases."""
+    """Raise InputError if an input is both swept and set for all cases.
+
+    names, what : names of the inputs set, and text on where they are set
+    """
     clash = set(swept) & set(names)
     if clash:
         raise InputError(f"{what} {min(clash)}: the campaign sweeps this input")

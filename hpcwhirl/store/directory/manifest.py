@@ -225,7 +225,10 @@ def digests_of(plan: Manifest) -> Digests:
 def _check_twins(
     old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
 ) -> None:
-    """Raise InputError if new twins would be perturbed differently from old ones."""
+    """Raise InputError if new twins would be perturbed differently from old ones.
+
+    old, new : tables [twins]; begun, own : beginning and end of the message
+    """
     for name, default in (("spread", {}), ("seed", 0)):
         was, now = (twins.get(name, default) for twins in (old, new))
         if old and new and was != now:

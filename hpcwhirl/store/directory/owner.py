@@ -331,7 +331,10 @@ class Claims:
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims that exclude the claim `own`; remove all dead ones."""
+    """Return the living claims that exclude the claim `own`; remove all dead ones.
+
+    now : time of the claim `own`, ns since 1970
+    """
     found = []
     for other in own.claims.owners():
         if other.path.name == own.path.name:

@@ -295,7 +295,10 @@ def _have_words(slots: Array, layout: Layout) -> Bools:
 
 
 def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records count by the rule in this module's docstring, (records,)."""
+    """Return which records count by the rule in this module's docstring, (records,).
+
+    sizes : {file of traces: bytes}, a cache
+    """
     words = rows.header.layout.words.get("status", ())
     has, named = rows.has("status"), rows.has("digest")
     codes = np.where(has, rows.slots["status"] if len(words) else 0, len(words))
@@ -313,7 +316,10 @@ def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records have either no traces or complete ones, (records,)."""
+    """Return which records have either no traces or complete ones, (records,).
+
+    sizes : {file of traces: bytes}, a cache
+    """
     traced = np.flatnonzero(rows.has_any("traces"))
     good = np.ones(len(rows), dtype=bool)
     if not len(traced):

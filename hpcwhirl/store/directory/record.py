@@ -148,7 +148,7 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record, with the name of the trace file if it has traces."""
+        """Return a record from its slot and text, with the name of its trace file."""
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces

@@ -281,7 +281,10 @@ def _read(file: str, name: str, datasets: Kinds) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Turn errors of reading a damaged file, inside the block, into a single line."""
+    """Turn errors of reading a damaged file, inside the block, into a single line.
+
+    what, failures : the file, for the message; classes of the errors to turn
+    """
     try:
         yield
     except (InputError, MissingFileError):
@@ -320,7 +323,10 @@ def _check_names(
 
 
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
-    """Refuse a link that leads out of the file, or is broken."""
+    """Refuse a link that leads out of the file, or is broken.
+
+    path : path of the group in the file, for the message
+    """
     import h5py
 
     link = group.get(name, getlink=True)

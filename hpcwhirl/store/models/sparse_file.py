@@ -245,7 +245,10 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of an array of the matrix before it is read."""
+    """Check dimensions, type and size of an array of the matrix before it is read.
+
+    kind, kinds : dtype of the array; letters of the kinds of dtype allowed
+    """
     if kind.kind not in kinds:
         wanted = "be real" if "f" in kinds else "hold whole numbers"
         raise source.wrong(name, wanted, "complex" if kind.kind == "c" else kind)

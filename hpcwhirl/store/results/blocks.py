@@ -179,6 +179,8 @@ def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Blo
 def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
     """Return the values of a field as they are stored, (records,).
 
+    key, name : the field in the records, and the variable in the results
+
     Raises
     ------
     InputError

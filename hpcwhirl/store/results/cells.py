@@ -187,7 +187,10 @@ def _define_boundaries(
 
 
 def _cases(file: h5py.File, rows: Mapping[str, NDArray[Any]], by: str) -> Cases:
-    """Return the cases of a refined campaign with their words of the kind `by`."""
+    """Return the cases of a refined campaign with their words of the kind `by`.
+
+    rows : {variable: (cases,)}, words, refined inputs and fidelity
+    """
     return Cases(
         np.array([rows[name] for name in _list(file, "over")], dtype=float),
         _list(file, "scale"),

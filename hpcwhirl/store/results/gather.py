@@ -166,7 +166,10 @@ def _write_file(
     compress: int,
     comm: Communicator,
 ) -> None:
-    """Write the results file; each of several ranks writes its share of the cases."""
+    """Write the results file; each of several ranks writes its share of the cases.
+
+    facts, compress : as of `gather`
+    """
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
     with writing(part, libver=LIBVER, **options) as file:

@@ -71,7 +71,10 @@ def relabel(
 def _renamed(
     part: Path, name: Callable[[dict[str, Any]], Words], thresholds: Mapping[str, float]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words into a results file; return {(old, new): number of cases}."""
+    """Write new words into a results file; return {(old, new): number of cases}.
+
+    name, thresholds : as of `relabel`
+    """
     with writing(part, "r+") as file:
         changes = _rename(file, name)
         if GROUP in file:
@@ -97,7 +100,10 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write a group's new words and codes; return {(old, new): number of cases}."""
+    """Write a group's new words and codes; return {(old, new): number of cases}.
+
+    name : as of `relabel`
+    """
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)
@@ -109,7 +115,10 @@ def _rename(
 def _rename_some(
     file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of some cases; return {(old, new): number of cases}."""
+    """Write new words of some cases; return {(old, new): number of cases}.
+
+    name : as of `relabel`
+    """
     given = words_in(file, "status", cases) == "ok"
     table = ROW | CHAOS if MOTION in file else ROW
     numeric = [n for n, v in table.items() if v.kind in {"f8", "i8"}]
