@@ -91,7 +91,7 @@ class Checked:
     suspension : frequency of the suspension mode, Hz; 0 if there is none
     ring_mass : kg
     kick : speed that the pulse gives the crests of the ring's lobes, m/s
-    closing : time to close the gap at that speed, s
+    closing : time in which the gap closes at the speed `kick`, s
     reach : largest displacement of the ring without blades, in gaps
     """
 

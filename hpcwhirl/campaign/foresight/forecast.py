@@ -194,7 +194,7 @@ def _pace(loaded: float) -> float:
 def _after(rows: int, traces: int, pace: float) -> dict[str, float]:
     """Return {stage: predicted time, s} of gathering, map and page.
 
-    rows, traces, pace : number of cases, bytes of their traces, see `_pace`
+    rows, traces, pace : number of cases; bytes of their traces; result of `_pace`
     """
     page = PAGE + (A_RECORD * rows if traces else 0.0) if rows <= MOST_ON_PAGE else 0.0
     every = {

@@ -131,7 +131,7 @@ class Contents:
 
 
 def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
-    """Return {axis: largest size in any case}.
+    """Return {axis of traces: its largest size in any case}.
 
     kinds : {trace: its shape without the axis of samples}, for each kind of case
     """

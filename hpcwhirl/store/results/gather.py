@@ -138,7 +138,8 @@ def _agreed(
 ) -> Any:
     """Return the value of `action`; an error of one rank is raised on all.
 
-    of_root : whether only rank 0 calls `action`, while the others sleep
+    final, of_root : results file, for messages; whether only rank 0 calls `action`,
+        while the others sleep
     """
     value: Any = None
     error: Exception | None = None
