@@ -1,4 +1,4 @@
-"""Types of arrays by their elements, for annotations."""
+"""Names of NumPy array types by the type of their elements, for annotations."""
 
 from __future__ import annotations
 

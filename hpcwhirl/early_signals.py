@@ -1,7 +1,7 @@
-"""Keep signals from ending the process while it imports a campaign: record them.
+"""Record signals while a campaign's modules are imported, so that none ends it.
 
 The imports of a campaign take up to a second, on a shared file system longer. A signal
-that a scheduler sends in that time is a request to stop, as a later one is. This
+that a scheduler sends in that time asks to stop, like a later signal. This
 module imports nothing heavy, so that the handlers are installed first.
 """
 

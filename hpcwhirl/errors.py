@@ -56,7 +56,7 @@ class CaseError(WhirlError, RuntimeError):
 
 
 class StoppedError(WhirlError, RuntimeError):
-    """A campaign was stopped early; its cases are kept, the same call resumes it."""
+    """A campaign was stopped early; ended cases are kept, the same call resumes it."""
 
 
 def unwritable(message: str, failed: OSError | int) -> MissingFileError:
@@ -99,7 +99,7 @@ def legible(text: str) -> str:
 
 
 def text_of(failed: BaseException) -> str:
-    """Return the class and the text of an exception, even if its ``__str__`` raises."""
+    """Return an exception's class and message as text, even if ``__str__`` raises."""
     try:
         return f"{type(failed).__name__}: {failed}"
     except BaseException as worse:  # noqa: BLE001 - the class may be a user's
@@ -134,7 +134,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def unknown(what: str, word: str, known: Iterable[str]) -> InputError:
-    """Return the error for an unknown name, with the nearest known one."""
+    """Return the error "unknown WHAT 'WORD'", with the nearest of the known names."""
     names = sorted(known)
     word = one_line(word, SHOWN)
     hint = nearest(word, names) or f"; known: {_listed(names)}"

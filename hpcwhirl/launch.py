@@ -42,7 +42,7 @@ MOST_SHARDS = 100_000  # more than any scheduler's array has elements
 
 
 class Alone:
-    """Communicator of a single process, with the methods of mpi4py that are used."""
+    """Communicator of a single process, with the methods of mpi4py used here."""
 
     rank, size = 0, 1
 
@@ -66,7 +66,7 @@ class Alone:
         """Return at once: there is no other rank to wait for."""
 
     def Iprobe(self) -> bool:
-        """Return whether a message has arrived: never."""
+        """Return False: no other rank can send a message."""
         return False
 
     def Abort(self, code: int) -> None:
@@ -147,7 +147,7 @@ def from_root(comm: Any, value: Any) -> Any:
 
 
 def end_all(comm: Communicator, code: int) -> None:
-    """End all ranks, once the launcher has read what this one has printed.
+    """End all ranks, once the launcher has read the output of this rank.
 
     After an abort, MPICH's mpirun discards output of a rank that it has not read yet,
     so the line with the reason would be lost.
@@ -167,7 +167,7 @@ def end_all(comm: Communicator, code: int) -> None:
 
 
 def _unread(number: int) -> int:
-    """Return the number of bytes in a pipe that are not read yet; 0 for other files."""
+    """Return the number of unread bytes in a pipe, by its descriptor; 0 for no pipe."""
     waiting = array.array("i", [0])
     try:
         if stat.S_ISFIFO(os.fstat(number).st_mode):
@@ -197,7 +197,7 @@ def node_of(comm: Communicator) -> Communicator:
 
 
 def library() -> str:
-    """Return the name and version of the MPI library, the first line of its text."""
+    """Return the MPI library's name and version: the first line of its version text."""
     from mpi4py import MPI
 
     return MPI.Get_library_version().splitlines()[0].strip("\x00 ")
@@ -209,9 +209,9 @@ def library_of(comm: Communicator) -> str:
 
 
 def family(text: str) -> str:
-    """Return the key of `FAMILIES` that the version text of a library or launcher fits.
+    """Return the MPI family, a key of `FAMILIES`, that a version text names; else "".
 
-    Empty if none does.
+    text : version text of an MPI library or launcher
     """
     low = text.lower()
     fits = (name for name, words in FAMILIES.items() if any(w in low for w in words))
@@ -224,7 +224,7 @@ def has_pmi() -> bool:
 
 
 def alien_family() -> str:
-    """Return the MPI family that aborts if it is initialized here; empty if none does.
+    """Return the MPI family that aborts if initialized in this process; "" for none.
 
     MPICH aborts under Open MPI's mpirun; Open MPI aborts under an srun without PMI
     (``--mpi=none``), unless it was built with Slurm's PMI-1, which works with pmi2.
@@ -264,7 +264,7 @@ def without_mpi() -> None:
 
 
 def interpreter(module: str, *words: str) -> list[str]:
-    """Return the command line that runs `main` of a module of this installation.
+    """Return the command line that runs `main` of this program's module `module`.
 
     The child gets the ``sys.path`` of this process, so that another version of the
     program in the working directory is not imported.
@@ -275,7 +275,7 @@ def interpreter(module: str, *words: str) -> list[str]:
 
 
 def fate(code: int) -> str:
-    """Return how a process ended, from its return code, as the end of a sentence.
+    """Return text such as "ended with exit code 1" for the return code of a process.
 
     Negative codes are those of `subprocess`: minus the number of a signal.
     """

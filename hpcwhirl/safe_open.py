@@ -58,7 +58,7 @@ def read_regular(path: Path | str) -> bytes:
 
 
 def _refuse(state: os.stat_result, path: Path | str) -> None:
-    """Raise OSError unless a file status is that of a regular file."""
+    """Raise OSError unless `state`, the status of a file, is that of a regular file."""
     if stat.S_ISDIR(state.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(state.st_mode):

@@ -37,7 +37,7 @@ READ = 2e8  # bytes read in a measurement of bandwidth
 
 @dataclass(frozen=True)
 class Timing:
-    """Measured time of a step.
+    """Measured time of a step of one scheme on one engine.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a march of a scene after the pulse, set to take no samples.
+    """Return a march advanced beyond the pulse of a scene, set to take no samples.
 
     contact : whether blades may touch; otherwise the gap is `FAR`
     """
@@ -123,7 +123,10 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
 
 
 def _touching(march: March, saved: Any) -> float:
-    """Return the mean number of blades in contact in a step with contact."""
+    """Return the mean number of blades in contact in a step with contact.
+
+    saved : state of the march at the first of the timed steps
+    """
     march.put(saved)
     counter, counts = march.counter, []
     for _ in range(STEPS):
@@ -147,7 +150,9 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 
 
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
-    """Return the timings to make, each in flight and in contact.
+    """Return the requests for timings of a scene and its variants.
+
+    Each is timed in flight and in contact.
 
     All schemes are timed on the scene's engine, and the default scheme on the other
     engines; on that with rotation also the scheme that jumps over free steps.
@@ -167,7 +172,7 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def in_operation(scene: Scene) -> dict[str, Scene]:
-    """Return {name: scene} of `OPERATION`; {} if the scene refuses these inputs."""
+    """Return {variant in `OPERATION`: scene}; {} if the scene cannot have them."""
     spin = resolve(scene).model.rotor.spin
     plain = spin is None or (spin.support.is_plain and spin.released is None)
     alike = scene.solver.until == "end" and scene.engine.rotation != "auto"
@@ -177,7 +182,7 @@ def in_operation(scene: Scene) -> dict[str, Scene]:
 
 
 def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
-    """Return {name of the engine: ratios of a step's time with a feature and without}.
+    """Return {engine: ratios of a step's time with a feature to that without it}.
 
     Features are rotation, for each engine, and those of `OPERATION`. An engine is left
     out if no blade touches in the timed steps, with the feature or without it.
@@ -214,7 +219,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
 
 
 def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
-    """Return the times of a step without and of a step with contact, us.
+    """Return the time of a step without contact, and that of a step with contact, us.
 
     flight, mixed : a timing without contact, and a timing with contact in some steps
     """
@@ -248,7 +253,7 @@ def read_bandwidth(size: float) -> float:
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:
-    """Return the size of a scheme's state and operators, bytes."""
+    """Return the size, bytes, of a scheme's state and operators for a scene."""
     short = apply_settings(scene, {"scheme": scheme, "duration": 1e-3})
     march = March(resolve(short))
 

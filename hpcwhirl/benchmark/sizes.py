@@ -107,7 +107,7 @@ def rows_of(
     peak: float,
     several: Sequence[Callable[[Scene], Scene]] = (),
 ) -> list[Row]:
-    """Return the rows of a scene by number of blades.
+    """Return the timings of a scene's motions for each number of blades.
 
     Parameters
     ----------
@@ -158,9 +158,9 @@ def _of_size(
 def requests_of(
     scene: Scene, blades: int, several: Sequence[Callable[[Scene], Scene]]
 ) -> list[tuple[str, str, Asked]]:
-    """Return sectors, motion and timing of the rows of one size by scheme `modal`.
+    """Return (sectors, motion, request) of each timing with N `blades`.
 
-    several : as of `rows_of`
+    The scheme is `modal`. several : as of `rows_of`
     """
     found = []
     for sectors in (CYCLIC, UNEQUAL):
@@ -247,7 +247,7 @@ def counts_of(march: March, touching: float = 0.0) -> Counts:
 
 
 def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
-    """Return the counts for several points a tip, with both bodies as waves.
+    """Return the counts of a step with several points a tip and both bodies as waves.
 
     A wave takes 8 operations, a point 3. The four rows of a touching point take 2 for
     each entry. With equal sectors each of the n_c points of a tip at which a blade
@@ -268,7 +268,7 @@ def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
 
 
 def _turned(rotor: Any, state: CyclicState) -> float:
-    """Return the operations that advance the rotor's amplitudes by a step."""
+    """Return the number of operations that advance a rotor's amplitudes by a step."""
     if isinstance(rotor, WaveRotor):
         return 6 * int(rotor.hub.shape[1])
     if isinstance(rotor, WholeRotor | UncoupledRotor):
@@ -277,7 +277,7 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
 
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return the numbers of matrix entries read in each step, and in rows of contact.
+    """Return how many matrix entries each step reads, and contact at all blades reads.
 
     If the rotor is integrated as waves, tips far from the casing are not read.
     """
@@ -290,7 +290,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:
-    """Return timings as a table of texts: its head, then a line for each row."""
+    """Return timings as a table of texts: column names, then a line for each row."""
     head = [
         "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",

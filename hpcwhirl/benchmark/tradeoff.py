@@ -38,7 +38,7 @@ SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 @dataclass(frozen=True)
 class Sample:
-    """One run: its words (regime, whirl), `NUMBERS`, and processor time, s."""
+    """One run: words (regime, whirl), {name: number}, and processor time, s."""
 
     words: tuple[str, str]
     numbers: dict[str, float]
@@ -119,7 +119,7 @@ def _warm(scene: Scene) -> None:
 
 
 def _possible(finest: Scene) -> Scene:
-    """Compile the kernels of the reference scene; return that scene.
+    """Compile the kernels of the reference scene `finest`; return that scene.
 
     If its scheme is refused, the default scheme is used instead.
     """
@@ -173,7 +173,7 @@ def _usual_words(samples: Sequence[Sample]) -> tuple[str, str]:
 def difference(
     number: str, samples: Sequence[Sample], reference: Sequence[Sample], gap: float
 ) -> tuple[float, float] | None:
-    """Return (relative error of the mean, half its confidence interval).
+    """Return (relative error of a number's mean, half the confidence interval).
 
     Errors are relative to the reference's mean; for displacements of the centre to at
     least `LEAST` times the gap. The error of a growth rate is multiplied by the window,
@@ -201,7 +201,10 @@ def difference(
 
 
 def _margin(a: Any, b: Any) -> float:
-    """Return half the confidence interval of a difference of two means (Welch)."""
+    """Return half the confidence interval of a difference of two means (Welch).
+
+    a, b : the numbers of two samples
+    """
     if min(len(a), len(b)) < 2:
         return math.inf
     parts = np.array([a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)])

@@ -73,7 +73,7 @@ def reference_of(scene: Scene) -> Scene:
 
 
 def axes() -> tuple[str, ...]:
-    """Return the names of all axes; slow integrators are last."""
+    """Return the names of the properties that settings vary; slow ones are last."""
     table = trials()
     return (*table["axes"], "together", *table["slow"])
 

@@ -108,7 +108,7 @@ class Prepared(NamedTuple):
 
 
 def begin(prepared: Prepared, stopping: Stopping) -> Claim:
-    """Claim and prepare a campaign's directory; return the claim. Only rank 0 calls.
+    """Claim and prepare a campaign's directory on rank 0; return the claim.
 
     stopping : handler of stop requests, which ends waiting for other processes
 
@@ -152,7 +152,7 @@ def _tell_stopped(journals: Journals, design: Design) -> None:
 
 
 def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
-    """Return options of a claim, which waits for other processes until a stop request.
+    """Return options for making a claim, whose waiting a stop request interrupts.
 
     take_over : whether claims of processes on other machines count as dead
     """
@@ -178,7 +178,7 @@ def owned(
     stopping: Stopping,
     own: Claim | None,
 ) -> Iterator[None]:
-    """Hold rank 0's claim on a directory; request a stop if the claim is lost.
+    """Hold rank 0's claim on a directory in the block; request a stop if it is lost.
 
     Parameters
     ----------
@@ -211,7 +211,10 @@ def owned(
 
 
 def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
-    """Remove incomplete files that earlier runs left when they died."""
+    """Remove incomplete files that killed runs have left in a directory.
+
+    shared : whether other shards may be writing in the directory now
+    """
     # Other shards may be writing now, but a small file never takes that long.
     own.check()
     begun = own.path.stat().st_mtime

@@ -51,7 +51,7 @@ class Call:
     options: Mapping[str, Any]
 
     def run(self, comm: Communicator | None) -> xarray.Dataset:
-        """Run on all ranks; return the results. If one rank fails, end all."""
+        """Run the campaign on all ranks, return its results; an error ends all."""
         comm = communicator() if comm is None else comm
         with Stopping() as stopping:
             alone = comm.size == 1  # no other rank waits: raise in the caller's process
@@ -94,7 +94,7 @@ class Call:
         return measure, failure
 
     def _prepared(self) -> Prepared:
-        """Return the campaign that all ranks will run; only rank 0 calls."""
+        """Return the campaign that all ranks will run, prepared by rank 0."""
         design = Design.of(self.design)
         rules = design.rules.with_options(self._options())
         given = self.out if self.out is not None else rules.out
@@ -106,7 +106,7 @@ class Call:
         return Prepared(design, directory, policy, fresh)
 
     def _options(self) -> Campaign:
-        """Return the keyword options as a table [campaign], checked."""
+        """Return the call's keyword options, checked, as a table [campaign]."""
         for name, value in self.options.items():
             if name not in OPTIONS:
                 raise unknown("option", name, OPTIONS)
@@ -129,7 +129,10 @@ def _tell_unmeasured(data: xarray.Dataset) -> None:
 
 
 def _unlike(rank: int, first: Any, other: Any) -> str:
-    """Return the error text for a user's function that differs between two ranks."""
+    """Return the error text for a user's function that differs between two ranks.
+
+    first, other : (fingerprint, variables) on rank 0 and on `rank`; None: no measure
+    """
     what = "one of these ranks has no measure"
     if first and other:
         what = "their variables differ"

@@ -50,7 +50,7 @@ class Checkpoints:
         self.saved: dict[str, float] = {}
 
     def set_out(self, digest: str, course: Course) -> None:
-        """Continue a case from its saved state, if a state is saved and fits.
+        """Continue a case's `course` from its saved state, if a saved state fits it.
 
         An undecided case has marches to several end times, see `simulate.Course`; the
         saved state may belong to any of these marches.
@@ -66,7 +66,7 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore a march from the saved state of its case, if that state fits."""
+        """Restore a march from the saved state of its case, if that state fits it."""
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
@@ -120,7 +120,7 @@ class Checkpoints:
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether the end of a case is stored, the last motion).
+        """Return (whether the end of a case is stored, its last motion).
 
         The motion is None if no end is stored, or no case can continue from it.
         """
@@ -150,7 +150,7 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Let case `after`, if it has no saved state, continue that of `digest`."""
+        """Copy the state of case `digest` for case `after`, unless it has its own."""
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # the case can start anew
                 if self.states.hand_over(digest, after):  # any rank may have saved it

@@ -1,4 +1,4 @@
-"""What is integrated for a job, and its integration up to an end or a stop."""
+"""The integration that a job requires, up to the end of the case or to a stop."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
 
 @dataclass(frozen=True)
 class Computation:
-    """The integration that a job requires.
+    """The integration that a job requires: scene, digests and entries of the record.
 
     Attributes
     ----------

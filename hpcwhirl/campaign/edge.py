@@ -79,7 +79,7 @@ TRACKING = Tracking()
 
 
 class Moment(NamedTuple):
-    """A state, and the evidence of the stride that leads to it, (rows, columns)."""
+    """A state, and the rows of evidence since the state before it, (rows, columns)."""
 
     state: Any
     rows: Floats
@@ -163,7 +163,7 @@ class Continued:
         return apart / size if size > 0.0 else math.inf
 
     def ahead(self, moment: Moment) -> Moment | None:
-        """Return the state a stride later; None if the run ends before that time."""
+        """Return the state `stride` steps later; None if the run ends earlier."""
         start = self._put(moment)
         rows = int(self.march.counter[contact.JUDGED])
         self.march.reach(start + self.stride)
@@ -294,7 +294,7 @@ def edge_between(
 
 
 def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
-    """Return a march with all sectors that was integrated through its pulse.
+    """Return a march with all sectors, integrated beyond the end of its pulse.
 
     Parameters
     ----------
@@ -318,7 +318,10 @@ def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
 
 
 def _check_words(words: tuple[str, ...], told: str) -> None:
-    """Raise InputError unless two words name two different sides."""
+    """Raise InputError unless the words of both sides differ and are in `CAN_TELL`.
+
+    told : name of the two states that lead to the motions, for the message
+    """
     if words[0] == words[1]:
         raise InputError(f"no edge: {told} lead to the same word, {words[0]}")
     for word in words:
@@ -331,7 +334,7 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
 
 
 def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
-    """Return the edge with its numbers and the two motions that leave it."""
+    """Return a followed edge with its numbers, and with the motions that leave it."""
     scene, beat = motions.march.scene, motions.march.beat
     states = [moment for piece in found.pieces for moment in piece[1:]]
     number = [n for n, piece in enumerate(found.pieces) for m in piece[1:]
@@ -358,7 +361,10 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
 
 
 def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
-    """Return {name: value} of numbers that describe an orbit in the static frame."""
+    """Return {name: value} of numbers that describe an orbit in the static frame.
+
+    time, centre, speed : (n,), s; (n, 2), m, static frame; rad/s
+    """
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
     halves = [np.sqrt(np.mean(np.abs(part) ** 2)) for part in np.array_split(z, 2)]
@@ -373,7 +379,7 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 
 
 def _share(pieces: list[list[Moment]]) -> float:
-    """Return the share of steps with contact in about the last half of the strides."""
+    """Return the share of steps with contact in the last half or more of the motion."""
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)
     strides = 0

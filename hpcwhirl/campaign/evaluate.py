@@ -98,7 +98,7 @@ class Evaluator:
                     continue
 
     def _kinds(self, cases: Sequence[int]) -> list[int]:
-        """Return one of the given cases for each kernel that they need."""
+        """Return one of `cases` for each kernel that they need."""
         kinds: dict[tuple[str, int], int] = {}
         for case in cases:
             scene = self.design.scene(case)
@@ -137,12 +137,12 @@ class Evaluator:
         return usual, max(self.beside[0] - usual, 0.0)
 
     def keep_due(self) -> None:
-        """Write records that are due while this rank waits for work."""
+        """Write waiting records to the journal if due, while this rank has no work."""
         with suppress(Stop):  # other code sees the request, too
             self._writing(self.journal.keep_due)
 
     def keep(self) -> bool:
-        """Write all records of this rank; return whether that succeeded."""
+        """Write all waiting records to the journal; return whether that succeeded."""
         with suppress(Stop):
             self._writing(self.journal.keep)
         return not self.lost
@@ -178,7 +178,7 @@ class Evaluator:
         return self._keep(computed, result, keep=keep), seconds
 
     def _changed(self, case: int) -> WhirlError | None:
-        """Return the error if the engine file of a case has changed, else None."""
+        """Return the error that the engine file of a case has changed, else None."""
         try:
             self.design.check_engine(case)
         except WhirlError as changed:
@@ -251,7 +251,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Print a problem of this rank, if it is among the first `MOST_TOLD`."""
+        """Print a problem with a case, if among the first `MOST_TOLD` of this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)

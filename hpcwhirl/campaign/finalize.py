@@ -75,10 +75,10 @@ class Ending:
 def conclude(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> Ending:
-    """Gather the results of a complete campaign; if that fails, return an early stop.
+    """Gather the results of a complete campaign; return the outcome of the run.
 
-    Only the last shard to be complete gathers; the others count only the failures among
-    their own cases.
+    If gathering fails, that is an early stop. Only the last shard to be complete
+    gathers; the others count only the failures among their own cases.
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -145,7 +145,10 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return the outcome of a shard: its failures, and cases of other shards left."""
+    """Return the outcome of a shard: its failures, and cases of other shards left.
+
+    mine : numbers of the shard's cases
+    """
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
     failed = int((planner.open | planner.failed)[own].sum())
@@ -173,7 +176,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return {"preset": name, "preset_loses": loss} if all cases have one, else {}."""
+    """Return the preset of all cases and its accuracy loss, as facts; {} for none."""
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}

@@ -121,7 +121,10 @@ def _guarded() -> Iterator[None]:
 
 
 def _end_child(leave: Callable[[int], Any]) -> None:
-    """End a forked process, which must not continue as a second campaign."""
+    """End a forked process, which must not continue as a second campaign.
+
+    leave : the real `os._exit`
+    """
     left = sys.exception()
     code = 1
     if isinstance(left, SystemExit):
@@ -157,7 +160,10 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
 
 
 def _told(name: Any, given: Any) -> tuple[str, str]:
-    """Check a variable's name, unit and meaning; return unit and meaning."""
+    """Check a variable's name, unit and meaning; return unit and meaning.
+
+    given : unit, or (unit, meaning)
+    """
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"
         raise InputError(msg)

@@ -353,6 +353,8 @@ def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> st
     """Return `STOP` if that file exists, else why the last run stopped early.
 
     Return "" after a kill, and while a run is active.
+
+    left, running : number of cases left; what the ranks compute now
     """
     if directory.stop_file.exists():
         return STOP

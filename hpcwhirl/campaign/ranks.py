@@ -93,7 +93,7 @@ def map_ranks(
     comm: Communicator,
     tally: Tally,
 ) -> bool:
-    """Compute the units on all ranks of `comm`; every rank must call.
+    """Compute all units of work on the ranks of `comm`, each of which must call this.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ class _Root:
             self.comm.send(self.units(units), dest=rank, tag=WORK)
 
     def units(self, numbers: list[int]) -> list[Unit]:
-        """Return (number, task) of units, as they are sent."""
+        """Return (number, task) of each unit in `numbers`, as sent to a worker."""
         return [(number, self.queue.task(number)) for number in numbers]
 
 
@@ -248,7 +248,7 @@ class _Worker:
             self.look()
 
     def tell(self, word: str) -> None:
-        """Report the units finished since the last message, and any stop request."""
+        """Send rank 0 a `word`, the units finished meanwhile, and any stop request."""
         told = self.comm.rank, word, self.finished, self.stopping()
         self.comm.send(told, dest=0)
         self.finished = []
@@ -279,7 +279,7 @@ class _Worker:
 def keep_shares(
     runs: Runs, run: int, tally: Tally, comm: Communicator = ALONE, stopped: str = ""
 ) -> None:
-    """Write the use of time of all ranks; rank 0 prints it. Every rank must call.
+    """Write and print, on rank 0, how all ranks used their time; all must call this.
 
     Parameters
     ----------

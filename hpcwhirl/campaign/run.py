@@ -102,7 +102,7 @@ def _computed(
     policy: Policy,
     stopping: Stopping,
 ) -> tuple[Work, bool, bool]:
-    """Compute the jobs left.
+    """Compute the jobs left in a campaign on all ranks.
 
     Return (work, whether all ended, whether it stopped after `max_fails` failures).
     """
@@ -144,7 +144,7 @@ def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return one line: the numbers of cases, of computed ones, and of isolated ones."""
+    """Return the first progress line: how many cases there are, ended, and isolated."""
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
         so_far = " so far, and further ones that their words require"

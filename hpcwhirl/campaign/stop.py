@@ -39,7 +39,7 @@ class Stop(Exception):  # noqa: N818
 
 
 class Stopping:
-    """Stop requests to this process; polled between slices.
+    """Stop requests to this process, polled between slices of the integration.
 
     As a context it handles TERM, USR1 and INT, also those that arrived during the
     imports, and restores the earlier handlers.
@@ -62,7 +62,7 @@ class Stopping:
         self._before: dict[int, Any] = {}
 
     def watch(self, file: Path | None, seconds: float | None) -> None:
-        """Also request a stop if a file exists, and after some time.
+        """Also request a stop once a file exists or some time has passed.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Stopping:
 
 
 class _Alarm:
-    """Handler of a timer: call `check` at every tick, and store its Stop."""
+    """Timer handler that calls `check` at every tick and keeps the Stop it raises."""
 
     def __init__(self, check: Callable[[], None]) -> None:
         self.check, self._at_it = check, False
@@ -263,7 +263,7 @@ class Watchdog:
         os._exit(STOPPED)
 
     def __enter__(self) -> Self:
-        """Start the thread; the main thread, which alone gets signals, passes them."""
+        """Start the thread; in the main thread, pass signals on to it, too."""
         for end in (self._read, self._write):
             os.set_blocking(end, False)
         if threading.current_thread() is threading.main_thread():

@@ -95,7 +95,7 @@ class WorkQueue:
         self.add(own, turn, costs.predict(own))
 
     def expected(self, rows: Cases) -> NDArray[np.float64]:
-        """Return the expected time of a further unit of each case, (m,), s.
+        """Return the expected time, s, of one more unit of each of m cases, (m,).
 
         rows : (m,), rows of the cases in `costs`
         """
@@ -212,7 +212,7 @@ class WorkQueue:
         return float(np.frombuffer(self.predicted)[still].sum()) * missed
 
     def _ordered(self, chosen: np.ndarray) -> bytes:
-        """Return units, 8 bytes each, in ascending priority and, unless even, time."""
+        """Return `chosen` units, 8 bytes each; the last is handed out first."""
         order = scattered(len(chosen))
         turn, seconds = np.frombuffer(self.turn, np.int8), np.frombuffer(self.predicted)
         keys = (turn,) if self.even else (seconds, turn)
@@ -255,7 +255,7 @@ class Questions:
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return answers to idle ranks; once nothing is left, empty ones to all."""
+        """Return answers to idle ranks; once no unit is left, empty answers to all."""
         due: Answers = []
         while self.queue and self.idle:
             due += self._answer(next(iter(self.idle)))

@@ -127,6 +127,7 @@ class Child:
     def _ask(self, asked: Any, limit: float, between: Callable[[], None]) -> Any:
         """Return the child's answer: a result, or the exception to raise.
 
+        asked, limit : request to the child; time limit of its case, s
         between : called while waiting; may raise Stop
         """
         process = self._process or self._begin()
@@ -202,7 +203,7 @@ class Server:
         limit: float,
         keep: bool,  # noqa: FBT001
     ) -> Result | Exception:
-        """Return the result of a case, or the exception that the parent raises."""
+        """Return the result of a case, or the exception for the parent to raise."""
         try:
             return compute(
                 resolve(scene), digest, self.checkpoints, limit, self._between,
@@ -224,7 +225,7 @@ def _warmed(scene: Scene) -> str:
 
 
 def main() -> None:
-    """Serve the requests that come through the descriptor named in the arguments."""
+    """Serve requests from the socket whose descriptor is this process's argument."""
     for name in SIGNALS:  # only the parent requests a stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()

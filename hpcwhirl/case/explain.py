@@ -1,4 +1,4 @@
-"""Texts on what a plan leaves out, why that is safe and what it saves."""
+"""Texts for users on what the plan of a case leaves out, and why that is safe."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return a text on the modes and the stable steps with and without truncation."""
+    """Return a text: amplitudes and longest time step, with and without truncation."""
     scene = case.given
     few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"
@@ -92,7 +92,7 @@ def _settling(scene: Scene, plan: Plan) -> Note:
 
 
 def notes_of(case: Case) -> list[Note]:
-    """Return the omissions of a case's plan."""
+    """Return a note on each thing that the plan of a case leaves out."""
     scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))
@@ -112,7 +112,7 @@ def notes_of(case: Case) -> list[Note]:
 
 
 def facts_of_plan(case: Case) -> dict[str, object]:
-    """Return the facts that `model --json` shows under `plan`."""
+    """Return the facts on a case's plan that `model --json` shows under `plan`."""
     scene, model, plan, lean = case.reduced, case.model, case.plan, case.lean.model
     coordinates = {"rotor": len(model.rotor.omega)}
     further = 2 * model.blades * (model.each - 1)  # coordinates of contact points

@@ -57,7 +57,7 @@ CLOSE, MOST_TRIALS = 0.002, 12  # search of thickness: relative error of 1F, mos
 
 @dataclass(frozen=True)
 class Fan:
-    """Dimensions of a fan; 0 (or "") for those that follow from the others.
+    """Dimensions of a fan; 0 (or "") for those to be derived from the others.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Checked:
     suspension : frequency of the suspension mode, Hz; 0 if there is none
     ring_mass : kg
     kick : speed that the pulse gives the crests of the ring's lobes, m/s
-    closing : time to close the gap at that speed, s
+    closing : time in which the gap closes at the speed `kick`, s
     reach : largest displacement of the ring without blades, in gaps
     """
 

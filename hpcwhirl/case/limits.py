@@ -62,7 +62,7 @@ def check_limits(model: Model, scene: Scene) -> None:
 
 
 def check_points(model: Model, scene: Scene) -> None:
-    """Raise InputError if scheme, law or gap do not allow several points per tip."""
+    """Raise InputError if scheme, contact law or gap forbid several points per tip."""
     if model.rotor.points is None:
         return
     solver, each = scene.solver, f"with {model.each} contact points a tip"
@@ -162,7 +162,7 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return, for a message, the case in which no unbalance is allowed; "": allowed.
+    """Return why no unbalance is allowed, as the end of a message; "": allowed.
 
     own : the supports at the scene's speed
     """
@@ -270,7 +270,7 @@ def _places(scene: Scene, time: float) -> Floats:
 
 
 def _shape_reach(scene: Scene, time: float) -> float:
-    """Return the largest inward departure at any blade of the shape at full size, m.
+    """Return the largest inward departure of the casing's full shape at a blade, m.
 
     It is 0 for a round casing. Blades are at their angles at `time`, s, and count as
     undeflected, as in `_wall_reach`.
@@ -319,7 +319,7 @@ def check_turn(model: Model, scene: Scene) -> None:
 
 
 def longest_over_layer(scene: Scene) -> float:
-    """Return the time in which a tip moves by its edge on a layer, s; inf without."""
+    """Return the time in which a tip slides by `layer_edge`, s; inf without a layer."""
     engine, fastest = scene.engine, abs(extremes(scene)[1])
     if engine.casing.contact_law == RIGID or fastest == 0.0:
         return math.inf
@@ -327,7 +327,7 @@ def longest_over_layer(scene: Scene) -> float:
 
 
 def check_layer(scene: Scene) -> None:
-    """Raise InputError if a tip passes over rods of a layer in a step, at any speed."""
+    """Raise InputError if a tip slides by more than `layer_edge` in a time step."""
     longest, step = longest_over_layer(scene), scene.solver.time_step
     if not step <= longest:
         fastest = extremes(scene)[1]
@@ -379,7 +379,7 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 
 
 def turned(omega: Floats, speed: float) -> Floats:
-    """Return frequencies at rest with the same numerical error as waves at speed.
+    """Return the frequencies at rest, (m,), whose error equals that of waves at speed.
 
     Integrated by central differences, a wave e^{i w t} with stiffness K and Coriolis
     forces 2 Omega c, |c| <= 1, both per mass, satisfies
@@ -455,11 +455,12 @@ def _fastest(model: Model) -> float:
 
 
 def beat_of(model: Model, scene: Scene) -> int:
-    """Return the number of steps between rows of evidence, `PER_PERIOD` per period.
+    """Return the number of time steps between rows of evidence of a case.
 
-    The period is that of `fastest_line`. The number depends on engine, speed, step and
-    duration, never on the traces kept. A run has at least `FEWEST_ROWS` rows, so that
-    its last 40 % has 64: the spacing of a short run follows from its duration alone.
+    It gives `PER_PERIOD` rows in a period of `fastest_line`, and depends on engine,
+    speed, step and duration, never on the traces kept. A run has at least `FEWEST_ROWS`
+    rows, so that its last 40 % has 64: the spacing of a short run follows from its
+    duration alone.
     """
     step = scene.solver.time_step
     total, _ = step_counts(scene)

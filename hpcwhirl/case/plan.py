@@ -112,7 +112,10 @@ def settling_time(scene: Scene, model: Model) -> float:
 def _settling(
     model: Model, lobes: int, force: float, pulse: float, gap: float
 ) -> float:
-    """Return `settling_time` of a ring of harmonics under a pulse."""
+    """Return `settling_time` of a ring of harmonics under a pulse.
+
+    force, pulse, gap : N, s, m
+    """
     body, ring = model.casing, model.ring
     if body is None or ring is None:
         return 0.0
@@ -142,7 +145,7 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 
 
 def lean_of(scene: Scene, model: Model) -> Marched:
-    """Return the scene and model to integrate.
+    """Return the scene and the model that are integrated for a scene and its model.
 
     They are those of all sectors, or of one sector if g > 1 sectors move alike.
     """

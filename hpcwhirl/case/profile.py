@@ -69,13 +69,13 @@ def shape_of(scene: Scene) -> Shape:
 
 
 def profile_of(scene: Scene) -> Shape:
-    """Return the part of the shape that `profile` gives, without the offset."""
+    """Return the casing's shape by its input `profile` alone, without the offset."""
     casing = scene.engine.casing
     return _shape(casing.profile, casing.profile_scale, 0.0, 0.0)
 
 
 def offset_of(scene: Scene) -> Shape:
-    """Return the part of the shape due to the offset, which stays after a release."""
+    """Return the casing's shape by its offset alone, which stays after a release."""
     casing = scene.engine.casing
     return _shape("", 1.0, casing.offset, casing.offset_angle)
 
@@ -86,7 +86,7 @@ def room_of(scene: Scene) -> float:
 
 
 def departure(shape: Shape, angles: Floats) -> Floats:
-    """Return the departure from round at angles, (n,), m, outward."""
+    """Return the outward departure of a shape from round at angles, (n,), rad; in m."""
     waves = np.multiply.outer(angles, shape.orders)
     return np.asarray(np.cos(waves) @ shape.cosine + np.sin(waves) @ shape.sine)
 
@@ -156,7 +156,10 @@ def _of_lines(rows: Floats) -> dict[int, complex]:
 
 
 def _depth(shape: Shape) -> float:
-    """Return a bound of the largest inward departure w, m, by values of w and |w''|."""
+    """Return an upper bound of the largest inward departure of a shape, m.
+
+    It follows from values of the departure w at many angles, and a bound of |w''|.
+    """
     spacing = 2 * math.pi / AROUND
     lowest = float(departure(shape, spacing * np.arange(float(AROUND))).min())
     sizes = np.hypot(shape.cosine, shape.sine)
@@ -165,7 +168,10 @@ def _depth(shape: Shape) -> float:
 
 
 def _missed(table: str, scale: float) -> float:
-    """Return the largest difference between harmonics and a table over angle, m."""
+    """Return the largest difference between harmonics and a table over angle, m.
+
+    scale : factor on the departures in the table
+    """
     if not table or table.startswith(HARMONICS):
         return 0.0
     angles, values = np.array(kept_rows(table)).T
@@ -220,6 +226,6 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return step and shape of a release, by which a saved march is identified."""
+    """Return step and shape of a casing's release, which a saved march must match."""
     shape = profile_of(scene)
     return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

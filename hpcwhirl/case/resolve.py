@@ -116,7 +116,7 @@ class Case:
 
     @property
     def whole(self) -> Marched:
-        """The scene and the model with all sectors."""
+        """The scene and the model of all sectors, whatever the plan."""
         return Marched(self.scene, self.model)
 
     @property

@@ -166,7 +166,7 @@ def _change(rest: Model, turning: Model, speed: float) -> Change:
 
 
 def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
-    """Return whether a rotor's modes matter to the compliance of its tips, (m,)."""
+    """Return which modes matter to the compliance of a rotor's tips, (m,)."""
     free = np.maximum(body.omega, np.finfo(float).tiny)
     moved = sum((rows**2).sum(axis=0) for rows in tip_rows(body, blades))
     gives = np.asarray(moved) / free**2
@@ -203,7 +203,10 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the two waves of a rank (one for k = 0) from lines sorted by frequency."""
+    """Return the waves of a rank: a pair, from the middle of `lines`; one if k = 0.
+
+    lines : waves of nodal diameter k, sorted by frequency
+    """
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
 

@@ -157,7 +157,7 @@ def closure_at(scene: Scene, time: Any) -> Any:
 
 
 def laws_of(scene: Scene) -> tuple[Any, ...]:
-    """Return the law of the speed, and the inputs that set the gap over time."""
+    """Return a scene's law of the speed, and the inputs that set its gap over time."""
     gap = scene.gap, scene.gap_at, scene.gap_closure, scene.gap_time, scene.gap_table
     return law_of(scene), *gap
 
@@ -266,19 +266,19 @@ class Schedule:
 
     @cached_property
     def _ahead(self) -> Floats:
-        """The least gap from the start of each interval on, m."""
+        """The least gap from the start of each interval on, (intervals,), m."""
         count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
         times = np.arange(count // self.every + 2) * self.every
         gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
         return np.minimum.accumulate(gaps[::-1])[::-1]
 
     def least_gap(self, steps: int) -> float:
-        """Return the least gap from a step on, m."""
+        """Return the least gap from step number `steps` on, m."""
         return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
 
 
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
-    """Return the intervals of a scene; None where nothing changes in time.
+    """Return the intervals of a scene's march; None if speed and gap are constant.
 
     scene, model : scene and model of all sectors, as integrated
     """
@@ -288,7 +288,7 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 
 
 def rides(scene: Scene, model: Model) -> bool:
-    """Return whether a ring of harmonics is integrated in the rotor's frame."""
+    """Return whether a casing of harmonics is integrated in the rotor's frame."""
     apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
     return not (apart or scene.engine.casing.discretization == "elements")
 

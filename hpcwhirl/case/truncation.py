@@ -112,7 +112,7 @@ class Wheel(NamedTuple):
     content: str
 
     def casing(self, casing: Casing) -> tuple[str, str]:
-        """Return (file, digest of its content) of a casing from file, else ("", "")."""
+        """Return (path, digest) of the file of a casing from file, else ("", "")."""
         return (
             (self.file, self.content) if casing.discretization == "file" else ("", "")
         )
@@ -147,7 +147,10 @@ def _most_modes(wheel: Wheel) -> int:
 
 @lru_cache(maxsize=512)
 def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
-    """Return the motion of a struck tip, (2, TIMES), radial and tangential, m."""
+    """Return the motion of a struck tip, (2, TIMES), radial and tangential, m.
+
+    modes, folds : number of fixed-interface modes; g, see the module
+    """
     body = wheel.model(modes)
     weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
     return struck(body, np.array(weights), body.diameter % folds == 0)
@@ -155,7 +158,10 @@ def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
 
 @lru_cache(maxsize=1024)
 def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
-    """Return the radial motion of a struck ring, (TIMES,), m; 0 for a rigid casing."""
+    """Return the radial motion of a struck ring, (TIMES,), m; 0 for a rigid casing.
+
+    radius, folds, source : m; g, see the module; result of `Wheel.casing`
+    """
     if casing.kind == "rigid":
         return np.zeros(TIMES)
     body, operator = casing_model(casing, radius, source)
@@ -177,7 +183,7 @@ def truncation_error(scene: Scene) -> float:
 
 
 def left_out(scene: Scene) -> Missed:
-    """Return the parts of `truncation_error`: of rotor, ring, and ring under the load.
+    """Return the error of a motion due to the modes left out of rotor and of ring.
 
     Parameters
     ----------
@@ -205,7 +211,10 @@ class Load(NamedTuple):
 def _pushed(
     casing: Casing, radius: float, source: tuple[str, str], lobes: int, pulse: float
 ) -> Floats:
-    """Return the motion (TIMES,) of a crest of the ring under a pulse of unit force."""
+    """Return the motion (TIMES,), m, of a ring's crest under a pulse of 1 N s.
+
+    radius, source, pulse : m; result of `Wheel.casing`; s
+    """
     body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):
         raise TypeError(casing.discretization)

@@ -159,15 +159,16 @@ def _circle_in_film(
 
 
 def centre_of(model: Model, places: Any) -> complex:
-    """Return the centre's x_o + i y_o, m, in a rotor's displacement (n,), m."""
+    """Return the centre's x_o + i y_o, m, of a rotor with displacements (n,), m."""
     x, y = places[2 * model.blades : 2 * model.blades + 2]
     return complex(x + 1j * y)
 
 
 def reach_of(model: Model, scene: Scene) -> float:
-    """Return the largest outward displacement on the circle of a tip not lost, m.
+    """Return the largest outward displacement of a tip on the unbalance's circle, m.
 
-    Clearances of contact points in addition to the gap are subtracted.
+    The tip of a lost blade is excluded; clearances of contact points in addition to the
+    gap are subtracted.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -179,7 +180,7 @@ def reach_of(model: Model, scene: Scene) -> float:
 
 
 def share_at_start(model: Model, scene: Scene) -> float:
-    """Return the ratio of the initial displacement to the circle, 0 to 1.
+    """Return the rotor's initial displacement divided by that on its circle, 0 to 1.
 
     It is 0 if a blade is lost, since the rotor was balanced before.
     """

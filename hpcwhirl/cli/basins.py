@@ -19,7 +19,7 @@ NUMBERS = (
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl basins` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--by WHAT",
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def columns_of(found: xarray.Dataset) -> dict[str, Any]:
-    """Return {name: (rows,)}: a row for each point and motion that occurs.
+    """Return the table's columns, {name: (rows,)}: a row for each point and motion.
 
     A point has rows only for the attractors that occur there, but for every regime that
     occurs at any point, since a share of zero is a result, too.

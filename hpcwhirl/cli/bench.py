@@ -55,7 +55,7 @@ STARTS: dict[str, tuple[str, ...]] = {
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl bench` on its parser."""
     # fmt: off
     add_scene(parser)
     add_option(parser, "--repeats N",

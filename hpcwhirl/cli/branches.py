@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl branches` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--at NAME=V[,V]",
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _columns(folds: list[Fold], others: list[str]) -> dict[str, Any]:
-    """Return the columns of the table, {name: (folds,)}.
+    """Return the table of the changes of word, {column: (folds,)}.
 
     others : inputs that all cases of a branch share
     """

@@ -39,7 +39,7 @@ SHAPES = {"out": "DIR", "retry": "STATUS", "walltime": "HH:MM:SS"}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl campaign` on its parser."""
     # fmt: off
     parser.add_argument(
         "file", nargs="?", type=Path, metavar="FILE.toml",

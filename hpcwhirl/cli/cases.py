@@ -35,7 +35,7 @@ Columns = dict[str, NDArray[Any]]
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl cases` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--where CONDITION",

@@ -16,7 +16,7 @@ from hpcwhirl.errors import InputError, say, unknown
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl classify` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     known = "; ".join(

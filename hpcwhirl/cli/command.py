@@ -78,7 +78,7 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
 
 
 def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -> int:
-    """Print an error and return the exit code; raise again what is no error."""
+    """Print an error and return the exit code; raise other exceptions again."""
     if isinstance(failed, WhirlError):
         tell_error(failed)
         return code_of(failed)
@@ -116,7 +116,7 @@ def code_of(failed: BaseException) -> int:
 
 
 def _unread(words: Sequence[str]) -> int:
-    """Return the exit code if a reader closed stdout: 0 if the command only prints."""
+    """Return the exit code if stdout was closed: 0 for commands that only print."""
     return COMPLETE if {*words[:1]} <= TELL else FAILED
 
 
@@ -153,7 +153,7 @@ def _limit() -> str:
 
 
 def _prepared(words: Sequence[str]) -> Callable[[], int]:
-    """Return a sub-command with its arguments bound, after a check of both."""
+    """Return a sub-command bound to its arguments, once both are checked."""
     if not words or words[0].startswith("-"):
         return partial(_help, words)
     _check_words(words)

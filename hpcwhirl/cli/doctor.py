@@ -13,7 +13,7 @@ from hpcwhirl.launch import from_root, launched_first
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl doctor` on its parser."""
     # fmt: off
     add_option(parser, "--dir DIR",
         "directory in which campaigns will be stored (default: working directory)",

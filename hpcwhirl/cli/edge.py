@@ -53,7 +53,7 @@ class Asked(NamedTuple):
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl edge` on its parser."""
     # fmt: off
     add_scene(parser)
     for side, word in (("low", "weaker"), ("high", "stronger")):
@@ -171,7 +171,7 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
 
 def _case_of(swept: dict[str, Any], cases: list[int], wanted: dict[str, Any]) -> int:
-    """Return the first of some cases whose swept inputs have the wanted values."""
+    """Return the first of `cases` whose swept inputs have the values `wanted`."""
     return next(c for c in cases if all(swept[n][c] == v for n, v in wanted.items()))
 
 
@@ -211,7 +211,7 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 def in_shown(name: str) -> tuple[str, float]:
-    """Return the unit in which a number is shown, "" for none, and the factor to it."""
+    """Return (unit in which an edge's number is printed, factor from SI to it)."""
     from hpcwhirl.scene.units import shown_in
     from hpcwhirl.store.reading.select import UNITS as INPUTS
 

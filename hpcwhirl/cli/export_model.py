@@ -33,7 +33,7 @@ LAYOUT = (
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl export-model` on its parser."""
     # fmt: off
     parser.add_argument("out", type=Path, metavar="FILE.h5", help="file to write")
     add_scene_name(parser)

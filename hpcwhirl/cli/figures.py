@@ -11,7 +11,7 @@ from hpcwhirl.errors import InputError, WhirlError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl figures` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--kind NAME",

@@ -138,7 +138,7 @@ def _lines(cost: Forecast, design: Design, ranks: int) -> list[str]:
 
 
 def _extrapolated(design: Design) -> str:
-    """Return a clause that nominal times are extrapolated; "" if they are not."""
+    """Return a clause: times are extrapolated to so many contact points; "" if not."""
     from hpcwhirl.campaign.plan.cost import most_points
     from hpcwhirl.scene.schemes import MOST_POINTS
 

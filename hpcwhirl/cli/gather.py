@@ -13,7 +13,7 @@ from hpcwhirl.errors import COMPLETE, FAILED, WhirlError, say
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl gather` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--compress LEVEL",

@@ -25,7 +25,7 @@ LAYOUT = (
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl import-model` on its parser."""
     # fmt: off
     parser.add_argument(
         "file", type=Path, nargs="?", metavar="FILE.toml",

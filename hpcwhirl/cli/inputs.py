@@ -31,7 +31,7 @@ WIDE = 110  # columns of a table if stdout is no terminal
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl inputs` on its parser."""
     parser.add_argument(
         "name", nargs="?", metavar="NAME",
         help="what to list (default: all inputs): an input, as gap or casing.damping; "
@@ -126,8 +126,9 @@ def _plain(value: Any) -> str:
 def _tell_named(
     kind: str, rows: Sequence[dict[str, Any]], lines: str, *, as_json: bool
 ) -> None:
-    """Print names that stand for inputs.
+    """Print presets or engines: names, and the inputs for which they stand.
 
+    kind : key of the rows in JSON
     lines : format of a row's text, with the row's keys in braces
     """
     if as_json:

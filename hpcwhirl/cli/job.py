@@ -48,7 +48,7 @@ OPTIONS = {  # {usage: help} of options with the name and default of a `Request`
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl job` on its parser."""
     # fmt: off
     parser.add_argument(
         "scheduler", metavar="SCHEDULER", help=f"one of {', '.join(SCHEDULERS)}"

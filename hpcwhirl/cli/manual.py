@@ -13,7 +13,7 @@ WIDE = 100  # columns beyond which text is hard to read
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl manual` on its parser."""
     parser.add_argument(
         "page", nargs="?", metavar="PAGE", help="name of a page (default: list pages)"
     )

@@ -14,7 +14,7 @@ from hpcwhirl.cli.options import OR_FILE, add_units, asked_units
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl map` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--out DIR",

@@ -29,7 +29,7 @@ OVER = (*ENDS, "distance")  # columns in the unit of the input of --over
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl margin` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--over NAME",
@@ -129,7 +129,7 @@ def _chosen(
 
 
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
-    """Return {name: values (ranges,)} of the table; `point` adds the distance."""
+    """Return the table of safe ranges, {column: (ranges,)}; `point` adds distances."""
     out: dict[str, list[Any]] = {n: [r.fixed[n] for r in found] for n in found[0].fixed}
     out |= {n: [getattr(r, n) for r in found] for n in (*ENDS, *WORDS)}
     out["cases"] = [r.cases for r in found]
@@ -143,7 +143,10 @@ def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
 def _nearest(
     found: list[SafeRange], over: str, point: float, asked: tuple[str, ...]
 ) -> str:
-    """Return a line on the distance from the point to the nearest boundary."""
+    """Return a line on the distance from the point to the nearest boundary.
+
+    over, point, asked : input, its value at the point, units wanted
+    """
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
     with showing(asked):
@@ -197,7 +200,7 @@ def first_change(
 
 
 def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, Any]:
-    """Return the table's columns, {name: (lines,)}, also as multiples of `point`."""
+    """Return the table of limits, {column: (lines,)}, also as multiples of `point`."""
     out: dict[str, Any] = {n: [f.fixed[n] for f in found] for n in found[0].fixed}
     out |= {n: [getattr(f, n) for f in found] for n in ("safe", "unsafe", "word")}
     out["changes"] = [f.changes for f in found]
@@ -224,7 +227,7 @@ def _place(found: FirstChange) -> str:
 
 
 def _then(found: FirstChange) -> str:
-    """Return the end of a sentence: which word follows above the limit."""
+    """Return, as the end of a sentence, the word that follows above a limit."""
     if not found.word:
         return ", the largest value tried"
     more = found.changes - (not np.isnan(found.safe))
@@ -269,7 +272,7 @@ def _point(settings: list[str]) -> dict[str, float]:
 
 
 def _each_columns(found: list[Along]) -> dict[str, Any]:
-    """Return the columns of the table of inputs, {name: (inputs,)}, in SI."""
+    """Return the table of safe ranges by input, {column: (inputs,)}, in SI."""
     out: dict[str, Any] = {"input": [a.name for a in found]}
     out["unit"] = [UNITS.get(a.name, "1") for a in found]
     out["at"] = [a.value for a in found]
@@ -285,7 +288,7 @@ def _line(fixed: Mapping[str, Any]) -> str:
 
 
 def _cell(name: str, along: Along) -> str:
-    """Return one cell of the table of inputs as text, numbers in the unit shown."""
+    """Return a cell of the table of safe ranges by input, as text in the unit shown."""
     if name in {"at", "distance", *ENDS}:
         value = {"at": along.value, "distance": along.found.distance(along.value)}
         number = float(value.get(name, getattr(along.found, name, np.nan)))

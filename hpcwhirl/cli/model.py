@@ -37,7 +37,7 @@ SHOWN_SPEED = 600.0  # rad/s, highest one printed for diameters other than the l
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl model` on its parser."""
     # fmt: off
     add_scene(parser)
     add_explain(parser)
@@ -150,12 +150,12 @@ def _numbers(facts: dict[str, Any], diameters: set[int]) -> dict[str, str]:
             name = f"Eq. 13, {row['family']}, k = {row['nodal_diameter']}, {unit}"
             out[name] = f"{row['speed']:.1f}"
     for speed in facts["unbalance_speeds"]:
-        out[f"meets an unbalance, {unit}"] = f"{speed:.1f}"
+        out[f"critical speed of an unbalance, {unit}"] = f"{speed:.1f}"
     if facts["unstable_from"] is not None:
-        out[f"free motion grows from, {unit}"] = f"{facts['unstable_from']:.1f}"
-    out["free motion decays at least with, 1/s"] = f"{-facts['growth']:.3g}"
+        out[f"free motion grows above, {unit}"] = f"{facts['unstable_from']:.1f}"
+    out["slowest decay of free motion, 1/s"] = f"{-facts['growth']:.3g}"
     if facts["tip_growth"] is not None:
-        out["tips are pulled out by, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
+        out["radial growth of the tips, mm"] = f"{1e3 * facts['tip_growth']:.3g}"
         out["clearance at speed, mm"] = f"{1e3 * facts['clearance']:.4g}"
     return out | _film_numbers(facts["film"]) | _circle_numbers(facts["unbalance"])
 
@@ -216,7 +216,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return rows of the modal table.
+    """Return the rows of the modal table, as texts for its columns.
 
     Modes of one family of the rotor that do not move the centre share a row.
 

@@ -37,7 +37,7 @@ OPTIONS = {  # name: unit, metavar, help
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl new` on its parser."""
     # fmt: off
     parser.add_argument(
         "file", type=Path, metavar="FILE.toml",

@@ -82,7 +82,7 @@ def tell_preset(scene: Scene) -> None:
 
 
 def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
-    """Warn on stderr, a line each, of inputs that seem to be in another unit.
+    """Warn on stderr, a line each, of inputs that seem to be in a wrong unit.
 
     load : whether to warn if the pulse moves the casing by many gaps, too
     """
@@ -93,7 +93,7 @@ def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
 
 
 def seldom(tell: Callable[..., None], last: float = 0.0) -> Callable[..., None]:
-    """Return a function that calls `tell`, but only `EVERY` s after the last call.
+    """Return a function that calls `tell`, at most once in `EVERY` seconds.
 
     last : time of an earlier call of `tell`, s, by `time.monotonic`
     """
@@ -138,7 +138,7 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 
 
 def add_scene_name(parser: argparse.ArgumentParser) -> None:
-    """Add the positional scene."""
+    """Add the positional argument that names a scene."""
     known = f"scene file (TOML), or one of {', '.join(NAMED)} (default table2)"
     parser.add_argument(
         "scene", nargs="?", default="table2", metavar="SCENE", help=known
@@ -146,7 +146,7 @@ def add_scene_name(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
-    """Add the positional scene and the options ``--set``, ``--preset``, ``--json``."""
+    """Add the argument for a scene, and ``--set``, ``--preset`` and ``--json``."""
     add_scene_name(parser)
     add_set(parser)
     add_json(parser)

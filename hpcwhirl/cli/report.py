@@ -10,7 +10,7 @@ from hpcwhirl.cli.options import OF_CAMPAIGN, add_units, asked_units, check_writ
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl report` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--out FILE.html",

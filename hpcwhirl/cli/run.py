@@ -43,7 +43,7 @@ BALANCE = {
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl run` on its parser."""
     # fmt: off
     add_scene(parser)
     add_option(parser, "--out FILE.h5",
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a case's row, among them that tips may have slid backward."""
+    """Return warnings on a case, among them that tips may have slid backward."""
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
@@ -143,7 +143,7 @@ def _explained(march: March) -> dict[str, Any]:
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
-    """Return the row with the terms of the energy ledger in a mapping `ledger`."""
+    """Return a case's row with the terms of the energy ledger moved into `ledger`."""
     facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
     facts["ledger_error"] = row["ledger_error"]
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}

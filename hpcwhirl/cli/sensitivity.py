@@ -21,7 +21,7 @@ RESTS = ("draws", "dropped", "mean", "deviation")  # columns alike for all input
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl sensitivity` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OR_FILE)
     add_option(parser, "--of NAME,...",
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
-    """Return the indices of the outputs --of at the points --at."""
+    """Return Sobol' indices of the outputs of --of at the sweep's points of --at."""
     import numpy as np
 
     from hpcwhirl.analysis.sensitivity import USUAL, sensitivity

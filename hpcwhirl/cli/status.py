@@ -31,7 +31,7 @@ MOST_SHOWN = 8  # largest number of ranks printed
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl status` on its parser."""
     # fmt: off
     parser.add_argument("folder", type=Path, metavar="DIR", help=OF_CAMPAIGN)
     add_option(parser, "--watch SECONDS",
@@ -95,7 +95,7 @@ def _stale(directory: Directory) -> str:
 
 
 def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> int:
-    """Show the progress, in place on a terminal, again and again until all ended."""
+    """Show the progress repeatedly, on a terminal in place, until all cases ended."""
     from hpcwhirl.campaign.progress import progress_of
 
     display: Any = nullcontext()
@@ -138,7 +138,7 @@ def _shown(found: Progress) -> dict[str, str]:
 
 
 def _pace(found: Progress) -> dict[str, str]:
-    """Return {label: text} of rate, times and core-hours."""
+    """Return {label: text} on a campaign's rate, time left and core-hours."""
     from hpcwhirl.campaign.progress import duration_text
 
     out = {}
@@ -196,7 +196,7 @@ def _line(found: Progress, *, as_json: bool) -> str:
 
 
 def _screen(found: Progress) -> Any:
-    """Return a bar and a table for a terminal."""
+    """Return a progress bar and a table of the progress, for a terminal."""
     from rich.console import Group
     from rich.progress_bar import ProgressBar
     from rich.table import Table

@@ -31,7 +31,7 @@ NOT_OFFERED = (
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of `hpcwhirl tradeoff` on its parser."""
     # fmt: off
     from hpcwhirl.benchmark.trials import axes
 

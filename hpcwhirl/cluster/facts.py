@@ -51,7 +51,7 @@ def mpi_facts() -> Facts:
 
 
 def ranks_of(launched: int) -> tuple[Communicator, Facts]:
-    """Return the communicator to use and the facts of MPI, see `mpi_facts`.
+    """Return the communicator that `doctor` uses, and the facts of `mpi_facts`.
 
     The communicator is MPI's world if the launcher matches mpi4py's library, else the
     communicator of a single process.
@@ -225,7 +225,7 @@ def _usage(folder: Path) -> Facts:
 
 
 def _held(path: Path) -> tuple[Any, str]:
-    """Create a file and lock it as HDF5 does; return (file, ``held`` or the error)."""
+    """Create a file, lock it as HDF5 does; return (open file, ``held`` or an error)."""
     try:
         file = path.open("w", encoding="utf-8")
     except OSError as failed:
@@ -238,7 +238,7 @@ def _held(path: Path) -> tuple[Any, str]:
 
 
 def _tried(path: Path, state: str) -> str:
-    """Try to take the lock that rank 0 holds; return ``held`` if the lock is refused.
+    """Try to lock the file that rank 0 has locked; return ``held`` if that is refused.
 
     Parameters
     ----------

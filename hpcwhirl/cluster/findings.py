@@ -57,7 +57,7 @@ def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
 
 
 def mpi(facts: Facts) -> Iterator[Finding]:
-    """Check that MPI starts, and that the mpirun on PATH belongs to the same MPI."""
+    """Check that MPI starts, and that the mpirun on PATH belongs to mpi4py's MPI."""
     if not facts["mpi"]:
         level = BREAKS if facts["launched"] > 1 else SLOW
         remedy = "for more than one process: pip install 'hpcwhirl[mpich]', or " + SITE
@@ -115,7 +115,7 @@ def hdf5(facts: Facts) -> Iterator[Finding]:
 
 
 def cores(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that each host has as many cores as ranks; report vector widths."""
+    """Check that each host has a core for each of its ranks; report vector widths."""
     hosts: dict[str, list[Facts]] = {}
     for facts in ranks:
         hosts.setdefault(facts["host"], []).append(facts)

@@ -100,7 +100,10 @@ def _slurm_launch(request: Request) -> str:
 
 
 def _unless_used_up(used: str, *lines: str) -> Lines:
-    """Return shell lines that run `lines` if the job may be requeued once more."""
+    """Return shell lines that run `lines` if the job may be requeued once more.
+
+    used : shell expression for the number of requeues so far
+    """
     return [
         f'if [ "{used}" -lt "$most_requeues" ]; then',
         *(f"  {line}" for line in lines),

@@ -101,7 +101,7 @@ class Chains:
 
 
 def cases_before(settings: Settings) -> list[int]:
-    """Return the number of the case before each case of a design, -1 for the first.
+    """Return, for each case, the number of the case before it on its branch; -1: none.
 
     settings : {input: value} of each case, including its `history`
     """
@@ -122,7 +122,7 @@ def cases_before(settings: Settings) -> list[int]:
 
 
 class Refined:
-    """Design with coarse cases, and further cases that follow from words of cases.
+    """Design of a refined campaign: coarse cases, and cases that words then require.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class Refined:
         return Followers(cases, with_twins + self._even())
 
     def _even(self) -> list[int]:
-        """Return the cases drawn away from boundaries; [] until all cases have ended.
+        """Return the sampled even cases that get twins; [] until all cases have ended.
 
         See `refinement.growth.Growth.even`.
         """
@@ -208,7 +208,7 @@ def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int
 
 
 def along(settings: Settings, swept: Sequence[str]) -> list[str]:
-    """Return the swept inputs that are numbers in every case: the axes of the grid."""
+    """Return the names of the swept inputs that are numbers in every case, the axes."""
     table = Table.of(settings)
     columns = {name: listed(table.column(name, None).values) for name in swept}
     return [

@@ -104,7 +104,7 @@ Find = Callable[[Job], Completion | None]  # returns None for a job that has not
 
 
 def nothing(_job: Job) -> None:
-    """Return None: no job has ended."""
+    """Return None for any job: its completion is not known."""
 
 
 class Stages(NamedTuple):
@@ -127,7 +127,7 @@ class Stages(NamedTuple):
 
 
 class Jobs(NamedTuple):
-    """Some jobs as columns, (jobs,) each.
+    """Several jobs as columns: three arrays with an entry for each job, (jobs,).
 
     Attributes
     ----------
@@ -190,8 +190,8 @@ class Planner:
 
     Attributes
     ----------
-    ends : {row: completion of the last stage, with a result, of the row's case}; empty
-        for a plain campaign, see `is_plain`
+    ends : {row of a case: completion of its last stage with a result}; empty for a
+        plain campaign, see `is_plain`
     """
 
     def __init__(
@@ -241,36 +241,36 @@ class Planner:
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs left, and the jobs of cases that wait for other cases."""
+        """Return the jobs left, and those of cases that must wait for other cases."""
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Which cases have a job left, of their own or of a twin, (rows,)."""
+        """Whether each case, or one of its twins, has a job left, (rows,)."""
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Which cases failed, or have a failed twin, in their last stage, (rows,)."""
+        """Whether each case, or one of its twins, failed in its last stage, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Which cases failed in their last stage, whatever their twins, (rows,)."""
+        """Whether each case itself failed in its last stage, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
     def twinned(self) -> NDArray[np.bool_]:
-        """Which cases have twins, so far, (rows,)."""
+        """Whether each case has twins, as known so far, (rows,)."""
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
         """Record how a job ended; return the jobs to compute because of it.
 
-        If such a job has already ended, its completion is recorded, too, and the jobs
+        If one of these has already ended, its completion is recorded, too, and the jobs
         that follow from it are returned instead.
         """
         left, todo = list[Job](), [(job, end)]

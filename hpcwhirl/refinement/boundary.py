@@ -41,7 +41,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class Cases:
-    """The cases of a refined campaign, row by row.
+    """The cases of a refined campaign as columns: their inputs and words.
 
     Attributes
     ----------
@@ -144,9 +144,9 @@ def edges(count: int, corner: Ints) -> list[tuple[int, tuple[int, int]]]:
 
 
 def differ(cases: Cases, a: int, b: int) -> bool:
-    """Return whether two cases of one fidelity have different words.
+    """Return whether the cases in rows `a` and `b` have different words.
 
-    False for cases of different fidelity, whose words may differ for that reason.
+    False if one of them has no word, or if their fidelities differ.
     """
     both = {cases.word[a], cases.word[b]}
     alike = bool(cases.fidelity[a] == cases.fidelity[b])

@@ -125,7 +125,7 @@ class Growth:
     def feed(
         self, found: Callable[[Address], Word | None], ask: Iterable[Address]
     ) -> list[Address]:
-        """Record the words of all ended cases; return wanted cases that have not ended.
+        """Record the words of ended cases; return the wanted cases that have not ended.
 
         Cases that become wanted by these words are treated in the same way.
 
@@ -152,7 +152,7 @@ class Growth:
         return len(self._open)
 
     def even(self) -> list[Address]:
-        """Return the cases at points whose adjacent unsplit cells all have one word.
+        """Return the even cases: all unsplit cells at their points have one word.
 
         At each point the case of the second fidelity is taken if it has a word, else
         that of the first.

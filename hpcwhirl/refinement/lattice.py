@@ -22,7 +22,7 @@ Cell = tuple[int, Point]  # (level, lower corner)
 
 @dataclass(frozen=True)
 class Side:
-    """One refined input.
+    """One refined input: coarse values, and how often each interval may be bisected.
 
     Attributes
     ----------
@@ -50,14 +50,14 @@ class Side:
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return log2 of the size of a level's cell that contains a unit interval.
+        """Return s, where 2^s is the size of a level's cell along this input.
 
-        unit : lower place of the interval, whose size is 1
+        unit : lower place of an interval of size 1 within the cell
         """
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
-        """Return the number of bisections after which a place appears."""
+        """Return the level of a place: n if n bisections lead to it, 0 if coarse."""
         return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
 
     def value(self, place: int) -> float:
@@ -114,7 +114,7 @@ class Lattice:
             yield 0, low
 
     def sizes(self, cell: Cell) -> Point:
-        """Return the size of a cell along each input."""
+        """Return the size of a cell along each input, as a difference of places."""
         level, low = cell
         return tuple(
             1 << side.shift(level, x) for side, x in zip(self.sides, low, strict=True)
@@ -126,7 +126,7 @@ class Lattice:
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
     def at(self, level: int, unit: Point) -> Cell:
-        """Return the cell of a level that contains a cell of size 1.
+        """Return the cell of a level that contains a smallest cell, of size 1.
 
         unit : lower corner of the cell of size 1
         """
@@ -154,7 +154,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return the largest number of parts of a cell, `levels` levels down."""
+        """Return into how many cells `levels` more levels can divide a cell."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):

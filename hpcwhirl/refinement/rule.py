@@ -165,7 +165,7 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return {input: value} that a case sets, by its point, panel and preset."""
+        """Return {input: value} of a case, from its point, panel and preset."""
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
@@ -239,7 +239,7 @@ def check_change(old: Mapping[str, Any], new: Mapping[str, Any], where: str) -> 
 
 
 class Branches:
-    """The cells of branches, and the history of each place.
+    """The cells of branches, and the input `history` of the case at each place.
 
     Parameters
     ----------
@@ -260,12 +260,12 @@ class Branches:
         ]
 
     def history(self, branch: int, place: int) -> str:
-        """Return the history of the case at a place of a branch."""
+        """Return the input `history` of the case at a place of a branch."""
         values = [self.side.value(before) for before in self.before(branch, place)]
         return history_of(self.side.name, values)
 
     def before(self, branch: int, place: int) -> list[int]:
-        """Return the places of the cases before that at `place`, in branch order."""
+        """Return the places of the cases that precede a place on its branch."""
         line = self.places[branch]
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]

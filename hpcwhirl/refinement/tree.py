@@ -142,7 +142,7 @@ class Tree:
         return twinned
 
     def learn(self, fidelity: int, point: Point, word: Word | None) -> None:
-        """Record the end of a wanted case, with its word or without."""
+        """Record that the case at a point has ended, and its word, if any."""
         words = self.words[fidelity]
         if point in words:
             return
@@ -186,7 +186,10 @@ class Tree:
         return [cell for cell in touching if cell in self.cells]
 
     def _note(self, cell: Cell, fidelity: int, point: Point, *, changed: bool) -> None:
-        """Record the word of a point in a cell's state."""
+        """Record the word at a point in the state of a cell that has this point.
+
+        changed : whether the fidelities have different words at the point
+        """
         node, word = self.cells[cell], self.words[fidelity][point]
         before = node.uneven
         if word is not None:
@@ -201,7 +204,7 @@ class Tree:
             self._revisit_waiting(cell)
 
     def _revisit_waiting(self, cell: Cell) -> None:
-        """Visit again the cells that depend on the words at this cell's corners."""
+        """Visit the cells again that depend on the words at this cell's corners."""
         level, low = cell
         for above in range(max(level - self.levels, 0), level):
             self._todo += self._asking.pop(self.lattice.at(above, low), ())
@@ -229,7 +232,7 @@ class Tree:
             self._split(cell)
 
     def _follow(self, cell: Cell) -> None:
-        """Ask for twins at the corners of a mixed cell that will not be split."""
+        """Ask for twins of the cases at a mixed cell's corners if it stays unsplit."""
         allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
             fidelities = [CONFIRM if self.confirm else FIRST]

@@ -32,7 +32,7 @@ TOLERANCES = {
 
 
 class Attractor(NamedTuple):
-    """The attractor on which a case has ended, described by that case alone.
+    """The attractor on which a case has ended, described by numbers of that case.
 
     Attributes
     ----------

@@ -46,7 +46,7 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Do nothing: the default `check`, which lets any process publish."""
+    """Do nothing: the default `check` of `publish`, which refuses no process."""
 
 
 def keep_names(folder: Path) -> None:
@@ -83,7 +83,7 @@ def make_folders(folder: Path) -> None:
 
 @contextmanager
 def telling(what: Path | str) -> Iterator[None]:
-    """Turn an OSError of writing a file, inside the block, into an error of one line.
+    """Turn an OSError that the block raises in writing a file into a one-line error.
 
     Parameters
     ----------

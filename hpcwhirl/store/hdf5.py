@@ -145,7 +145,10 @@ def missing(quantity: Quantity) -> float | int | bytes:
 
 
 def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
-    """Return a value as it is stored; raise for an unknown word."""
+    """Return a variable's value as the file stores it; refuse an unknown word.
+
+    A word is stored as its code, its place in the variable's list of words.
+    """
     if quantity.kind == "enum":
         if value not in ENUMS[name]:
             raise unknown(name, str(value), ENUMS[name])
@@ -180,7 +183,7 @@ def mpi_libraries() -> list[str]:
 
 
 def tell(data: h5py.Dataset, quantity: Quantity) -> None:
-    """Write unit and meaning of a variable as attributes."""
+    """Write a variable's unit and meaning as its `units` and `long_name`."""
     data.attrs["units"] = utf8(quantity.unit)
     data.attrs["long_name"] = utf8(quantity.meaning)
 

@@ -123,7 +123,7 @@ def forecast(
     started: float | None = None,
     loaded: float | None = None,
 ) -> Forecast:
-    """Return the forecast of a design in its directory.
+    """Return the forecast of time and disk space of a campaign in its directory.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def _pace(loaded: float) -> float:
 def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, float]:
     """Return {stage: predicted time, s} of gathering, and of map and page if asked for.
 
-    rows, traces : number of cases, and bytes of their traces
+    rows, traces, pace : number of cases; bytes of their traces; result of `_pace`
     """
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
@@ -235,7 +235,7 @@ def _nominal_range(
 
 
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
-    """Return the costs that cases would have if all of them ran to their end.
+    """Return the costs of cases as if all of them ran to their end times.
 
     Finished cases count with their time per step; a certificate ended some of them
     early, and they would have taken proportionally longer.
@@ -283,7 +283,7 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return the longest end time of each case / its first end time, (cases,)."""
+    """Return the ratio of each case's longest end time to its first, (cases,)."""
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))
@@ -330,7 +330,7 @@ def spans_of(
 def _span(
     design: Design, extended: Sequence[float], case: int, stage: int
 ) -> tuple[float, float]:
-    """Return the least and largest simulated time of the stages from `stage` on.
+    """Return the least and largest simulated time of a case's stages from `stage` on.
 
     Both are relative to the first end time of the case.
 
@@ -343,7 +343,10 @@ def _span(
 
 
 def _disk(design: Design, longest: Floats, step: Floats) -> Bytes:
-    """Return the bytes of the campaign if every case runs to its longest end time."""
+    """Return the bytes of the campaign if every case runs to its longest end time.
+
+    longest, step : results of `longest_of` and `time_steps`
+    """
     columns = design.columns
     samples = np.zeros(len(design.settings), dtype=np.int64)
     intervals = np.full(len(design.settings), np.nan)
@@ -361,6 +364,8 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
     """Return number and interval, s, of samples, see `case.limits.step_counts`.
 
     Return 0 and NaN for a case that has no time step and will fail.
+
+    end, step, interval : (cases,), s: end time, time step, interval asked for
     """
     total = np.maximum(1.0, np.ceil(end / step - 1e-9))
     stride = np.maximum(1.0, np.rint(np.minimum(interval / step, total)))
@@ -368,7 +373,7 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of a sample} for each case of `_widest`, by a short run."""
+    """Return {trace: shape of one sample} of each case of `_widest`, by a short run."""
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)
@@ -383,7 +388,10 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return, per value of `output.traces`, cases with most blades, harmonics, rods."""
+    """Return cases with most blades, harmonics or rods for each `output.traces`.
+
+    detail : (cases,), value of `output.traces`
+    """
     found, laws = set[int](), design.columns.values(LAW)
     for word in KEEPING:
         cases = np.flatnonzero(detail == word)

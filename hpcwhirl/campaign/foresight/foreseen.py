@@ -116,7 +116,7 @@ def _steps(design: Design) -> tuple[float, float]:
 
 
 def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int, int]:
-    """Return the number of refined cases of each fidelity, from nearest known regimes.
+    """Return an estimate of the numbers of refined cases at fidelity 0 and at 1.
 
     The rule of refinement is applied as if every case had the regime of the nearest
     known case. If known cases are spread evenly, the resulting boundaries are about as

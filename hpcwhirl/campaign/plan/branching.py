@@ -58,7 +58,10 @@ def axes_with_branches(
 
 
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
-    """Return the values of the input that varies along branches, ascending."""
+    """Return the values of the input that varies along branches, ascending.
+
+    over, grid : name of this input; {dotted input: values} of [sweep]
+    """
     values = grid.get(over)
     if values is None or not all(map(is_number, values)):
         names = [n for n, each in grid.items() if all(map(is_number, each))]

@@ -138,7 +138,7 @@ class RefinedCosts(Costs):
         self.factor = np.append(self.factor, np.full(len(added), np.nan))
 
     def _added(self, address: Address) -> tuple[float, Floats]:
-        """Return the nominal cost and the scaled inputs of a case."""
+        """Return a refined case's nominal time, s, and its scaled inputs."""
         near = self._near(address)
         place = self.places[np.array([near])][0].copy()
         both = zip(self.design.family.lattice.sides, address.point, strict=True)
@@ -305,7 +305,7 @@ def _asked_step(design: Design, case: int) -> float:
 
 
 def _kinds(many: Many) -> NDArray[np.int64]:
-    """Return labels, (cases,), equal for cases that count as having the same step."""
+    """Return a label for each case, (cases,), equal where the time step is the same."""
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)
     ends = MOST_MODELS + 1, len(kind)  # the first cases mostly suffice

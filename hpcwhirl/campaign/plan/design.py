@@ -352,7 +352,7 @@ def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
 
 
 def plain(value: Any) -> Any:
-    """Return a value from Python in the types of parsed TOML, without NumPy."""
+    """Return a Python value in the types of parsed TOML, free of NumPy types."""
     if isinstance(value, Mapping):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -433,14 +433,17 @@ def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
 
 
 def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
-    """Raise InputError if an input is both swept and set for all cases."""
+    """Raise InputError if an input is both swept and set for all cases.
+
+    names, what : names of the inputs set, and text on where they are set
+    """
     clash = set(swept) & set(names)
     if clash:
         raise InputError(f"{what} {min(clash)}: the campaign sweeps this input")
 
 
 def _check_distinct(columns: Many) -> None:
-    """Refuse two cases with the same inputs."""
+    """Raise InputError if two cases of a design have the same inputs."""
     found = columns.twice()
     if found:
         both = columns.table[found[0]].items()

@@ -216,7 +216,10 @@ def _bisections(
 
 
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
-    """Refuse levels that lead to fractions of integer inputs, or to equal values."""
+    """Refuse levels that lead to fractions of integer inputs, or to equal values.
+
+    values, depths : coarse values, and number of bisections of each interval
+    """
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
         if name in WHOLE and step != step.to_integral_value():

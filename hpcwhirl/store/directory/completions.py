@@ -179,7 +179,7 @@ def _times(plan: Manifest) -> list[float]:
 
 
 def family_of(plan: Manifest) -> Family:
-    """Return all possible cases of a refined campaign."""
+    """Return the `Family` of a refined campaign's plan: all its possible cases."""
     return Family(rule_of(plan.refine), plan.settings, WHOLE)
 
 
@@ -224,7 +224,7 @@ class Ended:
 
     @classmethod
     def nothing(cls, plan: Manifest) -> Ended:
-        """Return an instance without completed jobs."""
+        """Return the completed jobs of a plan of which no job has ended."""
         count = len(plan.digests)
         over, ok = np.zeros((2, count), dtype=bool)
         seconds, steps = np.full((2, count), np.nan)
@@ -288,7 +288,7 @@ class Ended:
 
 
 def stages_of(plan: Manifest) -> Stages:
-    """Return the `Stages` of a plan: the last one, and how many each case skips."""
+    """Return a plan's `Stages`: the last, and how many end times each case passes."""
     if not plan.extended:
         return Stages()
     columns = Many(digests_of(plan).base, plan.table)
@@ -298,7 +298,7 @@ def stages_of(plan: Manifest) -> Stages:
 
 
 def is_plain(plan: Manifest) -> bool:
-    """Return whether each case is one job, and no case follows from another."""
+    """Return whether in a plan each case is one job, and none follows from another."""
     chained = "history" in plan.table.names
     return not (plan.refine or plan.twins or plan.extended or chained)
 
@@ -340,7 +340,7 @@ def ended_of(
 
 
 def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) -> Ended:
-    """Return the completed jobs of a plain plan.
+    """Return the completed jobs of a plain plan, from journals read as columns.
 
     asked : {digest: case} of the completions wanted in `Ended.told`
     """

@@ -101,7 +101,7 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether the note's process is dead; False if it ran on another host."""
+        """Whether the process that wrote this note ran on this host and is dead."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
@@ -162,7 +162,7 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove notes whose cases have all ended, except those of living processes."""
+        """Remove notes whose cases have all ended, but none of a living process."""
         ended = set(finished)
         here = socket.gethostname()
         for path, note in self._whole():

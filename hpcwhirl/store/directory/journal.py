@@ -89,7 +89,10 @@ class Journals:
         return out
 
     def traces(self, block: Record) -> dict[str, NDArray[np.float64]]:
-        """Return {trace: array} of a block; raise StoreError if it is damaged."""
+        """Return {trace: array} of a record's block of traces; refuse a damaged one.
+
+        block : entry `traces` of the record: file, offset, bytes, CRC-32 and shapes
+        """
         path = self.blocks / Path(block["file"]).name
         try:
             with open_regular(path) as file:
@@ -277,7 +280,7 @@ class Journal(AbstractContextManager["Journal"]):
 
 
 def _write(file: FileIO, parts: Iterable[bytes]) -> None:
-    """Append parts to a file and sync it; on failure, none of them is appended."""
+    """Append bytes to a file, part by part, and sync it; if that fails, append none."""
     with telling(str(file.name)):
         offset = file.seek(0, os.SEEK_END)
         try:

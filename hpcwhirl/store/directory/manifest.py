@@ -71,7 +71,7 @@ class Manifest:
         return Table.of(self.settings)
 
     def values(self, name: str, default: Any = None) -> list[Any]:
-        """Return the values of an input in `base` and in the cases."""
+        """Return the values of the input `name`: that of `base`, then of the cases."""
         base = self.base.get(name, default)
         return [base, *listed(self.table.column(name, base).values)]
 
@@ -187,7 +187,10 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 
 
 def _unpacked(data: dict[str, Any]) -> bool:
-    """Replace `cases` by digests and settings; return whether the keys are right."""
+    """Replace the key `cases` of a plan read from JSON by `digests` and `settings`.
+
+    Return whether the plan has the right keys.
+    """
     keys = {"cases", "reads", *Manifest.__dataclass_fields__} - {"digests", "settings"}
     if data.keys() != keys:
         return False
@@ -222,7 +225,10 @@ def digests_of(plan: Manifest) -> Digests:
 def _check_twins(
     old: Mapping[str, Any], new: Mapping[str, Any], begun: str, own: str
 ) -> None:
-    """Raise InputError if new twins would be perturbed differently from old ones."""
+    """Raise InputError if new twins would be perturbed differently from old ones.
+
+    old, new : tables [twins]; begun, own : beginning and end of the message
+    """
     for name, default in (("spread", {}), ("seed", 0)):
         was, now = (twins.get(name, default) for twins in (old, new))
         if old and new and was != now:

@@ -69,7 +69,7 @@ def in_the_way(one: str, other: str) -> bool:
 
 @dataclass(frozen=True)
 class Owner:
-    """Content of a claim: who made it.
+    """Who made a claim on a campaign's directory, and when it was last renewed.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Claim(AbstractContextManager["Claim"]):
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and the empty ones of the directories made for it."""
+        """Remove the claim, and those directories made for it that are empty."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -159,7 +159,7 @@ class Claim(AbstractContextManager["Claim"]):
                 place.rmdir()
 
     def live(self) -> None:
-        """Renew the time of the claim regularly from now on."""
+        """Start a thread that renews the claim's time stamp every `PULSE` seconds."""
         self._thread.start()
 
     @property
@@ -192,7 +192,7 @@ class Claim(AbstractContextManager["Claim"]):
         self.release()
 
     def moved(self, claims: Claims) -> None:
-        """Note that the campaign's directory has been renamed."""
+        """Follow a renaming of the campaign's directory, whose new claims are given."""
         self.claims, self._made = claims, []
         self.path = claims.place / self.path.name
 
@@ -244,7 +244,7 @@ class Asking:
         return now - other.changed > 1e9 * STALE or seen_for > STALE
 
     def is_alive(self, other: Owner) -> bool:
-        """Return whether a claim that is not known to be dead shows signs of life."""
+        """Return whether another claim, not known to be dead, shows signs of life."""
         return other.here or self._seen[other.path][0] != other.changed
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
@@ -326,7 +326,10 @@ class Claims:
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims that exclude the claim `own`; remove all dead ones."""
+    """Return the living claims that exclude the claim `own`; remove all dead ones.
+
+    now : time of the claim `own`, ns since 1970
+    """
     found = []
     for other in own.claims.owners():
         if other.path.name == own.path.name:
@@ -363,7 +366,7 @@ def _owner(path: Path) -> Owner | None:
 
 
 def _known(data: bytes) -> dict[str, Any]:
-    """Return the entries of a claim; {} if damaged."""
+    """Return the entries of a claim from the bytes of its file; {} if damaged."""
     kinds = {"host": str, "machine": str, "pid": int, "command": str}
     try:
         known = json.loads(data)

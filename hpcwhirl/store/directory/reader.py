@@ -51,7 +51,7 @@ Cases = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Rows:
-    """Some records of a journal.
+    """Some records of a journal: their slots of fixed size, and their texts.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class Rows:
         return found
 
     def numbers(self, name: str, empty: float) -> Array:
-        """Return the numbers of a field, (records,); `empty` for a record without."""
+        """Return the numbers of a field, (records,); `empty` where there is none."""
         out = np.full(len(self), empty)
         has = self.has(name)
         if has.any():
@@ -132,7 +132,7 @@ class Rows:
         return out
 
     def words(self, name: str) -> NDArray[np.object_]:
-        """Return the words of a field, (records,); "none" for a record without."""
+        """Return the words of a field, (records,); "none" where there is none."""
         has, own = self.has(name), self.header.layout.words.get(name, ())
         known = np.array([*map(str, own), "none"], dtype=object)
         codes = self.slots[name] if len(own) else len(own)
@@ -213,7 +213,7 @@ def _text_bytes(slot: bytes) -> int:
 
 
 def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Rows, int]:
-    """Return the complete records in some bytes, and the number of bytes consumed.
+    """Return the complete records in some bytes of a journal, and the bytes consumed.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return the starts of undamaged slots in some bytes, and the bytes consumed."""
+    """Return where undamaged slots start in some bytes, and the bytes consumed."""
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
         count = min((len(data) - place) // size, run)
@@ -307,7 +307,10 @@ def _have_words(slots: Array, layout: Layout) -> Bools:
 
 
 def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records count by the rule in this module's docstring, (records,)."""
+    """Return which records count by the rule in this module's docstring, (records,).
+
+    sizes : {file of traces: bytes}, a cache
+    """
     words = rows.header.layout.words.get("status", ())
     has, named = rows.has("status"), rows.has("digest")
     codes = np.where(has, rows.slots["status"] if len(words) else 0, len(words))
@@ -325,7 +328,10 @@ def _are_of_cases(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
-    """Return which records have either no traces or complete ones, (records,)."""
+    """Return which records have either no traces or complete ones, (records,).
+
+    sizes : {file of traces: bytes}, a cache
+    """
     traced = np.flatnonzero(rows.has_any("traces"))
     good = np.ones(len(rows), dtype=bool)
     if not len(traced):

@@ -88,7 +88,7 @@ class Layout:
 
     @property
     def room(self) -> int:
-        """Bytes of text that a slot holds."""
+        """Number of bytes of text that fit into a slot."""
         return self.size - FRAME.itemsize
 
     def slots_of(self, text: int) -> int:
@@ -152,7 +152,7 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record, with the name of the trace file if it has traces."""
+        """Return a record from its slot and text, with the name of its trace file."""
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces
@@ -160,7 +160,7 @@ class Header(NamedTuple):
 
 
 def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
-    """Return a header, and the bytes that store it at the start of a journal."""
+    """Return a journal's header, and the bytes that store it at the journal's start."""
     body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
     copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
     return _header(body), 2 * copy
@@ -229,7 +229,7 @@ def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
 
 
 def named(table: str, name: str) -> str:
-    """Return the name of a field, ``TABLE.NAME``, or ``NAME`` for the table ""."""
+    """Return the full name of a record's field: ``TABLE.NAME``, or ``NAME`` alone."""
     return f"{table}.{name}" if table else name
 
 
@@ -239,7 +239,7 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return those entries of a record that have no binary field as JSON; b"": none."""
+    """Return as JSON the entries of a record that have no binary field; b"": none."""
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""

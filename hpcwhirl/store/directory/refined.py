@@ -61,7 +61,7 @@ def full_plan(directory: Directory) -> Manifest:
 
 
 def grown_plan(plan: Manifest, planner: Planner) -> Manifest:
-    """Return a plan with all cases added so far, in the order of rows in results."""
+    """Return a plan with all cases that a planner has added, ordered as in results."""
     kind = planner.kind
     if not isinstance(kind, Refined):
         return plan
@@ -143,7 +143,7 @@ def plan_of_results(path: Path, file: h5py.File) -> Manifest:
 
 
 def columns_of(plan: Manifest) -> dict[str, NDArray[Any]]:
-    """Return the variables of refinement for each case, {variable: (cases,)}.
+    """Return the variables that refinement adds to results, {variable: (cases,)}.
 
     Return {} for a plan that is not refined.
     """

@@ -31,7 +31,7 @@ class Runs:
         return listed(self.place, ".json")
 
     def write(self, run: int, shares: list[Share], stopped: str = "") -> None:
-        """Write how the ranks used their time; `stopped`: why the run stopped early."""
+        """Write how a run's ranks used their time; `stopped`: why it stopped early."""
         told = {"run": run, "stopped": stopped, "ranks": shares}
         text = json.dumps(told, indent=1) + "\n"
         write_whole(self.place / f"{run:04d}.json", text.encode())
@@ -93,7 +93,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise if a value is not of a type, or a number not finite or >= `LARGEST`."""
+    """Raise if a value is not of type `kind`, or is a number not finite or too big."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         raise TypeError(f"{value!r:.40} is no {kind.__name__}")

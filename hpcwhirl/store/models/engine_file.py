@@ -177,11 +177,11 @@ class Given:
         return array
 
     def refusal(self, told: str) -> InputError:
-        """Return an error: the file, followed by the text `told` ("has no ...")."""
+        """Return the error that names the file, followed by `told` ("has no ...")."""
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return an error: array `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that array `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 
@@ -200,7 +200,7 @@ def missing_terms(there: Collection[str]) -> list[str]:
 
 
 def are_two_ways(there: Collection[str]) -> bool:
-    """Return whether a file gives the change of stiffness with speed in both ways."""
+    """Return whether a file gives stiffness at speed in both ways that are allowed."""
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 
@@ -262,7 +262,10 @@ def read_group(file: str, name: str) -> Given:
 def readable(
     what: str, failures: tuple[type[Exception], ...] = UNREADABLE
 ) -> Iterator[None]:
-    """Turn errors of reading a damaged file, inside the block, into a single line."""
+    """Turn errors of reading a damaged file, inside the block, into a single line.
+
+    what, failures : the file, for the message; classes of the errors to turn
+    """
     try:
         yield
     except (InputError, MissingFileError):
@@ -301,7 +304,10 @@ def _check_names(
 
 
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
-    """Refuse a link that leads out of the file, or is broken."""
+    """Refuse a link that leads out of the file, or is broken.
+
+    path : path of the group in the file, for the message
+    """
     import h5py
 
     link = group.get(name, getlink=True)

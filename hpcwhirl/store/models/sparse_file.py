@@ -45,14 +45,14 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """A matrix in a file, named in error messages."""
+    """The file of a matrix, for errors that name the file and the matrix."""
 
     def refusal(self, told: str) -> InputError:
-        """Return an error: the file, followed by the text `told` ("has no ...")."""
+        """Return the error that names the file, followed by `told` ("has no ...")."""
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return an error: matrix `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that matrix `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"({name}) must {allowed}, got {got}")
 
 
@@ -243,7 +243,10 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of an array of the matrix before it is read."""
+    """Check dimensions, type and size of an array of the matrix before it is read.
+
+    kind, kinds : dtype of the array; letters of the kinds of dtype allowed
+    """
     if kind.kind not in kinds:
         wanted = "be real" if "f" in kinds else "hold whole numbers"
         raise source.wrong(name, wanted, "complex" if kind.kind == "c" else kind)

@@ -137,11 +137,11 @@ class FiniteElements:
         return np.add.outer(blade, turn).ravel()
 
     def refusal(self, told: str) -> InputError:
-        """Return an error: the file, followed by the text `told`."""
+        """Return the error that names the file, followed by `told` ("has no ...")."""
         return InputError(f"{self.file}: {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return an error: `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that key `name` must `allowed` ("be ..."), got `got`."""
         return self.refusal(f"{name} must {allowed}, got {got}")
 
 
@@ -357,7 +357,9 @@ def _points(table: _Table) -> dict[str, Floats]:
 def _stress(
     document: dict[str, Any], path: Path, size: int, blades: int
 ) -> tuple[tuple[tuple[str, ...], sparse.csr_array] | None, list[Path]]:
-    """Return points' names and rows by [stress], and its file; None, [] without it.
+    """Return ((names of stress points, their rows), [file of the rows]) by [stress].
+
+    Return (None, []) without a table [stress].
 
     Parameters
     ----------

@@ -135,7 +135,7 @@ def _numbered(values: NDArray[Any], raw: str) -> str:
 
 
 def number_of(text: str, variable: str, option: str) -> float:
-    """Return an option's text for an input as a number in SI."""
+    """Return the number, in SI, that an option's text gives for an input."""
     return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
 
 

@@ -107,6 +107,8 @@ def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]
 
     In a tie the case's own word wins if it is among the most frequent ones, else the
     first of these in the order of `ENUMS`.
+
+    own, twins, total : as of `shares`; (cases,), number of twins with a result
     """
     known = ENUMS[MAJORITY]
     votes = np.column_stack([(twins == w).sum(axis=1) + (own == w) for w in known])

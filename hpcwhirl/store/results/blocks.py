@@ -51,7 +51,7 @@ def ranges(cases: int, rank: int, size: int, block: int) -> list[range]:
 
 
 def block_size(contents: Contents) -> int:
-    """Return the number of cases in a block."""
+    """Return how many cases are read and written together, as a block."""
     each = max(contents.bytes_of_traces(), 1)
     return max(1, min(MOST_CASES, MOST_BYTES // each))
 
@@ -89,7 +89,7 @@ def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
 
 
 def _swept(plan: Manifest, cases: range) -> Block:
-    """Return the swept inputs that are no variables of `ROW`."""
+    """Return the swept inputs that are no variables of `ROW`, {variable: (cases,)}."""
     out: Block = {}
     numbers = np.arange(cases.start, cases.stop)
     for name, dotted in swept_extra(plan).items():
@@ -177,6 +177,8 @@ def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Blo
 
 def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
     """Return the values of a field as they are stored, (records,).
+
+    key, name : the field in the records, and the variable in the results
 
     Raises
     ------

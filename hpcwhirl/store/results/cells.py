@@ -187,7 +187,10 @@ def _define_boundaries(
 
 
 def _cases(file: h5py.File, rows: Mapping[str, NDArray[Any]], by: str) -> Cases:
-    """Return the cases of a refined campaign with their words of the kind `by`."""
+    """Return the cases of a refined campaign with their words of the kind `by`.
+
+    rows : {variable: (cases,)}, words, refined inputs and fidelity
+    """
     return Cases(
         np.array([rows[name] for name in _list(file, "over")], dtype=float),
         _list(file, "scale"),
@@ -262,9 +265,9 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return the cells, even or mixed by the present words, and {variable: (cases,)}.
+    """Return the cells, even or mixed by the present words, and columns of the cases.
 
-    Cells in speckle keep this state.
+    Cells in speckle keep this state. The columns are {variable: (cases,)}.
 
     by : kind of word, see `refinement.words`
     """

@@ -140,7 +140,7 @@ class Contents:
 
 
 def sizes_of(kinds: Iterable[dict[str, tuple[int, ...]]]) -> dict[str, int]:
-    """Return {axis: largest size in any case}.
+    """Return {axis of traces: its largest size in any case}.
 
     kinds : {trace: its shape without the axis of samples}, for each kind of case
     """
@@ -175,7 +175,7 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the columns that define the boundaries of a refined map.
+    """Return the columns of cases that define the boundaries of a refined map.
 
     {variable: (cases,)}: status, outcome, regime, whirl, the refined inputs and, where
     attractors are compared, their numbers; cases without a record are "missing"
@@ -252,7 +252,7 @@ class _Index:
         return len(files) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Enter the sampling interval, samples, shapes of traces and word of cases."""
+        """Enter interval and number of samples, shapes of traces and words of cases."""
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
         contents.samples[case], self.kind[case] = 0, -1
@@ -270,7 +270,7 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the index of the last occurrence of each key, in ascending order."""
+    """Return the indices at which each key occurs last, ascending."""
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 

@@ -135,7 +135,8 @@ def _agreed(
 ) -> Any:
     """Return the value of `action`; an error of one rank is raised on all.
 
-    of_root : whether only rank 0 calls `action`, while the others sleep
+    final, of_root : results file, for messages; whether only rank 0 calls `action`,
+        while the others sleep
     """
     value: Any = None
     error: Exception | None = None
@@ -163,7 +164,10 @@ def _write_file(
     compress: int,
     comm: Communicator,
 ) -> None:
-    """Write the whole file, or with several ranks each its share of the cases."""
+    """Write the results file; each of several ranks writes its share of the cases.
+
+    facts, compress : as of `gather`
+    """
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
     with writing(part, libver=LIBVER, **options) as file:
@@ -251,7 +255,7 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return the cause of a failure of MPI-IO: the error of making the file longer."""
+    """Return why MPI-IO failed: the error of lengthening the file, else `failed`."""
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)

@@ -183,7 +183,7 @@ def _define_head(
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
-    """Define and fill the variables of the ranks' use of time."""
+    """Define and write the variables on how ranks used their time."""
     define_axis(group, WORKER, len(shares))
     _define_table(group, [group[WORKER]], SHARES)
     values = {name: [share[name.removeprefix("worker_")] for share in shares]

@@ -72,7 +72,10 @@ def relabel(
 def _renamed(
     part: Path, name: Callable[[dict[str, Any]], Words], thresholds: Mapping[str, float]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words into a results file; return {(old, new): number of cases}."""
+    """Write new words into a results file; return {(old, new): number of cases}.
+
+    name, thresholds : as of `relabel`
+    """
     with writing(part, "r+") as file:
         changes = _rename(file, name)
         if GROUP in file:
@@ -85,7 +88,7 @@ def _renamed(
 
 
 def _share_anew(file: h5py.File) -> None:
-    """Write the shares of twins with each word again."""
+    """Compute and write again the shares of each case's twins with each word."""
     own, theirs = (
         words_of(*(words_in(group, n) for n in ("status", "outcome", "regime")))
         for group in (file, file[GROUP])
@@ -98,7 +101,10 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words and meanings of codes; return {(old, new): number of cases}."""
+    """Write a group's new words and codes; return {(old, new): number of cases}.
+
+    name : as of `relabel`
+    """
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
         changes += _rename_some(file, slice(start, start + AT_ONCE), name)

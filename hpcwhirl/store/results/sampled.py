@@ -24,7 +24,7 @@ EACH = "each"  # number of draws at a point: key of the root attribute, not of [
 
 
 def drawn_axis(plan: Manifest) -> Axis:
-    """Return the draws of a plan, the same at every point of its sweep."""
+    """Return a plan's draws as an axis of cases, equal at every point of its sweep."""
     return plan.table.blocks[0][-1]
 
 
@@ -38,7 +38,7 @@ def sample_attribute(plan: Manifest) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The draws behind some results.
+    """The drawn inputs of some results, and which draw each case has at which point.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Drawn:
 def points_of(
     data: xarray.Dataset, drawn: Drawn
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Return the numbers of the sweep's points, and {swept input: values there}."""
+    """Return the sweep's point numbers, and {swept input: its value at each point}."""
     points, first = np.unique(drawn.point, return_index=True)
     swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
              for n in drawn.swept}  # fmt: skip
