@@ -79,7 +79,7 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with contacts and works of a.
+    """Return the state of_a a + of_b b, with the contacts and works of a.
 
     It has no certificate; of_a, of_b : factors of the states a and b
     """
@@ -100,12 +100,12 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
 
 
 def _waits(state: Any) -> bool:
-    """Return whether multipliers of the last step may be pending in a state."""
+    """Return whether a state may hold multipliers that no step has applied yet."""
     return bool(state.counter[contact.LAST] == state.counter[contact.STEP])
 
 
 def _residual(march: March) -> float:
-    """Return the residual of a march's ledger, J, summed over integrated sectors."""
+    """Return the error of the energy balance, J, summed over integrated sectors."""
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact

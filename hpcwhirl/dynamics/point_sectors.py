@@ -330,7 +330,7 @@ def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
 def sector_rows(
     slots: Slots, blade: BladeRows, numbers: tuple[Floats, Floats]
 ) -> SectorRows:
-    """Return the kernel's rows of equal sectors.
+    """Return the coefficients of equal sectors for the kernel `points`.
 
     numbers : (P, padded) each, motions over two steps by unit forces, of gaps and along
         the casing

@@ -27,7 +27,7 @@ from hpcwhirl.scene import Scene
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
-    """Return an unbalanced rotor's modes, and further ones that represent its circle.
+    """Return an unbalanced rotor's modes, with added ones that represent its orbit.
 
     The circle is x_s, see `case.unbalance`.
     """

@@ -26,7 +26,7 @@ CLOSED = 1e-10  # tolerance of closed gaps, relative to the largest gap
 
 @rare
 def set_out(gaps, w, chosen, size, unit, space):
-    """Set the table w = q + W z + z_0 of the blades chosen[:size], dimensionless.
+    """Set up Lemke's table w = q + W z + z_0 for the blades chosen[:size].
 
     w are the gaps, z the multipliers; gaps are divided by the largest one, W by `unit`.
     The table is in these arrays of `space`:
@@ -88,7 +88,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Pivot until z_0 of `set_out` heads a column, hence is 0; return success."""
+    """Pivot Lemke's table, see `set_out`, until z_0 is 0; return whether it is."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -155,9 +155,10 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve like `contact.complementarity`, for a W of any rank, given in `space`.
+    """Solve the contact problem for a Delassus matrix of any rank, given in `space`.
 
-    Blades that penetrate only when the multipliers of the others act are included, too.
+    Arguments are those of `contact.complementarity`. Blades that penetrate only when
+    the multipliers of the others act are included, too.
     """
     chosen, active, w = space.chosen, space.active, space.w
     unit, largest, size = 0.0, 0.0, 0

@@ -123,7 +123,7 @@ def three_blades(wave, k, wide, half, b, s, gap, work):
 
 @inlined
 def put_four(value, gaps, row, wide, blades, j, count):
-    """Store the gaps of blades j .. j + count - 1, at most four, in a folded row."""
+    """Store the gaps of blades j .. j + count - 1, at most four, in a row of gaps."""
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
     elif count >= FOUR and 2 * j > blades:
@@ -136,7 +136,7 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Copy gaps to those places of a folded row that repeat a blade."""
+    """Copy gaps to the places of a row of gaps that repeat a blade."""
     first, middle = get(gaps, row), get(gaps, row + blades // 2)
     for i in range(blades // 2 + 1, wide):
         put(gaps, row + i, first)
@@ -165,9 +165,10 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform like `passes.to_gaps`, in two stages; return four numbers.
+    """Compute gaps from their spectrum in two stages; return four numbers.
 
-    The least of them is the lowest gap, or the clearance if that is lower.
+    The least of them is the lowest gap, or the clearance if that is lower. The
+    arguments are those of `passes.to_gaps`.
     """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))

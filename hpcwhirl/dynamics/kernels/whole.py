@@ -99,7 +99,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds in tips (2 wide,) by `drift`, m; then call `open_whole`."""
+    """Lower the bounds of the rotor's part of gaps, m; return the lowest gap, m."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -107,9 +107,9 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to gaps plus tips, folded; return the lowest sum, m.
+    """Set whole (2 wide,) to gaps plus the rotor's part `tips`; return the lowest, m.
 
-    gaps, row, tips : gaps without the rotor's part, from index `row` on; that part
+    gaps, row : gaps without the rotor's part, from index `row` on; all are folded
     """
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
@@ -124,7 +124,7 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def four_sums(rows, at, q, modes):
-    """Return four partial sums of the row from index `at` on, times q[:modes]."""
+    """Return a row's product with q[:modes] as four sums; it begins at rows[at]."""
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -161,7 +161,7 @@ def sum_four(sums):
 
 @inlined
 def tip_by_waves(rows, blade, q, modes):
-    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q.
+    """Return a blade's displacement, m: its row of rows (N, modes) times amplitudes q.
 
     modes : a multiple of 16
     """
@@ -198,7 +198,7 @@ def read_all(rows, q, blades, tips):
 
 @inlined
 def put_tip(tip, j, blades, gaps, row, tips, whole):
-    """Set tip and gap of blade j in folded `tips` and `whole`; return the gap, m."""
+    """Store a blade's displacement `tip`, and its gap in `whole`; return the gap, m."""
     wide = len(tips) // 2
     gap = gaps[row + place_of(j, blades, wide)] + tip
     put(tips, j, blades, wide, tip)
@@ -268,10 +268,11 @@ def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
 
 @rare
 def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
-    """Solve like `circulant.solved`, where tips may be lower bounds, see `read_near`.
+    """Solve the contact problem where tips may be known by lower bounds only.
 
-    Tips on which the choice of active blades depends are computed first: choices and
-    bits are the same as if all tips were computed.
+    The result is that of `circulant.solved`. Tips on which the choice of active blades
+    depends are computed first: choices and bits are the same as if all tips were
+    computed, see `read_near`.
 
     lowest : lowest of the gaps in `whole`, < 0
     """
@@ -348,7 +349,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the sum of `four_sums` of a row, plus its further part times s[modes:]."""
+    """Return a row's product with all of s; sums : its `four_sums` with s[:modes]."""
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -519,7 +520,7 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 
 @rare
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the step `counted`.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in step `counted`.
 
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
     """
@@ -535,7 +536,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state like `settle_general`; here only the ring has a pending step."""
+    """Copy the state to `copies`; apply the last contact forces to the ring's copy."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)

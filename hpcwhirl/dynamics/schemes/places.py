@@ -31,7 +31,7 @@ class RotorPlaces(Protocol):
     """Layout of the rotor's motion in a kernel's state; modes are those at rest."""
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (m,) from a state without pending step.
+        """Return modal amplitudes and rates (m,) from a state without pending forces.
 
         odd : 1 if the number of steps is odd, else 0
         """
@@ -56,7 +56,7 @@ class ModePlaces:
     joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (m,) from a state without pending step."""
+        """Return amplitudes and rates (m,) from a state without pending forces."""
         q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
@@ -87,7 +87,7 @@ class RingPlaces:
         return modal_steps(self.model.casing, step, exact=exact)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (n,), static frame, from a state.
+        """Return modal amplitudes and rates (n,) of the ring, static frame.
 
         count : number of steps so far
         """
@@ -99,7 +99,7 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to amplitudes q and rates; return q a step earlier.
+        """Set the ring at time 0 to amplitudes q and rates; return q a step earlier.
 
         All are (n,), static frame.
         """
@@ -137,7 +137,7 @@ def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
 def write_gaps(
     state: CyclicState, model: Model, scene: Scene, now: Amplitudes, before: Amplitudes
 ) -> None:
-    """Set the gaps of a state at time 0 and of the step before it.
+    """Set the gaps in a state to those at time 0 and a step earlier.
 
     now, before : amplitudes at time 0 and a step earlier, of all sectors or of one
     """
