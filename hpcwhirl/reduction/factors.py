@@ -80,7 +80,7 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Estimate the number of entries of L and U by factoring the graph of the nodes.
+    """Estimate the number of entries of a matrix's factors L and U by its nodes' graph.
 
     Parameters
     ----------

@@ -132,7 +132,7 @@ class _Map:
         self.values.append(np.broadcast_to(values, rows.shape))
 
     def fresh(self, count: int) -> Integers:
-        """Add `count` columns; return their indices."""
+        """Add `count` columns, free DoF, to T; return their indices."""
         self.width += count
         return np.arange(self.width - count, self.width)
 
@@ -142,7 +142,7 @@ class _Map:
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
     def matrix(self, size: int) -> sparse.csr_array:
-        """Return T, (size, width)."""
+        """Return the sparse matrix T of u = T v, (size, number of columns added)."""
         sides = (self.rows, self.columns)
         places = tuple(np.concatenate(side).astype(np.int32) for side in sides)
         values = np.concatenate(self.values)
@@ -461,7 +461,7 @@ _FRAMES = (
 
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
-    """Return omega^2 (n,); refuse matrices that are not positive (semi)definite."""
+    """Return omega^2 of all modes, (n,), (rad/s)^2; refuse indefinite matrices."""
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         value = f"eigenvalue {lowest:.2g} of the reduced one"
