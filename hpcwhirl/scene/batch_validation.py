@@ -86,7 +86,7 @@ class Many:
         self._known_numbers: dict[str, Array] = {}
 
     def numbers(self, name: str, values: Values) -> Array:
-        """Return an input's values as an array; a list counts as its length."""
+        """Return values of an input as numbers, (n,); a list counts as its length."""
         if takes_list(name):
             return np.array([len(value) for value in values])
         if isinstance(values, np.ndarray):
@@ -159,7 +159,7 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return a column's values as an array, up to the last value among `cases`."""
+        """Return a column's values as an array, up to the last one that `cases` use."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 

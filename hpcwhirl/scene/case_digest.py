@@ -74,10 +74,10 @@ def digest_of(values: Mapping[str, Value], content: str) -> str:
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flattened inputs without inputs of `LATER` that have the default value."""
+    """Return inputs without those added later, `LATER`, at their default value."""
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 
 def read_as(content: str) -> str:
-    """Return the part of a digest for an engine file: `content`, `READING`; else ""."""
+    """Return an engine file's part of a digest, with the version of its reading."""
     return content and f"{content} {READING}"
