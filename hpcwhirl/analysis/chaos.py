@@ -61,7 +61,7 @@ class Exponent(NamedTuple):
 
 
 def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
-    """Return ln(distance / delta) of each of `count` intervals, (count,).
+    """Return the growth ln(distance / delta) of twins in each interval, (count,).
 
     A distance of 0, or below round-off, counts as `ROUND_OFF`, so that the growth is an
     upper bound then.
@@ -128,7 +128,7 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return the largest distance of a point from the mean of every n-th point."""
+    """Return the largest distance of a section's points from the mean of every n-th."""
     rows = len(section) // n
     turns = section[len(section) - rows * n :].reshape(rows, n, -1)
     away = turns - turns.mean(axis=0)
@@ -159,7 +159,7 @@ def zero_one(values: Floats) -> float:
 
 
 def _correlation(values: Floats, c: float) -> float:
-    """Return K_c: correlation of mean square displacement with lag; 0 if constant."""
+    """Return K_c of the 0-1 test: correlation of mean square displacement with lag."""
     count, longest = len(values), len(values) // 10
     walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
     lags = np.arange(1, longest + 1)
@@ -195,7 +195,7 @@ def twins_of(
 
 
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
-    """Integrate twins to their end; return the numbers of `scene.quantities.CHAOS`.
+    """Integrate twins to their end; return exponent, period and 0-1 test, by name.
 
     Return {} if the reference or the twin ends at a limit.
     """
@@ -209,7 +209,7 @@ def motion_numbers(twins: SideBySide) -> dict[str, float]:
 
 
 def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:
-    """Return the numbers of `scene.quantities.CHAOS` that are finite.
+    """Return exponent, period and 0-1 test of a motion, by name; only finite ones.
 
     Parameters
     ----------

@@ -136,7 +136,7 @@ def levels(values: Floats, count: int) -> Floats:
 
 
 def _levels(means: Floats) -> Floats:
-    """Return ln sqrt of mean energies, of any shape; -inf up to `NOTHING`."""
+    """Return log amplitudes ln sqrt(E) of mean energies E, J; -inf up to `NOTHING`."""
     moving = means > NOTHING
     if moving.all():
         return np.asarray(0.5 * np.log(means))
@@ -155,7 +155,7 @@ def growth(time: Floats, energy: Floats) -> tuple[float, float]:
 
 
 def growths(rows: Floats) -> list[tuple[float, float]]:
-    """Return `growth` for each of m energies.
+    """Return growth rate and standard error, 1/s, of each of m energies, see `growth`.
 
     rows : (1 + m, n), first the time, s, then the energies, J
     """
@@ -200,7 +200,7 @@ def _come_to_rest(at: Floats, level: Floats) -> float:
 
 
 def summit(time: Floats, energy: Floats, start: float) -> float:
-    """Return ln(last amplitude / highest before it), of block amplitudes, see `levels`.
+    """Return ln(last amplitude / highest amplitude before it), of means over blocks.
 
     Blocks cover the run except its first part `SETTLED` and are as long as those of the
     window that begins at `start`; 0 if there are not two blocks to compare.
@@ -338,7 +338,9 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
 
 
 def _squared(centre: Floats, circle: Floats) -> Floats:
-    """Return the squared distance of the centre from an unbalanced rotor's circle, m^2.
+    """Return the squared distance of the shaft's centre from a circle, (n,), m^2.
+
+    The circle is the orbit of an unbalanced rotor without contact.
 
     centre, circle : (n, 2), m, rotating frame; distances below `HARDLY` of the circle
         are round-off and become 0
@@ -352,13 +354,13 @@ def _squared(centre: Floats, circle: Floats) -> Floats:
 
 
 def slip_ratio(scene: Scene, history: History) -> float:
-    """Return max |v' - u_c'| / (|Omega| R) over contacts; 0 without rotation.
+    """Return the largest slip of tips in contact over |Omega| R; 0 without rotation.
 
-    v' is the tangential velocity of a tip, with the centre's motion but without Omega
-    R; u_c' that of the casing at the tip. Below 1 every tip in contact slides in the
-    direction of rotation, and friction that always drags against the rotation is
-    Coulomb's law; from 1 on a tip may have slid backwards, and real friction would have
-    pushed it forwards. At speed 0 no friction acts.
+    The slip is |v' - u_c'|: v' is the tangential velocity of a tip, with the centre's
+    motion but without Omega R; u_c' that of the casing at the tip. Below 1 every tip
+    in contact slides in the direction of rotation, and friction that always drags
+    against the rotation is Coulomb's law; from 1 on a tip may have slid backwards, and
+    real friction would have pushed it forwards. At speed 0 no friction acts.
     """
     rim = abs(extremes(scene)[0]) * scene.engine.rotor.radius
     return _finite(history.slip / rim) if rim > 0.0 else 0.0

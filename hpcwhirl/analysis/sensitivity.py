@@ -40,7 +40,7 @@ FEWEST = 8  # least number of pairs of draws for indices
 
 
 def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return Sobol' indices, (2, d): first-order and total; NaN if no value varies.
+    """Return Sobol' indices, first-order and total, (2, d); NaN if no value varies.
 
     Parameters
     ----------
