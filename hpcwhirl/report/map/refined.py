@@ -26,7 +26,7 @@ Ints = NDArray[np.intp]
 
 
 def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> Any:
-    """Draw a panel; return the artist of numbers for a colour bar, if any."""
+    """Draw a panel of a refined map; return a colour bar's artist, or None."""
     rows, boxes, number = boxes_of(part, picture, refined)
     drawn = _tiles(axes, replace(part, rows=rows), _corners(boxes))
     _outline(axes, refined, boxes, number)
@@ -36,7 +36,7 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
-    """Draw a polygon for each case of a panel; return the artist of numbers, if any."""
+    """Draw a polygon for each case; return a colour bar's artist, or None."""
     edged, drawn = len(part.x.place) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,
