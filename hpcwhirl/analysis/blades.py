@@ -8,7 +8,7 @@ from hpcwhirl.arrays import Floats
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
-    """Return the blades' amplitude, peak and localisation; {} with less than 2 samples.
+    """Return the blades' amplitude, peak and localisation; {} with one sample or none.
 
     The amplitude is the rms about the mean: it does not depend on whether a sample lies
     at a crest, and excludes a steady deflection; for harmonic motion it is proportional

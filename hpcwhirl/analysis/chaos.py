@@ -83,7 +83,7 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 
 
 def exponent(growth: Floats, interval: float) -> Exponent:
-    """Return the Lyapunov exponent of growths; the interval follows from batch means.
+    """Return the mean of growths as Lyapunov exponent, with its error by batch means.
 
     The means of the `BLOCKS` blocks count as independent, so a block must be longer
     than the correlation time of the motion. NaN for fewer than `FEWEST` growths.

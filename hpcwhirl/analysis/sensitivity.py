@@ -73,7 +73,7 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a quantity of each case, (cases,); for a regime, 1 if the case has it.
+    """Return a quantity of each case, (cases,); for a regime, 1 where a case has it.
 
     For a regime, other cases have 0.
 

@@ -240,7 +240,7 @@ class FreeDecay:
 def next_look(
     sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
 ) -> int:
-    """Return the number of steps after which the bound will be below the gap.
+    """Return after how many steps the bound of the tips' motion will be below the gap.
 
     It holds if no contact occurs before; doublings of `shortest` are tried.
 

@@ -73,7 +73,7 @@ class Roots:
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's modes.
+    """Return the roots z of central differences for the modes of a body.
 
     items : (ITEMS, n), coefficients of the modes, see `kernels.passes`
     """

@@ -111,7 +111,7 @@ class FreeWaves:
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
         slots, rows, _ = self.form.shape
         every = np.zeros((len(a), rows * slots), dtype=np.complex128)
         every[:, self.own] = a
@@ -169,7 +169,7 @@ class FreeWhole:
         self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
         if len(self.form) == 3:
             squares = a.real**2, 2 * a.real * a.imag, a.imag**2
             return np.asarray(
@@ -184,7 +184,7 @@ class FreeWhole:
         state[self.half + self.own] = flushed(past[0].imag)
 
     def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion from a state."""
+        """Return the free motion that starts from a kernel's state."""
         a = state[self.own] + 1j * state[self.half + self.own]
         return WavesMotion(np.abs(a), a, self)
 

@@ -67,7 +67,7 @@ class SideBySide:
 
     @property
     def interval(self) -> float:
-        """Length of an interval, s."""
+        """Time between two measurements of the twins' distance, s."""
         return self.rows * self.one.beat * self.one.scene.solver.time_step
 
     @property

@@ -87,7 +87,7 @@ class _Diameter:
 
     @property
     def condition(self) -> float:
-        """Condition number of the waves: of `shapes` over `rises` / `scale`."""
+        """Condition number of the waves' basis, `shapes` over `rises` / `scale`."""
         basis = np.vstack([self.shapes, self.rises / self.scale])
         return float(np.linalg.cond(basis))
 
@@ -288,7 +288,7 @@ class Circle:
 
 
 def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle | None:
-    """Return the circle of a scene's unbalance; None without one."""
+    """Return the circular orbit of a rotor with unbalance; None if it is balanced."""
     places, body = circle(model, scene), model.rotor
     if places is None:
         return None

@@ -74,7 +74,7 @@ def mixed(shapes: Floats, blades: int) -> bool:
 def unmixed(
     shapes: Floats, blades: int, hub: Floats | None = None
 ) -> tuple[Floats, int]:
-    """Return an orthogonal matrix that combines modes to ones of one diameter each.
+    """Return an orthogonal matrix that combines modes to ones of a single diameter.
 
     Parameters
     ----------

@@ -118,7 +118,7 @@ def _of_unknowns(order: Integers, node: Integers) -> Integers:
 
 
 def scaled_norm(matrix: sparse.csc_array) -> float:
-    """Return the 1-norm of D^-1/2 A D^-1/2, D = diag A."""
+    """Return the 1-norm of a matrix A scaled to unit diagonal, D^-1/2 A D^-1/2."""
     scale = 1 / np.sqrt(matrix.diagonal().real)
     sizes = np.abs(matrix.data)
     sizes *= scale[matrix.indices]

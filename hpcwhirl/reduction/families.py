@@ -162,13 +162,13 @@ def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
 
 def as_records(table: list[Line]) -> list[dict[str, object]]:
-    """Return the lines of the table as dictionaries."""
+    """Return the lines of the modal table as dictionaries."""
     return [asdict(line) for line in table]
 
 
 @lru_cache(maxsize=MOST_KEPT)
 def rotor_by_diameter(model: Model) -> ModalModel:
-    """Return the rotor for frequencies, with modes by nodal diameter where possible.
+    """Return the rotor for frequencies, its modes sorted by nodal diameter if possible.
 
     Natural frequencies, critical speeds (Eq. 13 of the paper) and the growth of free
     motions do not depend on contact:

@@ -208,7 +208,7 @@ def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
 
 
 def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
-    """Return the reduction of a whole wheel."""
+    """Return the reduced matrices of a wheel that is given as a whole."""
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)
@@ -295,7 +295,7 @@ def _sector_map(
 
 
 def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
-    """Return the reduction of a wheel from one sector, by nodal diameters."""
+    """Return the reduced matrices of a wheel that is given by one sector."""
     blades = wheel.blades
     even = -(-wheel.modes // blades) + MORE
     pieces: dict[int, Condensed] = {}

@@ -143,7 +143,7 @@ def _modes_and_ratios(
     blades: int,
     damping: float | Floats,
 ) -> tuple[Floats, Floats, float | Floats]:
-    """Return (omega (m,), shapes (n, m), damping ratios) of matrices, checked.
+    """Return frequencies (m,), mode shapes (n, m), damping ratios of checked matrices.
 
     Parameters
     ----------
@@ -349,7 +349,7 @@ def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
 def _checked_modes(
     given: Given, mass: Floats, stiffness: Floats
 ) -> tuple[Floats, Floats]:
-    """Return (omega (n,), shapes (n, n)); refuse matrices that are not definite."""
+    """Return frequencies (n,) and mode shapes (n, n); refuse indefinite matrices."""
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         raise given.wrong("mass", "be positive definite", f"eigenvalue {lowest:.2g}")

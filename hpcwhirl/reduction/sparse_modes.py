@@ -302,7 +302,7 @@ def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
 
 
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
-    """Estimate the 1-norm condition number of D^-1/2 A D^-1/2, D = diag A."""
+    """Estimate the condition number (1-norm) of a matrix scaled to unit diagonal."""
     scale = np.sqrt(matrix.diagonal().real)
 
     def apply(x: Matrix) -> Matrix:

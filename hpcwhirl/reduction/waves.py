@@ -143,7 +143,7 @@ def _apart(
     speed: float,
     roots: Complexes,
 ) -> Complexes:
-    """Return the roots of k = 1 on supports that differ by direction, as `wave_roots`.
+    """Return the roots s of nodal diameter 1 on supports that differ by direction.
 
     In the static frame, with y = Y e^{i Omega t} and X = conj(Y),
 

@@ -169,7 +169,7 @@ class Many:
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
     def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
-        """Return the `Columns` function of some cases: from an input to its values.
+        """Return a function from an input's name to its values in some cases.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class Many:
             yield np.broadcast_to(ends, cases.shape)
 
     def labels(self, names: Iterable[str], cases: Array | None = None) -> Array:
-        """Return integers, (m,), equal for cases with equal values of some inputs.
+        """Return an integer label of each case, (m,), equal for equal inputs `names`.
 
         Parameters
         ----------

@@ -67,7 +67,7 @@ def digest(scene: Scene, content: str | None = None) -> str:
 
 
 def digest_of(values: Mapping[str, Value], content: str) -> str:
-    """Return the `digest` of a scene from its flattened inputs, see `flatten`."""
+    """Return a case's digest from {dotted input: value} and its engine file's one."""
     told = [PHYSICS_VERSION, without_defaults(values), read_as(content)]
     text = json.dumps(told, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

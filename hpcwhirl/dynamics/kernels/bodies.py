@@ -146,7 +146,7 @@ def motion_of(q, d, loss):
 
 @njit(cache=True)
 def layer_space(blades):
-    """Return the work space of the functions in `layer`."""
+    """Return the work arrays for contact with a layer that wears, see `layer`."""
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
         np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
@@ -167,7 +167,7 @@ def march_bodies(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks,
 ):  # fmt: skip
-    """Integrate `steps` steps of central differences, see `timestep.recursion`.
+    """Integrate two bodies in contact over `steps` steps of central differences.
 
     Where tips have several contact points, N in all arrays is the number of points.
 

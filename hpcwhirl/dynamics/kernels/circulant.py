@@ -283,7 +283,7 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether `known` lists active blades whose inverse is accurate."""
+    """Return whether there is an accurate inverse for the active blades in `known`."""
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 
 

@@ -363,14 +363,17 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the time loop; passes : module of its passes, `differences` or `flow`."""
+    """Return the time loop of the cyclic kernel.
+
+    passes : module of the functions that take its steps, `differences` or `flow`
+    """
     exact = passes is flow
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """Integrate `steps` steps, see `bodies.march_bodies`.
+        """Integrate rotor and ring over `steps` steps, see `bodies.march_bodies`.
 
         space : result of `space_of`
 

@@ -375,7 +375,7 @@ def marching(waves):
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """Integrate `steps` steps, see `bodies.march_bodies` and `kernel_types`.
+        """Integrate rotor and ring over `steps` steps, see `bodies.march_bodies`.
 
         space : result of `general_space`
         """

@@ -231,7 +231,7 @@ def missing(active, blades, known):
 
 @rare
 def turn_to(active, where, blades, wide, space):
-    """Make the kept inverse that of the active blades, by updates or anew.
+    """Change the kept inverse to that of the active blades, by updates or by inversion.
 
     active : (N,), in: 1 for active blades, else 0; overwritten
     where : (N + 1,), out: these blades, if the inverse is computed anew

@@ -53,7 +53,7 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange the variables of a row and a column of the table, see `set_out`."""
+    """Exchange the variables of a row and a column of Lemke's table, see `set_out`."""
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
     for s in range(size + 1):
@@ -72,7 +72,7 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row of the table whose variable reaches 0 first; -1: none.
+    """Return the row of Lemke's table whose variable reaches 0 first; -1: none.
 
     The variable of the given column grows, see `set_out`.
     """

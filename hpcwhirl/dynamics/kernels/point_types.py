@@ -113,7 +113,7 @@ class PointsRotor(NamedTuple):
 
 
 class PointsContact(NamedTuple):
-    """Contact of P points.
+    """Constants of the contact of P points.
 
     w, clear : (P, P), m/N, Delassus matrix as in `GeneralContact`; (2 wide,), m, folded
         clearances of the points beyond the gap

@@ -254,7 +254,7 @@ def march_points(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
     tracks, space,
 ):  # fmt: skip
-    """Integrate `steps` steps, see `bodies.march_bodies` and `PointsRotor`."""
+    """Integrate waves of both bodies over `steps` steps, see `bodies.march_bodies`."""
     s_b, gaps, counter, last, ledger = (
         state.rotor, state.gaps, state.counter, state.last, state.ledger,
     )  # fmt: skip

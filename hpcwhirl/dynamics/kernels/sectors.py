@@ -145,7 +145,7 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return `sums` plus a re, b im, a im and b re of a value (re, im)."""
+    """Return four `sums` plus the products a re, b im, a im, b re of (re, im)."""
     re, im = value
     straight, across, crossed, along = sums
     straight, across = fma(a, re, straight), fma(b, im, across)
@@ -181,7 +181,7 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set spectra of the motion of point p of all tips; add forces' change of waves.
+    """Set spectra of the motions of point p; add the change of waves by its forces.
 
     The motion is that by the waves, from step n - 1 to n + 1. For pairs, coefficients
     of forces are the conjugates of those of the motion.

@@ -137,7 +137,7 @@ def four_sums(rows, at, q, modes):
 
 @inlined
 def eight_sums(rows, at, on, q, modes):
-    """Return `four_sums` of the rows from `at` and from `on` on.
+    """Return the results of `four_sums` for two rows, from rows[at] and rows[on] on.
 
     Eight sums at a time hide their latency.
     """
@@ -349,7 +349,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return a row's product with all of s; sums : its `four_sums` with s[:modes]."""
+    """Return the product of a whole row and s; sums : `four_sums` of its first part."""
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -420,7 +420,7 @@ def add_rows(rows, push, where, active, s, modes):
 @inlined
 def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
                 sums, held):  # fmt: skip
-    """Enter works of a step's multipliers in `sums`; add the rotor's part to `before`.
+    """Enter works of a step's contact forces in `sums`; complete the gaps in `before`.
 
     A blade that was also in contact two steps before, as nearly all are, has moved like
     the casing: its gap is closed at both steps. For other blades the motion follows

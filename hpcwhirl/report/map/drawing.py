@@ -131,7 +131,7 @@ def draw_grid(axes: Any, part: Part) -> Any:
 def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
     """Draw a point for each case over a raster of nearest cases.
 
-    Return the artist of numbers for a colour bar, None for words.
+    Return a colour bar's artist, None if words are shown.
 
     free : whether an input varies that is no axis; then there is no raster, as the
         plane between cases has no meaning
