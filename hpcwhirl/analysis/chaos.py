@@ -232,7 +232,7 @@ def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, flo
 
 
 def section_of(judged: Evidence, speed: float, first: int) -> Floats:
-    """Return the section of a motion once a revolution, t = 2 pi m / Omega.
+    """Return the Poincaré section of a motion, one point per revolution.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ WAITING = "lam"  # multipliers of a pending step
 
 
 def copy_of(march: March) -> Any:
-    """Return a copy of a march's state, one of `kernels.kernel_types`."""
+    """Return a copy of the state of a march, whose type depends on its kernel."""
     state = march.state
     return type(state)._make(array.copy() for array in state)
 

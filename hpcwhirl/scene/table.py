@@ -338,7 +338,7 @@ def _is_axis(axis: Any) -> bool:
 
 
 def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
-    """Return an integer label of each value, (n,), equal for equal values.
+    """Return an integer label of each value, (n,); 0 and -0 count as different.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known` after its N blades
 
 
 def length_of_known(blades: int) -> int:
-    """Return the length of `ConstantSpace.known`, which lists active blades."""
+    """Return the length of the array `known` of active blades, see `ConstantSpace`."""
     return blades + LOG + CHANGES
 
 

@@ -129,7 +129,10 @@ class RingPlaces:
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments in a state of `parts` equal arrays."""
+    """Return amplitudes and the last step's increments from the state of a body.
+
+    parts, odd : number of equal arrays in the state; 1 if the step number is odd
+    """
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 
