@@ -59,6 +59,8 @@ def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Float
     """Return harmonics of a rigid casing at `count` samples, (count, H + 1, 2), m.
 
     H is that of an elastic ring with these inputs, or the shape's highest if larger.
+
+    stride : steps between samples
     """
     out = np.zeros((count, _highest(scene) + 1, 2))
     times = stride * np.arange(1, count + 1) * scene.solver.time_step

@@ -45,7 +45,8 @@ def modes_near(
 ) -> tuple[Floats, Matrix] | None:
     """Return omega^2 (count,) and shapes (n, count) of the lowest modes of a structure.
 
-    None where the iteration does not converge or a mode might be missing.
+    Shapes are mass-orthonormal. None where the iteration does not converge or a mode
+    might be missing.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ class Many:
         self._known_numbers: dict[str, Array] = {}
 
     def numbers(self, name: str, values: Values) -> Array:
-        """Return values of an input as numbers, (n,); a list counts as its length."""
+        """Return an input's values as an array, (n,); a list counts as its length."""
         if takes_list(name):
             return np.array([len(value) for value in values])
         if isinstance(values, np.ndarray):

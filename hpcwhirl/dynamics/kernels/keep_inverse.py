@@ -98,6 +98,7 @@ def note_change(change, sound, blades, known):
     """Note in `known` that a blade enters or leaves the inverse of the Delassus matrix.
 
     change : j if blade j enters, N (p + 1) + j if blade j leaves place p
+    sound : whether the inverse is still accurate after it
     """
     known[blades + LOG + known[blades + CHANGED]] = change
     known[blades + CHANGED] += 1

@@ -179,7 +179,8 @@ def _lines(
 ) -> tuple[float, Floats]:
     """Return a spectrum's limit, rad/s, and its largest line in each interval, m.
 
-    The intervals divide the spectrum from -limit to limit; NaN in one without a line.
+    The `most` intervals divide the spectrum from -limit to limit; NaN in one without
+    a line.
     """
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
