@@ -61,7 +61,7 @@ class Feature:
     log: bool = False
 
     def of(self, data: xarray.Dataset) -> Floats:
-        """Return the feature of each case / its tolerance, (cases,), all finite."""
+        """Return the finite feature of each case over its tolerance, (cases,)."""
         value = np.asarray(data[self.name].to_numpy(), dtype=float)
         if self.over:
             value = value / max(np.abs(data[self.over].to_numpy()).max(), LEAST)
@@ -156,7 +156,7 @@ def _groups(
 
 
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
-    """Return the features of all cases / their tolerances, (cases, features).
+    """Return the features of all cases divided by their tolerances, (cases, features).
 
     Features of the centre's motion are 0 for cases without whirl, where they would be
     round-off.
@@ -211,7 +211,7 @@ def _parted(features: Floats) -> Ints:
 
 
 def _gaps(tree: Floats) -> Floats:
-    """Return the heights in the tree at which clusters may be separated, widest first.
+    """Return heights of a linkage tree where clusters may be separated, widest first.
 
     At such a height both parts are large enough, and the gap between them is more than
     `WIDER` times any gap inside them.
@@ -245,7 +245,7 @@ def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:
 
 
 def _differ(features: Floats, labels: Ints) -> bool:
-    """Return whether the medians of every two clusters are more than 1 apart."""
+    """Return whether every two clusters' medians are more than one tolerance apart."""
     middle = np.array([np.median(features[labels == k], axis=0)
                        for k in np.unique(labels)])  # fmt: skip
     apart = np.abs(middle[:, None] - middle[None]).max(axis=2)
@@ -279,7 +279,7 @@ def silhouette(away: Floats, labels: Ints) -> float:
 
 
 def _by_size(labels: Ints) -> Ints:
-    """Return labels renumbered from 0 by decreasing size; in a tie by occurrence."""
+    """Return cluster labels renumbered from 0 by falling size; ties by occurrence."""
     _, first, own, size = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True
     )

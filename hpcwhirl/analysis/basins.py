@@ -67,7 +67,7 @@ class Starts:
 
 
 def starts_of(data: xarray.Dataset) -> Starts:
-    """Return the starts of cases of a campaign.
+    """Return the `Starts` of a campaign's cases: the inputs that differ between them.
 
     Raises
     ------

@@ -122,7 +122,7 @@ def touches(
 
 
 def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
-    """Return the variables `WORN` of a case, {} without a layer.
+    """Return depth, volume, lobes and works of the worn layer, by name; {} without one.
 
     layer : (3, M), see `dynamics.history.History`
     """

@@ -61,7 +61,7 @@ class Exponent(NamedTuple):
 
 
 def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
-    """Return ln(distance / delta) of each of `count` intervals, (count,).
+    """Return the growth ln(distance / delta) of twins in each interval, (count,).
 
     A distance of 0, or below round-off, counts as `ROUND_OFF`, so that the growth is an
     upper bound then.
@@ -83,7 +83,7 @@ def growths(twins: Twins, delta: float, count: int, settle: int = 0) -> Floats:
 
 
 def exponent(growth: Floats, interval: float) -> Exponent:
-    """Return the Lyapunov exponent of growths; the interval follows from batch means.
+    """Return the mean of growths as Lyapunov exponent, with its error by batch means.
 
     The means of the `BLOCKS` blocks count as independent, so a block must be longer
     than the correlation time of the motion. NaN for fewer than `FEWEST` growths.
@@ -128,7 +128,7 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return the largest distance of a point from the mean of every n-th point."""
+    """Return the largest distance of a section's points from the mean of every n-th."""
     rows = len(section) // n
     turns = section[len(section) - rows * n :].reshape(rows, n, -1)
     away = turns - turns.mean(axis=0)
@@ -159,7 +159,7 @@ def zero_one(values: Floats) -> float:
 
 
 def _correlation(values: Floats, c: float) -> float:
-    """Return K_c: correlation of mean square displacement with lag; 0 if constant."""
+    """Return K_c of the 0-1 test: correlation of mean square displacement with lag."""
     count, longest = len(values), len(values) // 10
     walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
     lags = np.arange(1, longest + 1)
@@ -195,7 +195,7 @@ def twins_of(
 
 
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
-    """Integrate twins to their end; return the numbers of `scene.quantities.CHAOS`.
+    """Integrate twins to their end; return exponent, period and 0-1 test, by name.
 
     Return {} if the reference or the twin ends at a limit.
     """
@@ -209,7 +209,7 @@ def motion_numbers(twins: SideBySide) -> dict[str, float]:
 
 
 def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:
-    """Return the numbers of `scene.quantities.CHAOS` that are finite.
+    """Return exponent, period and 0-1 test of a motion, by name; only finite ones.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, flo
 
 
 def section_of(judged: Evidence, speed: float, first: int) -> Floats:
-    """Return the section of a motion once a revolution, t = 2 pi m / Omega.
+    """Return the Poincaré section of a motion, one point per revolution.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ def source_of(data: xarray.Dataset) -> Source:
 
 
 def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
-    """Return texts, (cases,), read in parts, since a file has 240 bytes for each."""
+    """Return texts of all cases, (cases,), read in parts: a file has 240 bytes each."""
     starts = range(0, max(len(variable), 1), AT_ONCE)
     parts = [variable[start : start + AT_ONCE].to_numpy() for start in starts]
     return np.concatenate(parts)
@@ -156,7 +156,7 @@ class _Part:
 
 
 class _Check:
-    """Checks a program and resolves its names to variables and words."""
+    """Check of a parsed condition, whose names become variables or words."""
 
     def __init__(self, program: Program, source: Source) -> None:
         self.steps = list(program)

@@ -25,7 +25,7 @@ HALVED = 60  # largest number of bisections of a pair, down to round-off
 
 
 class LostEdgeError(WhirlError):
-    """The boundary was lost: both states are on the same side of it."""
+    """The boundary of a basin was lost: both states are on the same side of it."""
 
 
 class Motions(Protocol[State]):
@@ -46,7 +46,7 @@ class Motions(Protocol[State]):
 
 @dataclass(frozen=True)
 class Pair(Generic[State]):
-    """Two states on different sides of the boundary, and their distance."""
+    """Two states on different sides of a basin's boundary, and their distance."""
 
     low: State
     high: State
@@ -55,7 +55,7 @@ class Pair(Generic[State]):
 
 @dataclass(frozen=True)
 class Tracked(Generic[State]):
-    """A motion along the boundary.
+    """A motion tracked along the boundary between two basins.
 
     Attributes
     ----------

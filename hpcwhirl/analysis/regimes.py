@@ -136,7 +136,7 @@ def levels(values: Floats, count: int) -> Floats:
 
 
 def _levels(means: Floats) -> Floats:
-    """Return ln sqrt of mean energies, of any shape; -inf up to `NOTHING`."""
+    """Return log amplitudes ln sqrt(E) of mean energies E, J; -inf up to `NOTHING`."""
     moving = means > NOTHING
     if moving.all():
         return np.asarray(0.5 * np.log(means))
@@ -211,7 +211,7 @@ def _come_to_rest(at: Floats, level: Floats, floor: float) -> float:
 
 
 def summit(time: Floats, energy: Floats, start: float) -> float:
-    """Return ln(last amplitude / highest before it), of block amplitudes, see `levels`.
+    """Return ln(last amplitude / highest amplitude before it), of means over blocks.
 
     Blocks cover the run except its first part `SETTLED` and are as long as those of the
     window that begins at `start`; 0 if there are not two blocks to compare.
@@ -378,13 +378,13 @@ def _squared(centre: Floats, circle: Floats, far: float) -> Floats:
 
 
 def slip_ratio(scene: Scene, history: History) -> float:
-    """Return max |v' - u_c'| / (|Omega| R) over contacts; 0 without rotation.
+    """Return the largest slip of tips in contact over |Omega| R; 0 without rotation.
 
-    v' is the tangential velocity of a tip, with the centre's motion but without Omega
-    R; u_c' that of the casing at the tip. Below 1 every tip in contact slides in the
-    direction of rotation, and friction that always drags against the rotation is
-    Coulomb's law; from 1 on a tip may have slid backwards, and real friction would have
-    pushed it forwards. At speed 0 no friction acts.
+    The slip is |v' - u_c'|: v' is the tangential velocity of a tip, with the centre's
+    motion but without Omega R; u_c' that of the casing at the tip. Below 1 every tip
+    in contact slides in the direction of rotation, and friction that always drags
+    against the rotation is Coulomb's law; from 1 on a tip may have slid backwards, and
+    real friction would have pushed it forwards. At speed 0 no friction acts.
     """
     rim = abs(extremes(scene)[0]) * scene.engine.rotor.radius
     return _finite(history.slip / rim) if rim > 0.0 else 0.0

@@ -40,7 +40,7 @@ FEWEST = 8  # least number of pairs of draws for indices
 
 
 def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return Sobol' indices, (2, d): first-order and total; NaN if no value varies.
+    """Return Sobol' indices, first-order and total, (2, d); NaN if no value varies.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a quantity of each case, (cases,); for a regime, 1 if the case has it.
+    """Return a quantity of each case, (cases,); for a regime, 1 where a case has it.
 
     For a regime, other cases have 0.
 

@@ -105,7 +105,7 @@ def counts(
     group: NDArray[np.int64],
     chosen: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """Return the number of chosen cases by group and kind, (groups, kinds).
+    """Return the number of chosen cases by group and kind of motion, (groups, kinds).
 
     For parameters see `shares_of`.
     """

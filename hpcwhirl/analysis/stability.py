@@ -104,7 +104,7 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
 def _turning_part(
     model: Model, spin: Spin, k: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return what `_rotor_part` does, of a rotor with the terms of rotation."""
+    """Return the rotor's part of `Coupled`, at k, with the terms of rotation."""
     piece, blades = spin.waves[k], model.blades
     gyro, rate, stiffness, support = diameter_matrices(model.rotor, piece, speed)
     scale = np.sqrt(piece.multiplicity / blades)
@@ -153,7 +153,7 @@ def _amplitudes(
 
 
 def closed_roots(pair: Coupled) -> Complexes:
-    """Return the eigenvalues s of motions e^{s t} with w = u held, (2 m - 2,), 1/s."""
+    """Return the roots s of motions e^{s t} with closed contacts, (2 m - 2,), 1/s."""
     right = null_space(pair.gap[None, :])
     left = null_space(pair.push[None, :].conj())
     mass, damping, stiffness = (
@@ -166,7 +166,7 @@ def closed_roots(pair: Coupled) -> Complexes:
 
 
 def sprung_roots(pair: Coupled, stiffness: float) -> Complexes:
-    """Return the eigenvalues with springs instead of contacts, (2 m,), 1/s.
+    """Return the roots s with a spring at each blade instead of contact, (2 m,), 1/s.
 
     lambda = -stiffness (w - u): a contact that is closed only part of the time lies
     between no contact (stiffness 0) and a closed one (infinite stiffness).

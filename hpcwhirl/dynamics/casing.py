@@ -70,7 +70,7 @@ def ready_at(scene: Scene) -> int:
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return the casing's harmonics (n, H + 1, 2), m, from modal amplitudes (n, m)."""
+    """Return the casing's harmonics, (n, H + 1, 2), m, at n samples of its modes."""
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
@@ -80,12 +80,12 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
-    """Return the casing's harmonics, cos and sin, per unit amplitude, (H + 1, 2, m)."""
+    """Return casing harmonics, cos and sin, for unit amplitudes, (H + 1, 2, m)."""
     return np.asarray(ring.waves() @ body.shapes)
 
 
 def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
-    """Return harmonics (n, H + 1, 2), m, from the ring's coordinates (n, m)."""
+    """Return harmonics, (n, H + 1, 2), m, at n samples of the ring's coordinates."""
     if model.ring is None:
         msg = "a rigid casing has no coordinates"
         raise ValueError(msg)
@@ -105,9 +105,11 @@ def _read(rows: Floats, values: Floats) -> Floats:
 
 
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
-    """Return harmonics (count, H + 1, 2), m, of a rigid casing, every `stride` steps.
+    """Return harmonics of a rigid casing at `count` samples, (count, H + 1, 2), m.
 
     H is that of an elastic ring with these inputs, or the shape's highest if larger.
+
+    stride : steps between samples
     """
     out = np.zeros((count, _highest(scene) + 1, 2))
     times = stride * np.arange(1, count + 1) * scene.solver.time_step

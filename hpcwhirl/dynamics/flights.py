@@ -33,7 +33,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of modes.
+    """Return the coefficients by which modes jump over steps without contact.
 
     items, step : (ITEMS, size), coefficients of modes, see `kernels.passes`; dt, s
     """
@@ -47,7 +47,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the `Flyer` of waves.
+    """Return the coefficients by which waves jump over steps without contact.
 
     items, step : (ITEMS, size), coefficients of waves, see `kernels.waves`; dt, s
     """
@@ -83,7 +83,7 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
 def flight_arrays(
     scene: Scene, beat: int, rotor: Flyer, ring: Floats
 ) -> Flight | tuple[()]:
-    """Return the argument `flight` of `kernels.flight.fly`; () for other schemes.
+    """Return the arrays for jumps of the scheme exact over free steps; () for others.
 
     Parameters
     ----------

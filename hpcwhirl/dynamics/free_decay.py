@@ -44,7 +44,7 @@ class _Motion(NamedTuple):
 
 
 class _Start(NamedTuple):
-    """State of a march at the step where its closed form begins.
+    """State of a march at the step from which it continues in closed form.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class FreeDecay:
 
     @cached_property
     def _moved(self) -> Floats:
-        """Largest displacement of each tip by a unit amplitude, (N, modes), m."""
+        """Largest displacement of each tip, (N, modes), m, for unit amplitudes."""
         return np.hypot(np.abs(self.shapes.radial), np.abs(self.shapes.tangential))
 
     def finish(
@@ -173,7 +173,7 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write rows of evidence to the tracks; z : (rows, modes), factors z^n."""
+        """Write rows of evidence after the start; z : (rows, modes), factors z^n."""
         rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
         rotor, ring = motion.energies(z)
@@ -186,7 +186,7 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write samples of the traces to the tracks.
+        """Write the samples of the traces after the start.
 
         z : (samples, modes), factors z^n
         steps : (samples,), numbers of steps after the start
@@ -221,7 +221,7 @@ class FreeDecay:
     ) -> None:
         """Set the state to the one that the kernel would leave after `steps` steps.
 
-        settled : copies of rotor, ring and their sums, with the pending step completed
+        settled : copies of rotor, ring and their sums, with all contact forces applied
         """
         _, _, state.sums_b[:], state.sums_c[:] = settled
         state.counter[contact.STEP] += steps
@@ -240,7 +240,7 @@ class FreeDecay:
 def next_look(
     sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
 ) -> int:
-    """Return the number of steps after which the bound will be below the gap.
+    """Return after how many steps the bound of the tips' motion will be below the gap.
 
     It holds if no contact occurs before; doublings of `shortest` are tried.
 

@@ -73,7 +73,7 @@ class Roots:
 
 
 def roots_of(items: Floats) -> Roots:
-    """Return the roots of a body's modes.
+    """Return the roots z of central differences for the modes of a body.
 
     items : (ITEMS, n), coefficients of the modes, see `kernels.passes`
     """
@@ -120,7 +120,7 @@ class ModesMotion:
         return self.alpha * z + self.beta * z.conj()
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return factors f, (modes, r): after n steps, displacements are Re(f^T z^n).
+        """Return factors f, (modes, r), of r displacements Re(f^T z^n) after n steps.
 
         rows : (r, modes), which give the r displacements Re(conj(rows) q)
         """
@@ -145,7 +145,7 @@ class ModesMotion:
         return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a state to the one that the kernel would leave after `steps` steps.
+        """Set a kernel's state to the one that it would have after `steps` free steps.
 
         The kernel enters the damping loss of the last step later: it is the sum of
         rates times squares.
@@ -180,7 +180,7 @@ class ModesMotion:
 
 
 class FreeModes:
-    """Modes of a body in a kernel's state, with complex amplitudes.
+    """Modes of a body, whose complex amplitudes are in the state of a kernel.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ class FreeModes:
         self.spin = items[passes.SPIN][self.own] * step
 
     def motion(self, state: Floats, step: int) -> ModesMotion:
-        """Return the free motion from a state without a pending step.
+        """Return the free motion from a state with all contact forces applied.
 
         step : number of the last step
         """

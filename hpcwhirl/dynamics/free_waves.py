@@ -47,7 +47,7 @@ class WavesMotion:
         return self.amplitudes * z
 
     def swing(self, rows: Complexes) -> Complexes:
-        """Return factors f, (waves, r): after n steps, displacements are Re(f^T z^n).
+        """Return factors f, (waves, r), of r displacements Re(f^T z^n) after n steps.
 
         rows : (r, waves), which give the r displacements Re(conj(rows) a)
         """
@@ -58,7 +58,7 @@ class WavesMotion:
         return self.body.energies(self.places(z))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a state to the one that the kernel would leave after `steps` steps.
+        """Set a kernel's state to the one that it would have after `steps` free steps.
 
         No loss is pending, so that the rates and squares returned, see
         `free_modes.ModesMotion.leave`, are empty.
@@ -111,7 +111,7 @@ class FreeWaves:
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
         slots, rows, _ = self.form.shape
         every = np.zeros((len(a), rows * slots), dtype=np.complex128)
         every[:, self.own] = a
@@ -120,7 +120,7 @@ class FreeWaves:
         return np.asarray((apart.conj() * pair).real.sum(axis=(0, 2)))
 
     def write(self, past: Complexes, state: Floats, step: int) -> None:
-        """Set a state; past : (seen, w), amplitudes at `step` and at earlier steps."""
+        """Write amplitudes to a state; past : (seen, w), at `step` and before it."""
         rows = state.reshape(-1, 2, self.slots)
         rows[:] = 0.0
         for back, values in enumerate(past):
@@ -135,7 +135,7 @@ class FreeWaves:
             rows[(step - back) % waves.SEEN - waves.SEEN] = seen.real, seen.imag
 
     def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion from a state without a pending step."""
+        """Return the free motion from a state with all contact forces applied."""
         parts = state[: 2 * self.size].reshape(-1, 2, self.slots)
         a = (parts[:, 0] + 1j * parts[:, 1]).ravel()[self.own]
         return WavesMotion(np.abs(a), a, self)
@@ -169,7 +169,7 @@ class FreeWhole:
         self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the energy, (samples,), J, of amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
         if len(self.form) == 3:
             squares = a.real**2, 2 * a.real * a.imag, a.imag**2
             return np.asarray(
@@ -179,25 +179,25 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Set a state to amplitudes; past : (1, w), those at the present step."""
+        """Write amplitudes to a state; past : (1, w), those at the present step."""
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 
     def motion(self, state: Floats, _: int) -> WavesMotion:
-        """Return the free motion from a state."""
+        """Return the free motion that starts from a kernel's state."""
         a = state[self.own] + 1j * state[self.half + self.own]
         return WavesMotion(np.abs(a), a, self)
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return factors of amplitudes, such as rotor.read, as complex rows (r, waves)."""
+    """Return displacements for unit amplitudes, such as rotor.read, as (r, waves)."""
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
     return complex_rows(rows, len(rotor.drift))
 
 
 def complex_rows(parts: Floats, half: int) -> Complexes:
-    """Return rows (r, half), re + i im, from flat rows with all re before all im."""
+    """Return complex rows (r, half) from flat ones that have all re before all im."""
     rows = parts.reshape(-1, 2, half)
     return np.asarray(rows[:, 0] + 1j * rows[:, 1])
 

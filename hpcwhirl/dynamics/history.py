@@ -25,7 +25,7 @@ LEDGER_TERMS = (
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples that decide words, every `case.limits.beat_of` steps, for any traces.
+    """Samples of a run that decide its words, whichever traces are stored.
 
     Attributes
     ----------

@@ -112,7 +112,7 @@ class March:
         return self.scheme.begin(start)
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, wall and arrays to those of the present interval.
+        """Set speed, casing shape and arrays to those of the present interval of speed.
 
         state : state of the kernel, which is adapted to them; None: no state is adapted
         """
@@ -134,7 +134,7 @@ class March:
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
-        """Set the arrays to those of the first interval inside a `with` statement."""
+        """Use the arrays of the first interval of speed inside a `with` statement."""
         steps = self.steps
         self.counter[contact.STEP] = 0
         self._refresh(None)
@@ -145,17 +145,17 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set the arrays to those of the interval in which a restored state lies."""
+        """Set the arrays for the interval of speed in which a restored state lies."""
         self._refresh(None)
 
     def put(self, state: Iterable[Floats]) -> None:
-        """Set the state to a state of this scene, perhaps at another step."""
+        """Set the state to a given one of the same scene, perhaps at another step."""
         for target, array in zip(self.state, state, strict=True):
             target[...] = array
         self.recall()
 
     def _coast(self) -> FreeDecay | None:
-        """Return the `FreeDecay` of the march; None if no certificate is possible."""
+        """Return the free decay in closed form; None if no certificate is possible."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -193,7 +193,7 @@ class March:
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the steps to the next `_look` or `_watch`, at most `size`."""
+        """Return the number of steps, up to `size`, to the next `_look` or `_watch`."""
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -202,7 +202,7 @@ class March:
         return size
 
     def _look_after(self, steps: int) -> None:
-        """Let `_look` search at the first row of evidence at least `steps` ahead."""
+        """Postpone the search for a certificate by at least `steps` steps."""
         at = self.steps + steps
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
@@ -369,7 +369,7 @@ class March:
         return min(goal, after) if self.stresses.size else goal
 
     def _march_to(self, goal: int) -> None:
-        """March to step `goal`; at the end of each interval, switch to the next."""
+        """March to step `goal`; where an interval of speed ends, switch to the next."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
             cut = self._next_cut()
             self._call(min(goal, cut) - self.steps)
@@ -380,7 +380,7 @@ class March:
                 self._release()
 
     def _next_cut(self) -> int:
-        """Return the step at which the present interval ends, or a casing is let go."""
+        """Return the step at which an interval of speed ends or a casing is let go."""
         steps, cuts = self.steps, []
         if self.schedule is not None:
             cuts.append((steps // self.schedule.every + 1) * self.schedule.every)

@@ -72,7 +72,7 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Changes over two free steps for unit amplitudes after them, (m,)."""
+        """Changes of modes over two free steps for unit amplitudes after them, (m,)."""
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
@@ -110,7 +110,7 @@ def mode_waves(body: ModalModel, step: float) -> ModeWaves:
 
 
 def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRotor:
-    """Return the kernel's arrays of a rotor without terms of rotation."""
+    """Return the arrays of `kernels.whole` for a rotor without terms of rotation."""
     blades, mu = model.blades, friction_with_sign(scene)
     radial, along = reads_of(model)
     size = -(-len(waves.omega) // (2 * EIGHT)) * 2 * EIGHT

@@ -86,7 +86,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
 
 
 def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
-    """Return the kernel's arrays of a rotor with rotation as matrices.
+    """Return the kernel's arrays of a rotor with terms of rotation, as matrices.
 
     places : indices of radial, tangential and centre coordinates
     """
@@ -114,7 +114,7 @@ def rotor_compliance(model: Model, scene: Scene) -> Floats:
 
 
 def contact_operators(model: Model, scene: Scene) -> Contact:
-    """Return the contact of two bodies: the rotor's W, the ring's compliance, points.
+    """Return the contact of rotor and casing: the rotor's W, ring compliance, points.
 
     W, the rotor's part of the Delassus matrix, and compliance, m/N, give the radial
     displacements, in the same step, due to a unit multiplier and its friction (the
@@ -153,7 +153,7 @@ def lobe_load(
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
-    """Return the ring's load vector (n,), dimensionless, of a scene's unit force."""
+    """Return the ring's load vector (n,), dimensionless, of a pulse of unit force."""
     if model.ring is None:
         return np.zeros(0)
     return lobe_load(model.ring, scene.nodal_diameter, scene.direction)

@@ -66,7 +66,7 @@ def _pulse_rows(model: Model, scene: Scene) -> Floats:
 
 @dataclass(frozen=True)
 class _Reads:
-    """Motion of the points by the modes of both bodies, and forces on these modes.
+    """Motion of contact points by the modes of both bodies, and forces on these modes.
 
     There are P points, m modes of a body and w waves; d' + d is the motion of the
     material over two steps, see `kernels.points`.
@@ -116,7 +116,7 @@ class _Reads:
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return `change`, padded to a multiple of 8 columns.
+        """Return changes of r displacements by unit forces, see `change`, but padded.
 
         Forces change a motion over two steps by the same amount as a displacement.
         """
@@ -125,7 +125,7 @@ class _Reads:
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return rows, (r, width): motions over two steps by amplitudes, forces."""
+        """Return motions over two steps by unit amplitudes and forces, (r, width)."""
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
@@ -157,7 +157,7 @@ class _Reads:
         return np.append(ahead.real, ahead.imag), drift, rush
 
     def rows(self) -> PointRows:
-        """Return the kernel's rows, one for each point."""
+        """Return coefficients for the kernel `points`, a row for each contact point."""
         points = len(self.out)
         rows = (
             self.waves.spread(self.read(self.out, self.w)),
@@ -168,7 +168,7 @@ class _Reads:
         return PointRows._make(all_aligned([np.ravel(array) for array in rows]))
 
     def by_slots(self, blades: int) -> tuple[_Reads, SectorRows] | None:
-        """Return a copy with waves by nodal diameter (slot), and the kernel's rows.
+        """Return a copy with waves by nodal diameter, and coefficients for the kernel.
 
         None if the sectors are unequal, or fewer than `FEWEST`.
 
@@ -213,7 +213,7 @@ class _Reads:
         return replace(turned, waves=placed), rows
 
     def _told(self) -> Complexes:
-        """Return gaps, and motion along the casing, of all points for unit waves.
+        """Return gaps, and casing motion past the tips, of all points for unit waves.
 
         They are (2 P, w), two rows for each point.
         """

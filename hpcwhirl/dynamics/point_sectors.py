@@ -172,7 +172,7 @@ def nearly_equal(model: Model) -> Sectors | None:
 
 
 def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
-    """Return the nearest blocks that are orthonormal, with all conjugates."""
+    """Return the nearest orthonormal blocks of waves, with all their conjugates."""
     left, _, right = np.linalg.svd(np.hstack(with_conjugates(blocks)))
     every, out, at = left @ right, [], 0
     for block in blocks:
@@ -294,7 +294,7 @@ class BladeRows:
 
 
 def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
-    """Return the places of waves, by slots and rows.
+    """Return the slot (nodal diameter) and the row of each wave, as `Slots`.
 
     diameter : (w,), nodal diameter of each wave
     """
@@ -330,7 +330,7 @@ def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
 def sector_rows(
     slots: Slots, blade: BladeRows, numbers: tuple[Floats, Floats]
 ) -> SectorRows:
-    """Return the kernel's rows of equal sectors.
+    """Return the coefficients of equal sectors for the kernel `points`.
 
     numbers : (P, padded) each, motions over two steps by unit forces, of gaps and along
         the casing

@@ -114,7 +114,7 @@ class BodyWaves:
 
 
 def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats:
-    """Return the form (2 w, 2 w) of the modes' energy, J.
+    """Return the energy of the modes, J, as a form (2 w, 2 w) of re and im of waves.
 
     rises, places : (m, 2 w), increments in a step, and amplitudes, of the modes for
         unit re and im of the waves

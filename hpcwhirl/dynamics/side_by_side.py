@@ -180,7 +180,7 @@ class SideBySide:
 
     @property
     def interval(self) -> float:
-        """Length of an interval, s."""
+        """Time between two measurements of the twins' distance, s."""
         return self.rows * self.one.beat * self.one.scene.solver.time_step
 
     @property
@@ -213,7 +213,7 @@ class SideBySide:
         return apart / self.size
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference of the twin from the march by `factor`."""
+        """Multiply the difference between the twin and the march by `factor`."""
         a, b = copy_of(self.one), copy_of(self.other)
         put_between(self.other, a, b, factor)
 
@@ -227,7 +227,7 @@ def _longer(ended: March, seconds: float) -> Case:
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march of a longer case at the state of an ended one.
+    """Return a march of a longer case that continues from the state of an ended one.
 
     Samples and rows of evidence of the ended march are not copied; no certificate is
     sought.

@@ -144,7 +144,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return coefficients (ITEMS, ...) of modes, with those of contact forces set.
+    """Return coefficients (ITEMS, ...) of modes, completed by those of contact forces.
 
     These, NORMAL and ALONG, are re and -im of give (gamma + mu conj(sigma)), with gamma
     and sigma the radial and tangential displacement for unit amplitude, see
@@ -219,7 +219,7 @@ class _Round(NamedTuple):
 
 
 def _round(model: Model) -> _Round:
-    """Return the ring of a model."""
+    """Return a model's casing ring and number of blades, a key of cached arrays."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         msg = "only a ring of harmonics has slots"
@@ -480,7 +480,7 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _ring_column(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return `ring_column`; mu, flies : as for `_rubbed_ring`."""
+    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N, cached."""
     symbol = _symbol(_rubbed_ring(given, step, mu, flies=flies))
     waves = blade_waves(given.blades)
     return np.asarray((waves @ symbol[: waves.shape[1]]).real)

@@ -50,7 +50,7 @@ def fingerprint(march: March) -> str:
 
 
 def _feed(digest: Any, part: Any) -> None:
-    """Add an array, a number or a tuple of them to a digest."""
+    """Add the bytes of an array, a number or a tuple of them to a digest."""
     if isinstance(part, Flight):
         part = part._replace(total=0)
     if isinstance(part, tuple):
@@ -95,7 +95,7 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
 
 
 def restore(march: March, arrays: Arrays) -> bool:
-    """Set a new march to a snapshot; if it does not fit, only return False."""
+    """Set a new march to a snapshot's state; if it misfits, only return False."""
     if arrays.keys() != snapshot(march).keys() or not may_last(arrays, march):
         return False
     targets = _state(march)

@@ -146,12 +146,12 @@ def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
 
 
 def _parts(modes: str) -> list[set[str]]:
-    """Return the set of words of each part, between commas, of a text."""
+    """Split the text `modes` at its commas; return the set of words of each part."""
     return [{*part.split()} for part in modes.split(",")]
 
 
 def _check(modes: str, names: list[Name]) -> None:
-    """Raise InputError where a part of a text chooses no mode."""
+    """Raise InputError if a part of the text `modes` chooses no mode."""
     if all(p and any(p <= {*name} for name in names) for p in _parts(modes)):
         return
     known = sorted({f"{body} {family}" for body, family, _ in names})

@@ -78,7 +78,7 @@ def delassus(model: Model, scene: Scene) -> Floats:
 def unequal_arrays(
     model: Model, scene: Scene, rotor: GeneralRotor | WholeRotor | UncoupledRotor
 ) -> Arrays:
-    """Return the arrays of `kernels.general.marching`: round or rigid casing."""
+    """Return the arrays of the kernel `general` for a rotor of unequal sectors."""
     w, lost = delassus(model, scene), scene.engine.rotor.lost_blade
     if lost != NO_BLADE:
         w[lost] -= rotor_compliance(model, scene)[lost]

@@ -38,7 +38,7 @@ def empty_tracks(
     width: int,
     rods: int,
 ) -> Tracks:
-    """Return empty tracks of a march.
+    """Return empty arrays for the samples and the evidence of a march.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def history_of(march: March) -> History:
 
 
 def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
-    """Return {name: trace of all contact points, by blade}; {} where a tip has one.
+    """Return {trace: samples of each contact point}, by blade; {} if a tip has one.
 
     tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
     """

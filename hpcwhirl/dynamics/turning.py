@@ -200,7 +200,7 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
 
 
 def step_of(terms: Terms, step: float) -> Turning:
-    """Return the matrices of a rotor's step; step : dt, s."""
+    """Return the matrices of a rotor's time step from its terms; step : dt, s."""
     mass, gyro, damping, stiffness, push = terms
     before = (damping + gyro) / (2 * step)
     inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))

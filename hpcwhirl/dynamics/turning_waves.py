@@ -85,7 +85,7 @@ class _Diameter:
 
     @property
     def condition(self) -> float:
-        """Condition number of the waves: of `shapes` over `rises` / `scale`."""
+        """Condition number of the waves' basis, `shapes` over `rises` / `scale`."""
         basis = np.vstack([self.shapes, self.rises / self.scale])
         return float(np.linalg.cond(basis))
 
@@ -281,7 +281,7 @@ class Circle:
 
 
 def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle | None:
-    """Return the circle of a scene's unbalance; None without one."""
+    """Return the circular orbit of a rotor with unbalance; None if it is balanced."""
     places, body = circle(model, scene), model.rotor
     if places is None:
         return None
@@ -318,7 +318,7 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; `steady`, its circle, is the last row."""
+    """Return the kernel's arrays of a rotor; its circle `steady` is the last wave."""
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -390,7 +390,7 @@ def unpacked(items: Floats, count: int) -> Floats:
 
 
 def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
-    """Return the amplitudes a (w,) of a diameter in the kernel's state of the rotor."""
+    """Return the amplitudes (w,) of a nodal diameter's waves in the kernel's state."""
     parts = state.reshape(-1, 2, slots)[: len(own.ahead), :, own.k]
     return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 

@@ -37,7 +37,7 @@ from hpcwhirl.scene import Scene
 
 
 class _Group(NamedTuple):
-    """The b blocks of modes that have the same size s.
+    """Matrices of all b blocks of coupled modes that have the same size s.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class DrivenRotor:
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return (2 Omega C, D, K, S) of a group's blocks at a speed, (b, s, s).
+        """Return the matrices (2 Omega C, D, K, S) of a group at a speed, (b, s, s).
 
         They are the matrices of `turning.Terms`, without that of inertia.
         """
@@ -140,7 +140,7 @@ class DrivenRotor:
         )
 
     def set(self, body: CoupledBody, interval: Interval) -> None:
-        """Set the kernel's arrays `body` to those of an interval."""
+        """Set the kernel's arrays `body` to those of an interval of speed."""
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
         self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler

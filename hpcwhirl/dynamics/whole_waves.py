@@ -160,7 +160,7 @@ class WholeWaves:
         return bool(np.abs(apart).max() < CLOSED * np.abs(rows).max())
 
     def adds(self, forces: Floats) -> tuple[Floats, Floats]:
-        """Return rows (N, 2 m) and numbers (N, N), J, of energy and loss by contact.
+        """Return rows (N, 2 m), numbers (N, N), J, of energy and loss added by contact.
 
         In a step contact adds lambda . (rows q + numbers lambda) to the energy and the
         damping loss together, lambda the multipliers, q after the step without contact.

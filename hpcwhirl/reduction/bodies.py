@@ -63,7 +63,7 @@ SUPPORT_SHARE = 0.5  # least share of a support mode's strain energy in the foun
 
 @lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
-    """Return the bladed disk, reduced by Eq. (1) of the paper; if mistuned, as a whole.
+    """Return the bladed disk reduced to modes (Eq. 1 of the paper), whole if mistuned.
 
     eta is the number of fixed-interface modes. With `rotation` "full" it includes the
     terms of rotation, in a basis for all speeds, and the excess of `suspension_damping`
@@ -83,7 +83,7 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Add the supports of the centre, from the rotor's inputs, to a model.
+    """Add the supports of the shaft's centre, given by the rotor's inputs, to a model.
 
     damping : N s/m, mean c of the dampers in the static frame, squeeze film excluded
     """
@@ -130,7 +130,7 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 
 @lru_cache(maxsize=4)
 def _held_modes(tuned: Rotor, count: int) -> Floats:
-    """Return the lowest fixed-interface modes, approximate, (interior DoF, count)."""
+    """Return approximate lowest fixed-interface modes of a rotor, (interior, count)."""
     disk = bladed_disk(tuned)
     inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
     within = np.ix_(inner, inner)
@@ -210,12 +210,12 @@ def casing_model(
 
 
 def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
-    """Return (radial, tangential) modal tip shapes, each (N, m)."""
+    """Return radial and tangential motion of the tips in each mode, (N, m) each."""
     return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
 
 
 def contact_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
-    """Return (radial, tangential) modal shapes of all contact points, (N n_c, m) each.
+    """Return radial and tangential motion of contact points by modes, (N n_c, m) each.
 
     They are sorted by blade; where a tip has one point, they are those of `tip_rows`.
     """

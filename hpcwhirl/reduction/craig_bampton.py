@@ -32,7 +32,7 @@ def craig_bampton(
     eta: int,
     near: Matrix | None = None,
 ) -> tuple[Matrix, Matrix]:
-    """Return (Phi_CB, omega) of Eq. (1) of the paper, x = Phi_CB (x_b, q_CB).
+    """Return the Craig-Bampton basis, x = Phi_CB (x_b, q_CB), Eq. (1), and frequencies.
 
     x are all displacements, x_b those of the boundary, q_CB the amplitudes of the
     fixed-interface modes.
@@ -79,7 +79,7 @@ def craig_bampton(
     kept_modes = basis[inner, kept:]
     miss = np.abs(kept_modes.conj().T @ m_ii @ kept_modes - np.eye(eta)).max()
     if not miss < TOLERANCE:
-        msg = f"fixed-interface modes are not mass-orthonormal: miss {miss:.1e}"
+        msg = f"fixed-interface modes are not mass-orthonormal, by {miss:.1e}"
         raise ModelError(msg)
     return basis, np.sqrt(np.maximum(squared, 0.0))
 
@@ -164,7 +164,7 @@ def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> M
 
 
 def _mass_norms(mass: Matrix, shapes: Matrix) -> Matrix:
-    """Return the square roots of the mass of each shape (n, c)."""
+    """Return sqrt(x^H M x), (c,), for the columns x of shapes (n, c) and M = mass."""
     return np.asarray(np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real))
 
 

@@ -35,7 +35,7 @@ def is_simple(k: int, sectors: int) -> bool:
 
 
 def wave(k: int, sectors: int) -> Complexes:
-    """Return e^{i k theta_j} / sqrt(N) over the sectors, (N,)."""
+    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k, (N,)."""
     steps = k * np.arange(sectors) % sectors  # exact multiples: no drift of the phase
     return np.asarray(np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors))
 

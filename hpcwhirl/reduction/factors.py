@@ -80,7 +80,7 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Estimate the number of entries of L and U by factoring the graph of the nodes.
+    """Estimate the number of entries of a matrix's factors L and U by its nodes' graph.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _of_unknowns(order: Integers, node: Integers) -> Integers:
 
 
 def scaled_norm(matrix: sparse.csc_array) -> float:
-    """Return the 1-norm of D^-1/2 A D^-1/2, D = diag A."""
+    """Return the 1-norm of a matrix A scaled to unit diagonal, D^-1/2 A D^-1/2."""
     scale = 1 / np.sqrt(matrix.diagonal().real)
     sizes = np.abs(matrix.data)
     sizes *= scale[matrix.indices]

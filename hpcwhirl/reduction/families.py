@@ -75,7 +75,7 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
 
 
 def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
-    """Return the lines of a rotor; a pair that mistuning has split gives two lines."""
+    """Return a rotor's lines of the modal table; a split pair gives two lines."""
     lines, rows = [], contact_rows(model, blades)
     for k in np.unique(model.diameter):
         modes = np.flatnonzero(model.diameter == k)
@@ -122,9 +122,9 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of 1F, rad/s}; of a pair, the lower omega.
+    """Return {nodal diameter: omega of 1F, the first bending mode, rad/s} of a body.
 
-    body : "rotor" or "casing"
+    Of a split pair the lower omega is returned; body : "rotor" or "casing"
     """
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
@@ -163,7 +163,7 @@ def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def rotor_by_diameter(model: Model) -> ModalModel:
-    """Return the rotor for frequencies, with modes by nodal diameter where possible.
+    """Return the rotor for frequencies, its modes sorted by nodal diameter if possible.
 
     Natural frequencies, critical speeds (Eq. 13 of the paper) and the growth of free
     motions do not depend on contact:

@@ -132,7 +132,7 @@ class _Map:
         self.values.append(np.broadcast_to(values, rows.shape))
 
     def fresh(self, count: int) -> Integers:
-        """Add `count` columns; return their indices."""
+        """Add `count` columns, free DoF, to T; return their indices."""
         self.width += count
         return np.arange(self.width - count, self.width)
 
@@ -142,7 +142,7 @@ class _Map:
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
     def matrix(self, size: int) -> sparse.csr_array:
-        """Return T, (size, width)."""
+        """Return the sparse matrix T of u = T v, (size, number of columns added)."""
         sides = (self.rows, self.columns)
         places = tuple(np.concatenate(side).astype(np.int32) for side in sides)
         values = np.concatenate(self.values)
@@ -208,7 +208,7 @@ def _projected(wheel: FiniteElements, lift: sparse.csr_array) -> list[Any]:
 
 
 def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
-    """Return the reduction of a whole wheel."""
+    """Return the reduced matrices of a wheel that is given as a whole."""
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)
@@ -295,7 +295,7 @@ def _sector_map(
 
 
 def _of_sectors(wheel: FiniteElements, cut: Cut, tell: Tell) -> _Reduced:
-    """Return the reduction of a wheel from one sector, by nodal diameters."""
+    """Return the reduced matrices of a wheel that is given by one sector."""
     blades = wheel.blades
     even = -(-wheel.modes // blades) + MORE
     pieces: dict[int, Condensed] = {}
@@ -460,7 +460,7 @@ _FRAMES = (
 
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
-    """Return omega^2 (n,); refuse matrices that are not positive (semi)definite."""
+    """Return omega^2 of all modes, (n,), (rad/s)^2; refuse indefinite matrices."""
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         value = f"eigenvalue {lowest:.2g} of the reduced one"

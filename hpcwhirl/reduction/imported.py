@@ -143,7 +143,7 @@ def _modes_and_ratios(
     blades: int,
     damping: float | Floats,
 ) -> tuple[Floats, Floats, float | Floats]:
-    """Return (omega (m,), shapes (n, m), damping ratios) of matrices, checked.
+    """Return frequencies (m,), mode shapes (n, m), damping ratios of checked matrices.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def _modes_and_ratios(
 def _reduced(
     whole: list[Floats], spin: Spin | None, basis: Floats, count: int
 ) -> tuple[list[Floats], Spin | None, float]:
-    """Return matrices and terms of rotation in a basis, and `ModalModel.reach`, rad/s.
+    """Return matrices and terms of rotation in a basis, and the basis's reach, rad/s.
 
     count : number of leading columns that form the basis at rest; may exceed all
     """
@@ -309,7 +309,7 @@ def _check_blades(given: Given, name: str, blades: int) -> None:
 
 
 def _check_shapes(given: Given) -> None:
-    """Check that the matrices are square and of one size."""
+    """Check that a file's matrices are square and of one size."""
     count = len(given["mass"])
     for name in ("mass", "stiffness", "damping"):
         if name != "damping" or name in given:
@@ -349,7 +349,7 @@ def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
 def _checked_modes(
     given: Given, mass: Floats, stiffness: Floats
 ) -> tuple[Floats, Floats]:
-    """Return (omega (n,), shapes (n, n)); refuse matrices that are not definite."""
+    """Return frequencies (n,) and mode shapes (n, n); refuse indefinite matrices."""
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         raise given.wrong("mass", "be positive definite", f"eigenvalue {lowest:.2g}")

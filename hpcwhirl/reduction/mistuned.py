@@ -106,9 +106,9 @@ def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel
 
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
-    """Return the modes: omega (n,), rad/s, ascending; shapes (n, n), mass-orthonormal.
+    """Return frequencies (n,), rad/s, and mode shapes (n, n) of the pair K, M.
 
-    A negative omega^2 is taken as 0.
+    They ascend, and shapes are mass-orthonormal. A negative omega^2 is taken as 0.
     """
     squared, shapes = eigh(stiffness, mass)
     return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)

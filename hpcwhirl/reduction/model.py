@@ -44,7 +44,7 @@ class Model:
 
     @property
     def shapes(self) -> tuple[Floats, Floats]:
-        """Displacements of the whole bodies for unit amplitudes, (n, m) each."""
+        """Displacements of rotor and casing for unit amplitudes, (n, m) each."""
         casing = np.zeros((0, 0)) if self.casing is None else self.casing.shapes
         return self.lifts or (self.rotor.shapes, casing)
 

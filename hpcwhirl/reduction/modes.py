@@ -275,7 +275,7 @@ def share_out(structure: CyclicStructure, eta: int) -> dict[int, int]:
 def lowest_of(
     listed: Iterable[tuple[float, int]], sectors: int, most: int
 ) -> tuple[dict[int, int], float]:
-    """Return {nodal diameter: number of its modes among the lowest}, and the last one.
+    """Return {nodal diameter: its number of lowest modes}, and the highest value kept.
 
     listed : (frequency or its square, nodal diameter) of modes, in any order; the last
         one kept is returned as listed here
@@ -440,7 +440,7 @@ def physical_columns(
 
 
 def _real_modes(piece: Block) -> list[Floats]:
-    """Return the block's modes in its real coordinates, one array per phase.
+    """Return the modes of a nodal diameter in real coordinates, one array per phase.
 
     These are the real and imaginary parts of the block's complex coordinates.
     """
@@ -460,7 +460,7 @@ def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats
 
 
 def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
-    """Return [omega, k, rank, phase, share] of a block's modes, each (m,)."""
+    """Return [omega, k, rank, phase, share] of a nodal diameter's modes, each (m,)."""
     same = np.ones(len(piece.omega))
     rank = np.arange(len(piece.omega), dtype=np.float64)
     return [piece.omega, piece.k * same, rank, phase * same, share]
@@ -480,7 +480,7 @@ def _summed(pieces: list[tuple[Block, Floats]], name: str) -> Floats:
 
 
 def assembled(pieces: list[tuple[Block, Floats]]) -> tuple[Floats, Floats]:
-    """Return (M, K) in physical coordinates, the sum over (block, map) pairs."""
+    """Return (M, K) in physical coordinates, summed over all (block, map) pairs."""
     return _summed(pieces, "mass"), _summed(pieces, "stiffness")
 
 

@@ -97,7 +97,7 @@ def with_single_points(given: Given) -> Given:
 
 
 def points_in(given: Given) -> int:
-    """Return n_c of a file, after `with_single_points`."""
+    """Return the number of contact points per tip, n_c, in a file's arrays."""
     for name, axes in (("tip_radial", 1), ("modal_tip_radial", 2)):
         if name in given and given[name].ndim > axes:
             return int(given[name].shape[1])

@@ -248,7 +248,7 @@ class _NoTwinError(Exception):
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
-    """Return all waves; successive modes of one diameter form pairs."""
+    """Return the waves of a rotor's modes; successive modes of a diameter are pairs."""
     seen = transform(model.shapes @ turn, centre_rows(model, blades) @ turn, blades)
     squared, out = _squared(model, turn), []
     label = _power(seen).argmax(axis=0)
@@ -342,7 +342,7 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor made of waves, in the order of the built-in rotor, and a matrix.
+    """Return the rotor made of waves, in the built-in rotor's order, and a matrix.
 
     The matrix (m, c) gives its c modes as combinations of the file's m modes.
     """

@@ -211,7 +211,7 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 @lru_cache(maxsize=16)
 def casing_table(file: str, content: str) -> Table:
-    """Return a file's table of modes, {name: (m,)}, sorted by harmonic and omega.
+    """Return the table of a casing's modes in a file, {name: (m,)}, by harmonic, omega.
 
     If the file has stations, the table has `station` (s,), m, and `radial` and
     `tangential` are (m, s).

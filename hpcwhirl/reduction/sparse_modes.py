@@ -199,7 +199,7 @@ def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matri
 
 
 def _reference(piece: Condensed) -> float:
-    """Return `REACH` times the first frequency that is not 0, rad/s."""
+    """Return a basis's reference speed, rad/s: `REACH` times its first frequency."""
     squared = eigh(piece.stiffness, piece.mass, eigvals_only=True)
     return REACH * float(np.sqrt(squared[squared > RIGID * squared[-1]][0]))
 
@@ -273,7 +273,7 @@ def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
 def _lift(
     k_ii: Any, m_ii: Any, coupling: Matrix, count: int, tell: Tell
 ) -> tuple[Matrix, Floats, float, float]:
-    """Return (basis: static and fixed-interface modes, omega^2, reach, condition).
+    """Return (basis of static and fixed-interface modes, omega^2, reach, condition).
 
     The last three are those of `Condensed`.
     """
@@ -297,7 +297,7 @@ def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
 
 
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
-    """Estimate the 1-norm condition number of D^-1/2 A D^-1/2, D = diag A."""
+    """Estimate the condition number (1-norm) of a matrix scaled to unit diagonal."""
     scale = np.sqrt(matrix.diagonal().real)
 
     def apply(x: Matrix) -> Matrix:
@@ -311,7 +311,7 @@ def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
 def _fixed_modes(
     k_ii: sparse.csc_array, m_ii: sparse.csc_array, solve: Solve, count: int
 ) -> tuple[Floats, Matrix, float]:
-    """Return (omega^2 (m,), modes (n, m), reach) of the lowest modes, none missing."""
+    """Return (omega^2 (m,), modes (n, m), reach) of lowest fixed-interface modes."""
     size = k_ii.shape[0]
     if size <= DENSE or count + MORE >= size // 2:
         squared, modes = eigh(k_ii.toarray(), m_ii.toarray())
@@ -353,7 +353,7 @@ def _lowest(
     try:
         _, new = eigsh(k_ii, wanted, m_ii, sigma=0.0, OPinv=inverse, v0=start)
     except ArpackNoConvergence:
-        msg = f"ARPACK found no {wanted} fixed-interface modes of {size} unknowns"
+        msg = f"ARPACK did not find {wanted} fixed-interface modes of {size} unknowns"
         raise ModelError(msg) from None
     return np.asarray(new)
 

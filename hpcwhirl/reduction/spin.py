@@ -298,7 +298,7 @@ def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def checked(given: Given, name: str, *, skew: bool = False) -> Floats:
-    """Return the symmetric or skew part of a matrix, after checking that it is so."""
+    """Return a file's matrix, made exactly symmetric or skew; refuse other matrices."""
     matrix, count = given[name], len(given["mass"])
     if matrix.shape != (count, count):
         raise given.wrong(name, f"be {(count, count)}", matrix.shape)
@@ -331,7 +331,7 @@ def transformed(spin: Spin, basis: Floats) -> Spin:
 def check_translation(
     given: Given, model: ModalModel, blades: int, spring: float
 ) -> None:
-    """Refuse a file whose rotor fails `check_turned`.
+    """Refuse a file whose rotor does not translate freely in the static frame.
 
     Parameters
     ----------

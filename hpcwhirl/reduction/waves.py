@@ -113,7 +113,7 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
 
 
 def rank_of(place: int, modes: int) -> int:
-    """Return the rank of the mode at rest from which a root of `wave_roots` comes.
+    """Return the rank of the mode at rest from which a wave's root comes.
 
     place : index of the root among the 2 `modes` roots
     """
@@ -143,7 +143,7 @@ def _apart(
     speed: float,
     roots: Complexes,
 ) -> Complexes:
-    """Return the roots of k = 1 on supports that differ by direction, as `wave_roots`.
+    """Return the roots s of nodal diameter 1 on supports that differ by direction.
 
     In the static frame, with y = Y e^{i Omega t} and X = conj(Y),
 
@@ -307,7 +307,7 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 
 
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
-    """Return the speeds of `unbalance_speeds` below `top`, rad/s.
+    """Return the speeds below `top`, rad/s, at which an unbalance is in resonance.
 
     Supports that depend on the speed are evaluated at each of `SPEEDS` speeds, and the
     resonance speeds computed with them. Where such a speed equals the one at which the

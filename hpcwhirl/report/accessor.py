@@ -29,7 +29,7 @@ UNKEPT = 'no orbits were kept: traces = "orbit" or "full" in [output] keeps them
 
 
 def plot_result(result: Result, *, transient: bool = False) -> Any:
-    """Return the axes of the orbit of a result of `simulate`, as `Whirl.orbit` does."""
+    """Draw the centre's orbit from a result of `simulate`; return the figure's axes."""
     from hpcwhirl.report.figures.motions import orbits_of
 
     if NEEDED not in result.traces:

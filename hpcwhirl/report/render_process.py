@@ -65,7 +65,7 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
-    """Wait for the process; return the paths or raise its error."""
+    """Wait for the drawing process; return its paths, or raise its error."""
     with process:  # the input of the process stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
     if told:

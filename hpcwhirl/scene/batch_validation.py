@@ -86,7 +86,7 @@ class Many:
         self._known_numbers: dict[str, Array] = {}
 
     def numbers(self, name: str, values: Values) -> Array:
-        """Return an input's values as an array; a list counts as its length."""
+        """Return an input's values as an array, (n,); a list counts as its length."""
         if takes_list(name):
             return np.array([len(value) for value in values])
         if isinstance(values, np.ndarray):
@@ -159,7 +159,7 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return a column's values as an array, up to the last value among `cases`."""
+        """Return a column's values as an array, up to the last one that `cases` use."""
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
@@ -169,7 +169,7 @@ class Many:
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
     def all(self, cases: Array, numbers: Mapping[str, Array] | None = None) -> Columns:
-        """Return the `Columns` function of some cases: from an input to its values.
+        """Return a function from an input's name to its values in some cases.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class Many:
             yield np.broadcast_to(ends, cases.shape)
 
     def labels(self, names: Iterable[str], cases: Array | None = None) -> Array:
-        """Return integers, (m,), equal for cases with equal values of some inputs.
+        """Return an integer label of each case, (m,), equal for equal inputs `names`.
 
         Parameters
         ----------

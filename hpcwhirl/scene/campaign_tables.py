@@ -144,7 +144,7 @@ LEAST_SPREAD = 1e-12  # least relative change at which twins surely differ in do
 
 
 def _spread(given: Any) -> dict[str, float]:
-    """Return {full dotted input: spread}, after checks, sorted by input."""
+    """Return {full dotted input: largest relative change} of [twins], checked."""
     if not isinstance(given, Mapping) or not given:
         msg = f"must be a table such as {{force = 1e-6}}, got {shown(given)}"
         raise ValueError(msg)
@@ -207,7 +207,7 @@ def _is_law(table: Mapping[str, Any]) -> bool:
 
 
 def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
-    """Return {full dotted input: validated law}."""
+    """Return {full dotted input: its validated distribution} of [sample]."""
     found = {}
     pairs = ((name, (name, law)) for name, law in undotted(given, _is_law))
     for full, (name, law) in by_full_name(pairs, "[sample]").items():
@@ -246,7 +246,7 @@ class SampleTable(TableModel):
 
     @classmethod
     def of(cls, given: Any) -> Self:
-        """Return the validated table; raises as `read`."""
+        """Return the validated table [sample]; raises as `read`."""
         table = as_table("[sample]", given)
         keys = {n: v for n, v in table.items() if n in cls.model_fields and n != "laws"}
         laws = {n: v for n, v in table.items() if n not in keys}

@@ -67,17 +67,17 @@ def digest(scene: Scene, content: str | None = None) -> str:
 
 
 def digest_of(values: Mapping[str, Value], content: str) -> str:
-    """Return the `digest` of a scene from its flattened inputs, see `flatten`."""
+    """Return a case's digest from {dotted input: value} and its engine file's one."""
     told = [PHYSICS_VERSION, without_defaults(values), read_as(content)]
     text = json.dumps(told, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return flattened inputs without inputs of `LATER` that have the default value."""
+    """Return inputs without those added later, `LATER`, at their default value."""
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 
 def read_as(content: str) -> str:
-    """Return the part of a digest for an engine file: `content`, `READING`; else ""."""
+    """Return an engine file's part of a digest, with the version of its reading."""
     return content and f"{content} {READING}"

@@ -51,7 +51,7 @@ class FrictionLaw:
 
 
 def stribeck(kinetic: float, at_rest: float, decay: float, speed: float) -> float:
-    """Return mu + (mu_s - mu) exp(-|v| / v_s), the law of Stribeck."""
+    """Return Stribeck's friction coefficient, mu + (mu_s - mu) exp(-|v| / v_s)."""
     return kinetic + (at_rest - kinetic) * math.exp(-abs(speed) / decay)
 
 

@@ -149,7 +149,7 @@ class CaseDigests(OfCases[str]):
             yield self._of(np.arange(first, min(first + AT_ONCE, len(self))))
 
     def _of(self, cases: Cases) -> list[bytes]:
-        """Return the digests of some cases as bytes.
+        """Return the digests of some cases, 32 bytes each.
 
         The text before the first input that cases set is common and hashed only once.
         """

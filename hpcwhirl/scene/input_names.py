@@ -93,7 +93,10 @@ def value_in_si(name: str, value: Any) -> Any:
 
 
 def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
-    """Return the kept table of a text, see `TABLES_KEPT`; for a list, a list."""
+    """Return the table in a named file as text, see `TABLES_KEPT`.
+
+    A list of names gives a list of texts.
+    """
     if isinstance(value, list):
         return [_tables_in(one, table) for one in value]
     return table(value) if isinstance(value, str) else value

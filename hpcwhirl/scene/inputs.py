@@ -194,7 +194,7 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def end_time(self) -> float:
-        """Time to simulate, s."""
+        """Simulated time of the run, s, by `duration` or by `revolutions`."""
         end: float = end_time(self.duration, self.revolutions, self.speed)
         return end
 

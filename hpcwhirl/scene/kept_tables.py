@@ -158,7 +158,7 @@ def _are_finite(rows: Rows) -> bool:
 
 
 def _ascends(rows: Rows) -> bool:
-    """Return whether the first column ascends."""
+    """Return whether the first column of a table's rows ascends."""
     return all(a[0] < b[0] for a, b in itertools.pairwise(rows))
 
 
@@ -213,14 +213,14 @@ def _columns_of_toml(text: str) -> dict[str, list[Any]]:
 
 
 def _tables(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return all tables with the key kxx among a table and those nested in it."""
+    """Return all tables of a TOML file that have the key kxx, at any depth."""
     own = [table] if "kxx" in table else []
     inner = [value for value in table.values() if isinstance(value, Mapping)]
     return own + [found for value in inner for found in _tables(value)]
 
 
 def _of_columns(columns: Mapping[str, list[Any]]) -> Rows:
-    """Return (rad/s, kxx, ..., cyy), N/m, N s/m, of each row of a bearing's columns."""
+    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a bearing."""
     speeds = columns.get(SPEED, columns.get("w", []))
     missing = [name for name in ("kxx", "cxx") if name not in columns]
     missing += [] if {SPEED, "w"} & columns.keys() else [SPEED]

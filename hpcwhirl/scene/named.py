@@ -25,13 +25,13 @@ ELSEWHERE = "its errors on other engines were not measured"
 
 @cache
 def _table(kind: str) -> dict[str, dict[str, Any]]:
-    """Return {name: its inputs and texts} of all engines or presets."""
+    """Return {name: its inputs and texts} of all engines, or of all presets."""
     file = resources.files("hpcwhirl.scene").joinpath(f"{kind}s.toml")
     return tomllib.loads(file.read_text("utf-8"))
 
 
 def _inputs(kind: str, name: str) -> dict[str, Value]:
-    """Return {dotted name: value}; raise InputError for an unknown name."""
+    """Return {dotted input: value} of an engine or preset, `kind`, by its name."""
     if name not in _table(kind):
         raise unknown(kind, name, _table(kind))
     return {full_name(n): v for n, v in _table(kind)[name]["inputs"].items()}

@@ -54,7 +54,7 @@ class StepTimes:
 
 
 def _factor(of: tuple[float, float] | None, points: Any) -> Any:
-    """Return a + b n for n > 1 points per tip, else 1.
+    """Return the factor a + b n by which n > 1 points per tip prolong a step; else 1.
 
     of : (a, b); None: the factor is always 1
     """

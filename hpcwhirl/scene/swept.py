@@ -71,7 +71,7 @@ class Range(TableModel):
         return self
 
     def values(self) -> list[Value]:
-        """Return the values; whole numbers if start and step are whole."""
+        """Return the values of the range; whole numbers if start and step are whole."""
         if self.num is not None:
             import numpy as np  # not needed to list the tables
 

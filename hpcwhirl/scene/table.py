@@ -123,7 +123,7 @@ class Column:
     length: Cases
 
     def codes(self, cases: Cases) -> Cases:
-        """Return the indices in `values` of some cases, (m,)."""
+        """Return the index in `values` of each case's value, (m,)."""
         if len(self.starts) == 1:
             first, stride, length = (
                 int(array[0]) for array in (self.first, self.stride, self.length)
@@ -143,7 +143,7 @@ class Column:
         return int(self.starts[block] + before)
 
     def of(self, cases: Cases, values: NDArray[Any]) -> NDArray[Any]:
-        """Return an array's elements for some cases, (m,).
+        """Return for each of some cases the element of an array, (m,).
 
         Parameters
         ----------
@@ -338,7 +338,7 @@ def _is_axis(axis: Any) -> bool:
 
 
 def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
-    """Return labels, (n,), equal for equal values; 0 and -0 count as different.
+    """Return an integer label of each value, (n,); 0 and -0 count as different.
 
     Parameters
     ----------
@@ -354,7 +354,7 @@ def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
 
 
 def labels(parts: Iterable[tuple[Column, Cases]], cases: Cases) -> Cases:
-    """Return labels, (m,), equal for cases with equal values in all columns.
+    """Return an integer label of each case, (m,), equal where all columns are equal.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ class TableModel(BaseModel):
     def read(
         cls, given: Any, where: str, name: Callable[[str], str] | None = None
     ) -> Self:
-        """Return the validated table.
+        """Return the validated table from parsed TOML.
 
         Parameters
         ----------

@@ -60,7 +60,7 @@ class Section:
     density: float  # kg/m^3
 
     def at(self, xi: float) -> tuple[float, float]:
-        """Return (area m^2, second moment m^4) at xi."""
+        """Return the section's area, m^2, and second moment of area, m^4, at xi."""
         h = self.thickness[0] * (1 - xi) + self.thickness[1] * xi
         return self.width * h, self.width * h**3 / 12
 

@@ -40,7 +40,7 @@ class Uniform:
     ends = (-math.inf, math.inf)
 
     def at(self, stations: Floats) -> Floats:
-        """Return ones (s, 1): the value 1 at each of the axial places (s,)."""
+        """Return the constant function 1 at axial places (s,): ones (s, 1)."""
         return np.ones((len(stations), 1))
 
 
@@ -63,7 +63,7 @@ class Sines:
         return -self.length / 2, self.length / 2
 
     def at(self, stations: Floats) -> Floats:
-        """Return the values of the functions at axial places (s,), m: (s, count)."""
+        """Return the values of the sines at axial places (s,), m: (s, count)."""
         phase = np.pi * (np.asarray(stations) / self.length + 0.5)
         waves = np.arange(1, self.count + 1)
         return np.asarray(np.sin(np.outer(phase, waves)))
@@ -80,7 +80,7 @@ class Stations:
 
     @property
     def count(self) -> int:
-        """Number of functions."""
+        """Number of axial functions."""
         return len(self.places)
 
     @property
@@ -126,21 +126,21 @@ class FourierOperator:
 
     @property
     def size(self) -> int:
-        """Number of coordinates."""
+        """Number of coordinates of the casing."""
         return self.directions * self.axial.count * self.width
 
     @property
     def radial(self) -> Integers:
-        """Indices of the coordinates of w."""
+        """Indices of the radial coordinates, those of w."""
         return np.arange(self.axial.count * self.width)
 
     @property
     def tangential(self) -> Integers:
-        """Indices of the coordinates of u, in the order of `radial`."""
+        """Indices of the tangential coordinates, those of u, as in `radial`."""
         return len(self.radial) + self.radial
 
     def rows(self, angles: Floats, stations: Floats = MIDDLE) -> tuple[Floats, Floats]:
-        """Return the rows that give w and u at points, (m, size) each.
+        """Return the matrices from coordinates to w and u at points, (m, size) each.
 
         angles, stations : (m,), rad; (m,) or (1,), m, axial places
         """
@@ -162,7 +162,7 @@ class FourierOperator:
         return row
 
     def waves(self) -> Floats:
-        """Return the rows that give cos and sin parts of w, (H + 1, 2, size).
+        """Return matrices from coordinates to cos and sin parts of w, (H + 1, 2, size).
 
         If the casing varies along its axis, the rows give w in the plane zeta = 0.
         """
@@ -183,7 +183,7 @@ class FourierOperator:
 
 
 def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Floats]:
-    """Return (m, K) of harmonic h on (W, U): w = W cos(h theta), u = U sin(h theta).
+    """Return mass and stiffness (m, K) of a ring's harmonic h in coordinates (W, U).
 
     From the energies of the element in `elements.curved`, integrated over the ring:
     K = a [EA/R^2 (W + hU)^2 + EI/R^4 (h^2 W + hU)^2 + k_f (W^2 + U^2)], m = a rho A,

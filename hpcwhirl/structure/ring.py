@@ -34,13 +34,13 @@ class RingOperator:
 
     @property
     def radial(self) -> Integers:
-        """Indices of the DoF (w, w') of every node, node by node."""
+        """Indices of the radial DoF (w, w') of every node, node by node."""
         nodes = NODE * np.arange(self.elements)[:, None]
         return np.ravel(nodes + np.array([2, 3]))
 
     @property
     def tangential(self) -> Integers:
-        """Indices of the DoF (u, u') of every node, in the order of `radial`."""
+        """Indices of the tangential DoF (u, u') of every node, as in `radial`."""
         return self.radial - 2
 
     @property

@@ -94,7 +94,7 @@ def coriolis_of(length: float, section: Section) -> Floats:
 def loads_of(
     length: float, section: Section, start: tuple[float, float]
 ) -> tuple[Floats, Floats]:
-    """Return F_c and F_e (6,), kg m, of a beam that begins at `start`."""
+    """Return the loads F_c and F_e (6,), kg m, of a beam that begins at `start`."""
     load, swing = np.zeros(6), np.zeros(6)
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
@@ -108,7 +108,7 @@ def loads_of(
 
 
 def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
-    """Return K_g (6, 6), kg, of a beam.
+    """Return the stress stiffness K_g (6, 6), kg, of a beam under an axial force.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def rotation_of(rotor: Rotor) -> Rotation:
 def _added(
     parts: list[Member], forces: Floats, wide: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return C, K_g (wide, wide), F_c and F_e (wide,) of some beams of a sector.
+    """Return the terms C, K_g (wide, wide), F_c, F_e (wide,) of some beams of a sector.
 
     forces : (beams,), kg m, mean axial force of each beam per unit Omega^2
     wide : number of DoF of the sector, the next sector's root and the centre

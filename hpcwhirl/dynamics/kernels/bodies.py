@@ -79,9 +79,10 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Set index (N, w): ring coordinates that move each point; shape (N, w): weights.
+    """Find the ring coordinates that move each contact point, and their weights.
 
     turned : rad, angle of blade 0
+    index, shape : (N, w), out: these coordinates and weights
     """
     kind, size, length = ring
     if kind == ELEMENTS:
@@ -145,7 +146,7 @@ def motion_of(q, d, loss):
 
 @njit(cache=True)
 def layer_space(blades):
-    """Return the work space of the functions in `layer`."""
+    """Return the work arrays for contact with a layer that wears, see `layer`."""
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
         np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
@@ -166,7 +167,7 @@ def march_bodies(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks,
 ):  # fmt: skip
-    """Take `steps` steps of central differences, see `timestep.recursion`.
+    """Integrate two bodies in contact over `steps` steps of central differences.
 
     Where tips have several contact points, N in all arrays is the number of points.
 

@@ -57,7 +57,7 @@ CLOSED = 1e-13  # penetration allowed in a solution, relative to the lowest gap
 
 @lru_cache(maxsize=MOST_KEPT)
 def folded(blades: int, wide: int) -> Integers:
-    """Return the blade at each place of a folded row (2 wide,).
+    """Return the blade at each place of a row of values (2 wide,) of all blades.
 
     The first half has blades j = 0 .. N // 2, the second N - j (mod N) for the same j;
     both are padded with blade 0. So the transform from a spectrum computes the cosine
@@ -69,7 +69,9 @@ def folded(blades: int, wide: int) -> Integers:
 
 
 def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
-    """Return the work space of `guess` and `solve_any`; `recall` sets its inverse.
+    """Return the work arrays of the contact problem with a constant Delassus matrix w.
+
+    The inverse in them is 0 until `recall` computes it.
 
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
@@ -90,7 +92,7 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 def circulant_space(
     blades: int, wide: int, column: Floats, known: Integers, wave: Floats
 ) -> ConstantSpace:
-    """Return the work space, as `constant_space` does, for a circulant W.
+    """Return the work arrays of the contact problem with a circulant Delassus matrix.
 
     column : (N,), m/N, column 0 of the Delassus matrix W; wave : see `passes.to_gaps`
     """
@@ -169,7 +171,7 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether openings by `size` multipliers are computed by their spectrum.
+    """Return whether the effect of `size` multipliers on gaps is computed by spectra.
 
     A circulant Delassus matrix multiplies each entry of the spectrum by a number.
     """
@@ -178,7 +180,10 @@ def by_slots(size, space):
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Do what `openings` does, by spectra; return four numbers, the least its value."""
+    """Set space.again (2 wide,) to the gaps under multipliers, m, by means of spectra.
+
+    Return four numbers, of which the least is the lowest gap, or one above 0.
+    """
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
     to_slots(space.push, space.known, size, space.wave, k, wide, space.spread, spectrum)
@@ -224,9 +229,10 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Copy space.again to a folded row of gaps, space.known to space.where.
+    """Accept a solution: copy its gaps to a row of gaps, its blades to space.where.
 
-    The gaps of these `size` active blades are set to exactly 0; return `size`.
+    The gaps, in space.again, of the active blades space.known[:size] become exactly 0.
+    Return `size`.
     """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
@@ -278,7 +284,7 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether `known` lists active blades whose inverse is accurate."""
+    """Return whether there is an accurate inverse for the active blades in `known`."""
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 
 
@@ -295,7 +301,10 @@ def correct(limit, blades, wide, space):
 
 @rare
 def seek(gaps, row, lowest, blades, wide, space):
-    """Solve like `guess`, but try sets of active blades other than the last step's."""
+    """Solve the contact problem by trying other active blades than the last step's.
+
+    Arguments and results are those of `guess`.
+    """
     known, limit = space.known, CLOSED * lowest
     tries = first_set(gaps, row, blades, wide, space)
     for _ in range(tries):
@@ -313,7 +322,7 @@ def seek(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def solved(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of a folded row: try `guess`, `seek`, then `solve_any`.
+    """Solve the contact problem of all blades by `guess`, `seek`, or `solve_any`.
 
     Results are those of `guess`, except that -1 means that no solution was found.
     """
@@ -333,7 +342,10 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve like `contact.complementarity`, with the whole W in space.w."""
+    """Solve the contact problem by pivoting, with the whole Delassus matrix in space.w.
+
+    Other arguments, and the result, are those of `contact.complementarity`.
+    """
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
         size = gather(space.active, space.where)
@@ -347,7 +359,10 @@ def pivot(gaps, lam, opened, space):
 
 @rare_kernel
 def solve_any(gaps, row, blades, wide, space):
-    """Solve like `guess`, but by pivoting, beginning with the penetrating blades."""
+    """Solve the contact problem by pivoting, beginning with the penetrating blades.
+
+    Arguments and results are those of `guess`.
+    """
     push, known, inverse, rows, where, fallback, near, lam, opened = space[:9]
     for j in range(blades):
         near[j] = gaps[row + place_of(j, blades, wide)]

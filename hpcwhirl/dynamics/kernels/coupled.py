@@ -74,7 +74,7 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Set increments motion.ahead, amplitudes motion.following of a free step."""
+    """Predict a step without contact: set increments motion.ahead, motion.following."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)
@@ -85,7 +85,7 @@ def predict(body, motion):
 
 @does(verbs.read, CoupledBody)
 def read(body, values, out):
-    """Set out (r,), m, to the radial coordinates, as sums over the modes."""
+    """Set out (r,), m, to radial displacements of tips, and x_o, y_o, by modes."""
     rows = body.read
     out[:] = 0.0
     for m in range(len(values)):
@@ -139,9 +139,11 @@ def accept(body, motion, step):
 
 @does(verbs.energy, CoupledBody)
 def energy(body, values, increments, step):
-    """Return Jacobi's energy at n + 1/2, 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, J.
+    """Return Jacobi's energy between steps n and n + 1, J.
 
-    values, increments : q_{n+1} and q_{n+1} - q_n = v dt of the amplitudes q
+    It is 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, q the modal amplitudes.
+
+    values, increments : q_{n+1} and q_{n+1} - q_n = v dt
     """
     before = values - increments
     total = 0.5 * form(body.stiffness, body.starts, values, before)

@@ -98,7 +98,7 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def turn_quarter(lam, k):
-    """Set the second half of lam (4 k,) to (im, -re); the first is its spectrum."""
+    """Set the second half of lam (4 k,) to -i times the spectrum in its first half."""
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
         store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
@@ -131,7 +131,7 @@ def flush(s):
 
 
 def widths(blades: int) -> tuple[int, int]:
-    """Return (k, wide), the numbers of slots and of columns of `to_gaps`.
+    """Return (k, wide): padded lengths of re of a spectrum, and of half a row of gaps.
 
     Both are N // 2 + 1, rounded up to a multiple of four.
     """
@@ -169,7 +169,7 @@ def check_sizes(kernel: str, arrays: Arrays, state: CyclicState, own: Wanted) ->
 
 
 def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
-    """Return (name, array, required number of values) of a rotor's arrays."""
+    """Return (name, array, required number of values) of each array of a rotor."""
     blades, rotor = len(state.impulse), arrays.rotor
     k, _ = widths(blades)
     size = rotor.hub.shape[1] // (2 * k) * 2 * k
@@ -223,7 +223,9 @@ def angle_of(wall, speed, time):
 
 @inlined
 def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
-    """Set spectrum (2 k,), m, of the gaps less clearance: rotor, ring, casing's shape.
+    """Set the spectrum (2 k,) of all gaps less the clearance, m, from both bodies.
+
+    It is the sum of those of rotor, ring and the casing's departure from the circle.
 
     out_b, out_c : (2 k,), m, spectra of rotor and ring
     """
@@ -275,7 +277,7 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
 
 @inlined
 def read_before(gaps, row, where, active, blades, wide, before):
-    """Copy the gaps, m, of the active blades from a folded row to `before` (N,).
+    """Copy the gaps, m, of the active blades from a row of gaps to `before` (N,).
 
     where, active : the active blades are where[:active]
     """
@@ -285,7 +287,7 @@ def read_before(gaps, row, where, active, blades, wide, before):
 
 @inlined
 def prepare(step, speed, wall, state, sample):
-    """Copy the state's sums to `sample`; set sample.wall to the shape's spectrum, m."""
+    """Copy the state's sums, and the spectrum of the casing's shape, m, to `sample`."""
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):
@@ -295,7 +297,7 @@ def prepare(step, speed, wall, state, sample):
 
 
 def sampling(passes):
-    """Return the function that samples a state.
+    """Return the function that writes a sample of a state.
 
     passes : module whose states it samples, `differences` or `flow`
     """
@@ -304,7 +306,7 @@ def sampling(passes):
         step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
         tracks,
     ):  # fmt: skip
-        """Complete the pending step in copies of the state; write a sample of these."""
+        """Write a sample of a copy of the state with all contact forces applied."""
         c_c, _ = casing
         counter, wide = state.counter, len(state.gaps) // 6
         t_b, t_c, sums_b, sums_c = (
@@ -332,7 +334,7 @@ sample_flow = rare(sampling(flow))
 @inlined
 def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wave,
          flight, state, outs, space, tracks, sizes):  # fmt: skip
-    """Jump if a jump is due and no blade can touch for a while; return whether it did.
+    """Jump over steps if no blade can touch for a while; return whether it did.
 
     between : whether to write the samples of the traces within the jump
     """
@@ -355,14 +357,19 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the time loop; passes : module of its passes, `differences` or `flow`."""
+    """Return the time loop of the cyclic kernel.
+
+    passes : module of the functions that take its steps, `differences` or `flow`
+    """
     exact = passes is flow
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """Take `steps` steps, see `bodies.march_bodies`; space : result of `space_of`.
+        """Integrate rotor and ring over `steps` steps, see `bodies.march_bodies`.
+
+        space : result of `space_of`
 
         The exact flow jumps while no blade can touch, see `flight`.
         """

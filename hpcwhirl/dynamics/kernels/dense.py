@@ -31,7 +31,7 @@ def beside(still, values, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Set increments motion.ahead, amplitudes motion.following of a free step."""
+    """Predict a step without contact: set increments motion.ahead, motion.following."""
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -42,7 +42,7 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """Add to motion.ahead and motion.following the increments by push * modal (n,)."""
+    """Add the increments due to the pulse, push * modal (n,), to a predicted step."""
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
     for i in range(len(q)):
@@ -116,7 +116,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """Complete the step; add to motion.loss that of damping and circulatory forces, J.
+    """Set coordinates and increments to those after the step; add the loss, J.
 
     motion.following and motion.normal are used as work space.
     """
@@ -142,7 +142,12 @@ def accept(body, motion, step):
 
 @does(verbs.energy, DenseBody)
 def energy(body, values, increments, step):
-    """Return 1/2 v M v + 1/2 q_n K q_{n+1}, J; values, increments : q_{n+1}, v dt."""
+    """Return a body's energy between steps n and n + 1, J.
+
+    It is 1/2 v M v + 1/2 q_n K q_{n+1}.
+
+    values, increments : q_{n+1}, q_{n+1} - q_n = v dt
+    """
     work = np.zeros_like(values)
     apply_dense(body.mass, increments, 0.5 / step**2, work)
     total = 0.0

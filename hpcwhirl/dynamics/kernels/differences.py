@@ -48,10 +48,12 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor, GeneralRotor
 
 @inlined
 def end_rotor(c, at, q, d, old, push, touched, loss, works):
-    """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
+    """Apply contact forces to four rotor modes after a step; return q, d, loss, works.
+
+    The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
 
     q, d, old : amplitudes; their increments in this step, and in the step before
-    c, at : packed items of all modes, and where those of these four begin
+    c, at : coefficients of all modes, packed, and where those of these four begin
     """
     if touched:
         change = push_rotor(c, at, push)
@@ -65,7 +67,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
 @inlined
 def end_ring(c, at, y, d, old, push, touched, loss, works):
-    """Complete a step of four modes of the ring, like `end_rotor`.
+    """Apply contact forces to four ring modes after a step, as `end_rotor` does.
 
     y, d, old : (re, im) of the amplitudes, and of their increments as in `end_rotor`
     """
@@ -85,7 +87,10 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
                   slip):  # fmt: skip
-    """Implement `pass_modes`, for a pending step with contact if `touched`."""
+    """Take the step that `pass_modes` describes for all modes of a rotor.
+
+    now, then, touched : results of `places`; whether the last step had contact
+    """
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -113,7 +118,10 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
                  slip):  # fmt: skip
-    """Implement `pass_ring`, for a pending step with contact if `touched`."""
+    """Take the step that `pass_ring` describes for all modes of the casing ring.
+
+    now, then, touched : as in `rotor_columns`
+    """
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -142,12 +150,15 @@ def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete a rotor's pending step and predict the next, see `pass_modes`."""
+    """Apply the last step's contact forces to a rotor; predict its next step.
+
+    Arguments are those of `pass_modes`.
+    """
 
 
 @inlined
 def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
-    """Complete the pending step of modes by its contact forces; predict the next.
+    """Apply the last step's contact forces to a rotor's modes; predict the next step.
 
     Parameters
     ----------
@@ -172,13 +183,13 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Implement `pass_rotor` for cyclic modes."""
+    """Implement `pass_rotor` for a rotor's modes, sorted by nodal diameter."""
     pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
 
 @inlined
 def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
-    """Complete the pending step of the ring and predict the next, as `pass_modes` does.
+    """Apply the last step's contact forces to the casing ring; predict the next step.
 
     s : (6 size,): re and im of the amplitudes, then of their increments in the last
         even step, and in the last odd step
@@ -195,7 +206,7 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
 
 @inlined
 def settle_rotor(s, t, c, lam, width, counter, sums):
-    """Copy the rotor's state s to t with the pending step completed.
+    """Copy the rotor's state s to t; apply the last step's contact forces to t.
 
     The works and the loss of this step are added to sums, J.
     """
@@ -219,7 +230,7 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, k, counter, sums):
-    """Copy the ring's state s to t with the pending step completed, as `settle_rotor`.
+    """Copy the casing ring's state s to t; apply the last step's contact forces to t.
 
     t : must be 0 at slots without modes, which are not copied
     """
@@ -244,16 +255,17 @@ def settle_ring(s, t, c, lam, k, counter, sums):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy states s_b of the rotor, s_c of the ring to t_b, t_c; complete their step.
+    """Copy the states of rotor and ring; apply the last contact forces to the copies.
 
-    Its works and losses are added to sums_b and sums_c, J.
+    States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c; works and
+    losses of the last step are added to sums_b and sums_c, J.
     """
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `end_step` for cyclic modes and the ring."""
+    """Implement `end_step` for a rotor's modes, sorted by nodal diameter."""
     k = len(sums_c) // 4
     settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
@@ -261,7 +273,9 @@ def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
 @rare
 def energy_of(s, c, place, increment, size, step):
-    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
+    """Return the energy of a body's modes between steps n and n + 1, J.
+
+    It is the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over `size` modes.
 
     place, increment : first index in s of the amplitudes q_{n+1}, and of their
         increments q_{n+1} - q_n = v dt
@@ -284,7 +298,7 @@ def energies_of_four(q, d, stiff, step):
 
 @rare
 def energy_of_ring(t, c, now, step):
-    """Return the energy of the ring, J, from a state t whose step is completed.
+    """Return the energy of the casing ring, J, from a state t without pending forces.
 
     now : step number mod 2
 
@@ -309,7 +323,7 @@ def energy_of_ring(t, c, now, step):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return (energy of the rotor, of the ring), J, from states without pending step.
+    """Return energies of rotor and casing ring, J, from states without pending forces.
 
     now : step number mod 2, by which the state has the increments of this step
     """
@@ -326,7 +340,7 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
 
 @rare_kernel
 def column_sums(sums_b, sums_c, _):
-    """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
+    """Return works of rotation, impact, friction over mu, and damping, J, so far.
 
     Impact losses are 0 here: `contact.book_contacts` enters them in the ledger.
     """

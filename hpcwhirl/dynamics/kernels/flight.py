@@ -83,7 +83,7 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Implement `bound_rotor` for cyclic modes."""
+    """Implement `bound_rotor` for a rotor's modes, sorted by nodal diameter."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -179,7 +179,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
-    """Set the rotor's state s to that after the jump of `table`; add its loss to sums.
+    """Move the rotor's state s to the end of a jump; add the damping loss to sums, J.
 
     out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
     table : coefficients of the jump, (JUMP_ITEMS size,)
@@ -190,7 +190,7 @@ def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Implement `jump_rotor` for cyclic modes."""
+    """Implement `jump_rotor` for a rotor's modes, sorted by nodal diameter."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):
@@ -214,7 +214,7 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Jump like `jump_rotor`; turn the ring to the rotating frame at the jump's end."""
+    """Move the ring's state s, rotating frame, to a jump's end, see `jump_rotor`."""
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
@@ -250,7 +250,7 @@ def jump_ring(s, c, table, rows, k, now, then, out, sums):
 @kernel
 def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, rows,
                ring_rows, k, wide):  # fmt: skip
-    """Complete the pending step; return the number of steps over which to jump at most.
+    """Apply the last contact forces; return how many steps a jump may have at most.
 
     If contact cannot recur, enter the certificate in counter and ledger.
 
@@ -274,7 +274,7 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
 
 @part
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
-    """Jump over `count` steps, or as many as `PASSES` jumps cover; return how many.
+    """Move both bodies over `count` steps by up to `PASSES` jumps; return steps moved.
 
     out_b, out_c : (2 k,), out: spectra of rotor and ring at the end, m
     """
@@ -303,7 +303,7 @@ def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
 
 @part
 def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, sizes):
-    """Jump if no blade can touch for a while; return whether a jump was made.
+    """Jump over steps if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
     might touch, since contact requires the gaps of the two steps before it.

@@ -69,7 +69,7 @@ def lose_rotor(c, at, q, d, loss):
 
 @inlined
 def lose_ring(c, at, y, d, loss):
-    """Return `loss` plus that of four modes of the ring, J, as `lose_rotor` does.
+    """Return `loss` plus the damping loss, J, of a step of four modes of the ring.
 
     y, d : (re, im) of the amplitudes at the end of the step, and of their increments
     """
@@ -83,7 +83,9 @@ def lose_ring(c, at, y, d, loss):
 
 @inlined
 def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
-    """Complete a step of four modes; return q, d, and the sums `loss` and `works`.
+    """Apply contact forces to four rotor modes after a step; return q, d, loss, works.
+
+    The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
 
     q, d : amplitudes, and their increments in this step
     s, old : state, and index in it of their increments in the step before
@@ -119,7 +121,9 @@ def mean_ring(c, at, y, d, old):
 
 @inlined
 def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
-    """Complete a step like `end_rotor` for the ring; return y, d, loss, works, passing.
+    """Apply contact forces to four ring modes after a step, as `end_rotor` does.
+
+    Return y, d and the sums loss, works and passing.
 
     In the time of `works`, from step n - 1 to n + 1, a blade goes past the shape of
     step n - 1 from its place at that step to its place at n + 1, and so, at second
@@ -146,7 +150,9 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
 
 @inlined
 def book_passing(sums, k, col, push, passing):
-    """Add normal forces times `passing` at four slots, W, to the fourth part of sums.
+    """Add the power of contact forces moved along the deformed ring, W, to sums[3 k:].
+
+    The entries are those of four nodal diameters, col .. col + 3.
 
     push, passing : (re, im) of the multipliers' spectrum; see `end_ring`
     """
@@ -157,7 +163,10 @@ def book_passing(sums, k, col, push, passing):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
                   slip):  # fmt: skip
-    """Implement `pass_rotor`: with a pending step if `ended`, contact if `touched`."""
+    """Take the step that `pass_rotor` describes for all modes of a rotor.
+
+    ended, touched : whether the last step is still to be completed; had contact
+    """
     for col in range(0, width, FOUR):
         zero = broadcast(0.0)
         push, loss = load_both(lam, width, col), load(sums, 2 * width + col)
@@ -186,7 +195,10 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
-    """Implement `pass_ring`: with a pending step if `ended`, contact if `touched`."""
+    """Take the step that `pass_ring` describes for all modes of the casing ring.
+
+    ended, touched : as in `rotor_columns`
+    """
     size = len(s) // RING_STATE
     for col in range(0, k, FOUR):
         zero = broadcast(0.0)
@@ -217,16 +229,16 @@ def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
 
 @verb
 def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the rotor's pending step, if any; predict the next.
+    """Apply contact forces of the last step, if any, to a rotor; predict its next step.
 
-    See `differences.pass_modes`.
+    Arguments are those of `differences.pass_modes`.
     """
 
 
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Implement `pass_rotor` for cyclic modes."""
+    """Implement `pass_rotor` for a rotor's modes, sorted by nodal diameter."""
     c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
@@ -239,7 +251,7 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
 
 @inlined
 def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
-    """Complete the ring's pending step, if any; predict the next.
+    """Apply the last step's contact forces, if any, to the ring; predict the next step.
 
     See `differences.pass_ring`; the fourth part of sums (4 k,) is that of
     `book_passing`.
@@ -255,30 +267,34 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
 
 @verb
 def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy states s_b of the rotor, s_c of the ring to t_b, t_c; complete their step.
+    """Copy the states of rotor and ring; apply the last contact forces to the copies.
 
-    Works and losses of a step that is pending are added to sums_b and sums_c, J.
+    States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c. If the last
+    step is not yet completed, its works and losses are added to sums_b, sums_c, J.
     """
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `end_step` for cyclic modes and the ring."""
+    """Implement `end_step` for a rotor's modes, sorted by nodal diameter."""
     settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @inlined
 def waiting(counter):
-    """Return (whether a step is pending, whether a pending step has contact)."""
+    """Return (whether the last step is still to be completed, whether with contact)."""
     ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
     return ended, touched and ended
 
 
 @inlined
 def settle_rotor(s, t, c, lam, counter, sums):
-    """Copy the rotor's state s to t, complete a pending step, add its works to sums."""
+    """Copy the rotor's state s to t; apply the last contact forces to t.
+
+    Works and losses of that step are added to sums, J.
+    """
     ended, touched = waiting(counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
     now, then = places(counter, size)
@@ -300,7 +316,10 @@ def settle_rotor(s, t, c, lam, counter, sums):
 
 @inlined
 def settle_ring(s, t, c, lam, counter, sums):
-    """Copy the ring's state s to t, complete a pending step, add its works to sums."""
+    """Copy the casing ring's state s to t; apply the last contact forces to t.
+
+    Works and losses of that step are added to sums, J.
+    """
     ended, touched = waiting(counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
     now, then = places(counter, 2 * size)
@@ -340,7 +359,7 @@ def energy_of(s, c, place, increment, size):
 
 @rare
 def energy_of_ring(t, c, now):
-    """Return the energy of the ring, J, from a state without pending step.
+    """Return the energy of the casing ring, J, from a state t without pending forces.
 
     now : step number mod 2
     """
@@ -351,7 +370,7 @@ def energy_of_ring(t, c, now):
 
 @verb
 def energies_of(rotor, t_b, t_c, c_c, now, step):
-    """Return (energy of the rotor, of the ring), J, from states without pending step.
+    """Return energies of rotor and casing ring, J, from states without pending forces.
 
     now : step number mod 2, by which the state has the increments of this step
     """
@@ -367,7 +386,7 @@ def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
 
 @rare_kernel
 def column_sums(sums_b, sums_c, step):
-    """Return work of the rotation, impact loss, work of drag over mu, damping loss, J.
+    """Return works of rotation, impact, friction over mu, and damping, J, so far.
 
     The rotation's work is that of contact forces moved along the deformed ring; the
     impact loss is the remaining work of the normal forces.

@@ -112,7 +112,7 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,), folded, m, to the tips' negative radial displacements.
+    """Set out (2 wide,), folded, to negative radial displacements of the tips, m.
 
     q : (m,) or more, amplitudes of the modes, m % 8 == 0
     gamma : negative displacements of the tips for unit amplitudes, (2 wide / 8, m, 8)
@@ -136,9 +136,9 @@ def read_tips(q, gamma, out):
 
 @inlined
 def close_gaps(tips, gaps, row):
-    """Add tips (2 wide,) to a folded row of gaps; return (least gap, largest |tip|), m.
+    """Add the rotor's part to a row of gaps; return (least gap, largest |tip|), m.
 
-    tips : the rotor's part of the gaps
+    tips : (2 wide,), folded, the rotor's part of the gaps
     """
     least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
     for v in range(0, len(tips), FOUR):
@@ -175,7 +175,7 @@ def to_modes(push, where, active, radial, tangential, lam):
 
 @kernel
 def settle_general(c_b, c_c, state, copies):
-    """Copy the state to `copies`, with the pending step completed in them.
+    """Copy the state to `copies`; apply the last step's contact forces to these.
 
     copies : arrays like rotor, ring, sums_b, sums_c of the state
     """
@@ -225,7 +225,7 @@ def farthest(limit, q, rotor):
 @rare
 def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
 
     slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on
         which friction does work
@@ -245,7 +245,7 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 
 @rare
 def write_tips(rotor, q, whole, tips):
-    """Set the last row of tips (N + 1, 2), m, to x_o, y_o; if `whole`, set all rows."""
+    """Set the last row of tips (N + 1, 2), m, to the centre's; if `whole`, all rows."""
     blades, modes = len(tips) - 1, len(q)
     for axis in range(2):
         tips[blades, axis] = tip_of(rotor.hub, axis, q, modes)
@@ -258,7 +258,7 @@ def write_tips(rotor, q, whole, tips):
 @rare
 def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, energies,
                    less, keep, judge, tracks):  # fmt: skip
-    """Write a sample of the state from copies of it with its pending step completed.
+    """Write a sample of copies of the state to which contact forces have been applied.
 
     At a row of evidence with contact, the gaps between the bodies are compared with the
     solved ones, which are in `gaps` from `row` on.
@@ -371,7 +371,7 @@ def marching(waves):
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
         state, tracks, space,
     ):  # fmt: skip
-        """Take `steps` steps, see `bodies.march_bodies` and `kernel_types`.
+        """Integrate rotor and ring over `steps` steps, see `bodies.march_bodies`.
 
         space : result of `general_space`
         """

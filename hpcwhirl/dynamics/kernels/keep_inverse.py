@@ -27,7 +27,7 @@ SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known` after its N blades
 
 
 def length_of_known(blades: int) -> int:
-    """Return the length of `known`, see `ConstantSpace`."""
+    """Return the length of the array `known` of active blades, see `ConstantSpace`."""
     return blades + LOG + CHANGES
 
 
@@ -59,13 +59,13 @@ def invert(a, stride, size):
 
 @inlined
 def place_of(j, blades, wide):
-    """Return the place of blade j in a folded row: blades 0 .. N // 2, then N - j."""
+    """Return the index of blade j in a row of gaps: blades 0 .. N // 2, then N - j."""
     return j if 2 * j <= blades else wide + blades - j
 
 
 @inlined
 def blade_at(i, blades, wide):
-    """Return the blade at place i of a folded row, see `circulant.folded`."""
+    """Return the blade at index i of a row of gaps, see `circulant.folded`."""
     half = i if i < wide else i - wide
     if 2 * half > blades or half == 0:
         return 0
@@ -74,7 +74,7 @@ def blade_at(i, blades, wide):
 
 @rare
 def remember(where, size, blades, wide, known, inverse, rows, stride):
-    """Invert the Delassus matrix of the blades where[:size]; start a new `known`.
+    """Invert the Delassus matrix of blades where[:size]; note these in `known`.
 
     Parameters
     ----------
@@ -95,9 +95,10 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 
 @inlined
 def note_change(change, sound, blades, known):
-    """Append a change to `known`; if not `sound`, mark the inverse as inaccurate.
+    """Note in `known` that a blade enters or leaves the inverse of the Delassus matrix.
 
     change : j if blade j enters, N (p + 1) + j if blade j leaves place p
+    sound : whether the inverse is still accurate after it
     """
     known[blades + LOG + known[blades + CHANGED]] = change
     known[blades + CHANGED] += 1
@@ -107,7 +108,7 @@ def note_change(change, sound, blades, known):
 
 @rare
 def leave(p, blades, known, inverse, stride):
-    """Remove the blade at place p from the inverse; the last blade takes its place."""
+    """Remove the blade at place p from the kept inverse; the last takes its place."""
     last = known[blades + SIZE] - 1
     pivot = inverse[p * stride + p]
     for r in range(last + 1):
@@ -128,7 +129,7 @@ def leave(p, blades, known, inverse, stride):
 
 @inlined
 def border(j, size, blades, wide, known, inverse, rows, stride, work):
-    """Compute M b and c M; return c M b.
+    """Compute M b and c M for a blade that enters the kept inverse M; return c M b.
 
     M is the kept inverse, b and c are the entries of the Delassus matrix W that couple
     its blades to blade j, in column j and in row j.
@@ -158,7 +159,7 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
 
 @rare
 def enter(j, blades, wide, known, inverse, rows, stride, work):
-    """Add blade j to the inverse, at the last place; work : (4 stride,)."""
+    """Add blade j to the kept inverse, at the last place; work : (4 stride,)."""
     size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
     for r in range(size):  # the vectors' lanes beyond the last blade must be 0
         for s in range(size, -(-size // FOUR) * FOUR):
@@ -231,7 +232,7 @@ def missing(active, blades, known):
 
 @rare
 def turn_to(active, where, blades, wide, space):
-    """Make the kept inverse that of the active blades, by updates or anew.
+    """Change the kept inverse to that of the active blades, by updates or by inversion.
 
     active : (N,), in: 1 for active blades, else 0; overwritten
     where : (N + 1,), out: these blades, if the inverse is computed anew

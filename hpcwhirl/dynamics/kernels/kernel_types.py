@@ -111,7 +111,7 @@ class Tracks(NamedTuple):
 
 
 class BodiesState(NamedTuple):
-    """State of `bodies.march_bodies`.
+    """State of rotor and casing in `bodies.march_bodies`.
 
     Attributes
     ----------

@@ -65,13 +65,16 @@ def first_rod(angle, size, under):
 
 @inlined
 def covers(first, rod, size, under):
-    """Return whether a rod is one of `under` from `first` on; `size` rods in all."""
+    """Return whether a rod of the layer is under a tip.
+
+    first, under, size : first rod under the tip; rods under it; rods in all
+    """
     return (rod - first) % size < under
 
 
 @inlined
 def highest(worn, first, under):
-    """Return the least worn depth, m, of the `under` rods from `first` on."""
+    """Return the least worn depth, m, of the rods under a tip; `first` is the first."""
     least = worn[DEPTH, first]
     for i in range(1, under):
         least = min(least, worn[DEPTH, (first + i) % worn.shape[1]])
@@ -150,7 +153,7 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
 @rare
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
-    """Set row j of the problem linearised about the depth own.sunk[j] of tip j.
+    """Set row j of the contact problem, linearised about tip j's depth own.sunk[j].
 
     Its depth is s = lam / (dP/ds) + own.shifted - g, P(s) the force of its rods. If it
     touches none of them, dP/ds is that of the highest rod alone.

@@ -24,7 +24,9 @@ def accumulate(rows, values, out):
 
 @njit(cache=True)
 def modal_energy(values, increments, omega, step):
-    """Return the energy at n + 1/2, sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1}, J.
+    """Return the energy of modes between steps n and n + 1, J.
+
+    It is the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over the modes.
 
     values, increments : q_{n+1} and q_{n+1} - q_n = v dt of the modes' amplitudes q
     """
@@ -55,7 +57,7 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Set increments motion.ahead, amplitudes motion.following of a free step."""
+    """Predict a step without contact: set increments motion.ahead, motion.following."""
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -66,7 +68,7 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add to motion.ahead and motion.following the increments by push * modal (m,)."""
+    """Add the increments due to the pulse, push * modal (m,), to a predicted step."""
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]
@@ -76,13 +78,13 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Set out (r,), m, to the radial coordinates, as sums over the modes."""
+    """Set out (r,), m, to a body's radial displacements: sums over its modes."""
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, from `radial` and sums over modes; last row x_o, y_o."""
+    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row: centre."""
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -131,7 +133,7 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, ModalBody)
 def accept(body, motion, _):
-    """Complete the step of each mode; add its damping loss to motion.loss, J.
+    """Set amplitudes and increments to those after the step; add the damping loss, J.
 
     The loss is 2 xi omega (q_{n+1} - q_{n-1})^2 / (4 dt), xi the damping ratio.
     """

@@ -62,18 +62,18 @@ ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return items (ITEMS, size) packed, as kernels read them, (ITEMS size,)."""
+    """Return modes' coefficients (ITEMS, size) packed as kernels read them, flat."""
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
 
 def unpacked(items: Floats) -> Floats:
-    """Return packed items as (ITEMS, size), a copy."""
+    """Return packed coefficients of modes as an array (ITEMS, size), a copy."""
     return items.reshape(-1, ITEMS, FOUR).transpose(1, 0, 2).reshape(ITEMS, -1)
 
 
 def filled_rows(items: Floats, k: int) -> Integers:
-    """Return (k/4,), for every four neighbouring slots the number of rows with modes.
+    """Return the largest number of modes at each four neighbouring slots, (k/4,).
 
     items : packed; the modes of a slot are in its first rows
     """
@@ -94,7 +94,7 @@ def holds(c, m):
 
 @inlined
 def item(c, which, m):
-    """Return item number `which` of mode m from packed items c."""
+    """Return coefficient number `which` of mode m from the packed coefficients c."""
     return c[(m - m % FOUR) * ITEMS + which * FOUR + m % FOUR]
 
 
@@ -134,7 +134,7 @@ def push_ring(c, at, push):
 
 @inlined
 def turn(er, ei, re, im):
-    """Return (er + i ei) (re + i im)."""
+    """Return re and im of the product (er + i ei) (re + i im)."""
     return fnma(ei, im, er * re), fma(er, im, ei * re)
 
 
@@ -165,7 +165,7 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Return `works`, three vectors, plus the contribution of four modes.
+    """Return `works`, sums for the work of contact forces, plus the part of four modes.
 
     both : dt (v- + v+), v- and v+ the velocities before and after the step's impulse
     works : factors of the multipliers' spectrum in twice a step's work: normal; drag
@@ -179,7 +179,7 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Return `works`, four vectors, plus the contribution of four modes of the ring.
+    """Return `works`, sums for the work of contact forces, plus the part of four modes.
 
     br, bi : re and im of `both` as in `work_rotor`
     works : as there, four vectors, re and im for the normal force, re and im for the
@@ -195,7 +195,9 @@ def work_ring(c, at, br, bi, works):
 
 @inlined
 def book_rotor(sums, width, col, push, works):
-    """Add twice the works of normal forces, of drag over mu, at four slots to sums, J.
+    """Add twice the works of normal forces and of friction to the rotor's sums, J.
+
+    They are those at four nodal diameters, col .. col + 3; friction's is divided by mu.
 
     push, works : as in `push_rotor` and `work_rotor`
     """
@@ -207,7 +209,7 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store the factors of drag at four slots, the last two of `works`, in slip.
+    """Store the last two of `works`, which give the slip, at four nodal diameters.
 
     slip : (2 size,), see `slip_of`
     """
@@ -217,7 +219,7 @@ def keep_slip(slip, size, col, works):
 
 @part
 def slip_of(slip_b, slip_c, k, spectrum):
-    """Set spectrum (2 k,) to that of the slip, dt (v- + v+) of casing less tips, m.
+    """Set the spectrum (2 k,) of the slip, dt (v- + v+) of casing less tips, m.
 
     v- and v+ are tangential velocities before and after the step's impulse.
 
@@ -234,7 +236,10 @@ def slip_of(slip_b, slip_c, k, spectrum):
 
 @inlined
 def book_ring(sums, k, col, push, works):
-    """Add works like `book_rotor`, for the ring; push : as in `push_ring`."""
+    """Add twice the works of normal forces and of friction to the ring's sums, J.
+
+    push, works : as in `push_ring` and `work_ring`; else see `book_rotor`
+    """
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
     store(sums, col, fma(push[0], normal_re, work))
@@ -244,7 +249,7 @@ def book_ring(sums, k, col, push, works):
 
 @inlined
 def load_both(a, size, m):
-    """Return (re, im) of four complex values: four entries from m, from size + m on."""
+    """Return (re, im) of four complex values, from a[m] and from a[size + m] on."""
     return load(a, m), load(a, size + m)
 
 
@@ -273,7 +278,7 @@ def sum_of(values, first, last):
 
 @inlined
 def sums_of(sums_b, sums_c):
-    """Return the works of normal forces and of drag over mu, and the damping loss, J.
+    """Return works of normal forces and of friction over mu, and damping loss, J.
 
     sums_b, sums_c : sums of rotor and ring by slot, see `differences.pass_modes`
     """
@@ -286,7 +291,7 @@ def sums_of(sums_b, sums_c):
 
 @rare
 def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
-    """Add the pulse's increments to the ring's state s and to its spectrum out.
+    """Apply the pulse to the ring: add its increments to the state s and spectrum out.
 
     push, lobe : N; (size,), modal load due to a unit force, static frame
     sign : -1 if the load's slot has the conjugate, else 1
@@ -308,7 +313,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 
 @rare
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
-    """Return the work of the pulse in the pending step, J; see `push_pulse`."""
+    """Return the work of the pulse on the ring in the last step, J (`push_pulse`)."""
     total, touched = 0.0, counter[LAST] == counter[STEP]
     now, then = places(counter, 2 * size)
     for m in range(size):
@@ -355,7 +360,7 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return `at_four` for j, j + 4, j + 8; six sums at a time hide their latency."""
+    """Return `at_four` at blades j, j + 4, j + 8, computed at once to hide latency."""
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):
@@ -372,7 +377,7 @@ def at_twelve(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def unfold_four(parts, gaps, row, wide, j, least):
-    """Store gaps of blades j .. j + 3 and N - j .. N - j - 3 in a folded row.
+    """Store gaps of blades j .. j + 3 and N - j .. N - j - 3 in a folded row of gaps.
 
     Return the elementwise minimum of these gaps and `least`; parts : see `at_four`.
     """
@@ -394,7 +399,7 @@ def lowest_of(least, gap):
 
 @inlined
 def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform a spectrum into a folded row of gaps; return the lowest gap, m.
+    """Compute the gaps of all blades from their spectrum; return the lowest gap, m.
 
     wave : (2 k, wide), flat: cos and sin of every slot at blades j = 0 .. N // 2, then
         padding; followed by N and its split in two factors, see `transform`
@@ -417,5 +422,5 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
 
 @rare
 def to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform like `to_gaps`; not inlined, for callers that run in few steps."""
+    """Compute gaps from a spectrum, as `to_gaps`, for callers that run in few steps."""
     return to_gaps(spectrum, wave, gap, k, wide, gaps, row)

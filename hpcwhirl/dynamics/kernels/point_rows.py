@@ -21,7 +21,7 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @verb
 def turn_points(rows, q, ahead, near, spectra):
-    """Take a step without forces, like `whole.turn_waves`.
+    """Take a step without forces: multiply the amplitudes q of all waves by z.
 
     near : whether a call of `read_close` is likely; then `spectra` is prepared for it
     """
@@ -38,18 +38,17 @@ def read_every(rows, q, points, tips, spectra):
 @verb
 def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
                where):  # fmt: skip
-    """Compute tips and gaps of points that might touch; return two values.
+    """Compute the gaps of points that might touch; return the lowest, m, and a flag.
 
-    They are the lowest of these gaps, m, and whether the last solution had active
-    points. Arguments are those of `whole.read_near`; near, spectra : as in
-    `turn_points`
+    The flag tells whether the last solution had active points. Arguments are those of
+    `whole.read_near`; near, spectra : as in `turn_points`
     """
 
 
 @verb
 def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                 held, spectra):  # fmt: skip
-    """Enter the multipliers' works; set the active points' gaps at step n - 1.
+    """Enter the works of contact forces; set the active points' gaps at step n - 1.
 
     The gap of a point that was in contact at step n - 1, too, is 0.
 
@@ -88,14 +87,14 @@ def clear_forces(s, modes):
 @does(turn_points, PointRows)
 @inlined
 def turn_rows(_rows, q, ahead, _near, _spectra):
-    """Implement `turn_points` for unequal sectors."""
+    """Implement `turn_points` (a step without forces) for unequal sectors."""
     turn_waves(q, ahead)
 
 
 @does(read_every, PointRows)
 @inlined
 def read_every_row(rows, q, points, tips, _):
-    """Implement `read_every` for unequal sectors."""
+    """Implement `read_every` (gaps due to waves) for unequal sectors."""
     read_all(rows.read, q, points, tips)
 
 
@@ -103,7 +102,7 @@ def read_every_row(rows, q, points, tips, _):
 @inlined
 def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
                     where):  # fmt: skip
-    """Implement `read_close` for unequal sectors."""
+    """Implement `read_close` (gaps of points that might touch) for unequal sectors."""
     lowest = read_near(rows.read, q, points, gaps, row, known, tips, whole, where)
     return lowest, known[points] > 0
 
@@ -112,7 +111,7 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
 @inlined
 def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
               held, _):  # fmt: skip
-    """Implement `book_points` for unequal sectors."""
+    """Implement `book_points` (works of contact forces) for unequal sectors."""
     points, width, modes = len(before), len(spare), len(q)
     wide, padded = len(gaps) // 6, len(held) // 4
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
@@ -134,5 +133,5 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
 @does(push_points, PointRows)
 @inlined
 def push_rows(rows, push, where, active, q, _):
-    """Implement `push_points` for unequal sectors."""
+    """Implement `push_points` (change of amplitudes by contact) for unequal sectors."""
     add_rows(rows.push, push, where, active, q, len(q))

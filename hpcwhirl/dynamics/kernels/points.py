@@ -82,14 +82,14 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def write_clear(clear, gap, gaps, row, wide):
-    """Set a folded row of gaps (2 wide,), m, to `clear` (2 wide,) plus the gap."""
+    """Set a row of gaps (2 wide,), m, to the gap plus further clearances `clear`."""
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(clear, v) + broadcast(gap))
 
 
 @part
 def add_shape(wall, time, speed, waves, gaps, row, wide):
-    """Add a casing's departure from the circle, m, to a folded row of gaps.
+    """Add the casing's departure from the circle, m, to a row of gaps of all points.
 
     waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
     """

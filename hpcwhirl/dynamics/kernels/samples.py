@@ -104,7 +104,7 @@ def along_of(rotor, q, rows, k, out):
 @does(along_of, CyclicRotor)
 @inlined
 def along_of_modes(rotor, q, rows, k, out):
-    """Implement `along_of` for cyclic modes."""
+    """Implement `along_of` (tangential displacements of the tips) for modes."""
     c = rotor.items
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -136,7 +136,7 @@ def radial_bound(q, c, size, width):
 
 @inlined
 def read_centre(q, hub, tips):
-    """Set the last row of tips (N + 1, 2), m, to x_o, y_o."""
+    """Set the last row of tips (N + 1, 2), m, to the centre's x_o, y_o."""
     for axis in range(2):
         total = 0.0
         for m in range(hub.shape[1]):
@@ -147,7 +147,7 @@ def read_centre(q, hub, tips):
 @verb
 def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Write a sample of a state from a copy with its pending step completed.
+    """Write a sample of a state, from a copy with all contact forces applied.
 
     The copy is in `sample`, a `wave_types.SampleSpace`.
 
@@ -163,7 +163,7 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `sample_rotor` for cyclic modes."""
+    """Implement `sample_rotor` for a rotor's modes, sorted by nodal diameter."""
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE
@@ -179,7 +179,7 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample with a copy of the ledger, to which `works` are added.
+    """Write a sample; its ledger is a copy of the state's, with `works` added.
 
     works, loss : result of `flow.column_sums` or its like; J, energy taken by damping
     """

@@ -83,7 +83,7 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to amplitudes, those of pairs added."""
+    """Copy the waves' amplitudes to the start of `spectra`, those of a pair added."""
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -100,7 +100,7 @@ def add_alike(rows, q, spectra):
 @does(turn_points, SectorRows)
 @inlined
 def turn_sectors(rows, q, ahead, near, spectra):
-    """Implement `turn_points` for equal sectors; if near, also call `add_alike`."""
+    """Implement `turn_points` (a step without forces) for equal sectors."""
     if not near:
         turn_waves(q, ahead)
         return
@@ -120,7 +120,7 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the first (alike, 2, k) of `spectra` to motions of waves over two steps.
+    """Set the start of `spectra` to the waves' motions over two steps, pairs added.
 
     A motion, from step n - 1 to n + 1, is the amplitude times `SectorRows.move`. The
     two motions of a pair are added; their factors are conjugates.
@@ -145,7 +145,7 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return `sums` plus a re, b im, a im and b re of a value (re, im)."""
+    """Return four `sums` plus the products a re, b im, a im, b re of (re, im)."""
     re, im = value
     straight, across, crossed, along = sums
     straight, across = fma(a, re, straight), fma(b, im, across)
@@ -154,7 +154,7 @@ def products(a, b, value, sums):
 
 @inlined
 def spectrum_of(table, p, alike, k, spectra, to):
-    """Set (2, k) of `spectra` from `to` on to the sum of rows of point p times waves.
+    """Set the spectrum of point p, from spectra[to] on, to a sum over the waves.
 
     table : rows as `SectorRows.read`; alike : number of rows
     """
@@ -181,7 +181,7 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set spectra of the motion of point p of all tips; add forces' change of waves.
+    """Set spectra of the motions of point p; add the change of waves by its forces.
 
     The motion is that by the waves, from step n - 1 to n + 1. For pairs, coefficients
     of forces are the conjugates of those of the motion.
@@ -247,7 +247,7 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set folded tips, m, of point p of blades 4 g .. 4 g + 3, by a spectrum.
+    """Set the part of the waves in the gaps, m, of point p of blades 4 g .. 4 g + 3.
 
     The spectrum begins at `at` in `spectra`, of which the last four are work space.
     """
@@ -261,7 +261,7 @@ def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
 @does(read_every, SectorRows)
 @part
 def read_every_sector(rows, q, points, tips, spectra):
-    """Implement `read_every` for equal sectors."""
+    """Implement `read_every` (gaps due to waves) for equal sectors."""
     k, each, wide = slots_of(rows), rows.each, len(tips) // 2
     alike, blades, (to, _) = rows.single + rows.pairs, points // each, layout(rows)
     add_alike(rows, q, spectra)
@@ -305,7 +305,7 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 @part
 def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spectra,
                       _):  # fmt: skip
-    """Implement `read_close` for equal sectors, four blades at once."""
+    """Implement `read_close` (gaps of points that might touch) for equal sectors."""
     wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
     for i in range(flags, len(spectra) - FOUR):
         spectra[i] = 0.0
@@ -376,7 +376,7 @@ def turn_back(rows, push, where, active, k, spectra):
 
 @inlined
 def act_on_all(rows, push, where, active, mu, spectra):
-    """Call `act_on` for every point of a tip at which some blade is in contact."""
+    """Call `act_on` for each point number of a tip that is in contact on some blade."""
     k, (first, flags) = slots_of(rows), layout(rows)
     turn_back(rows, push, where, active, k, spectra)
     fresh, apart = True, 2 * k * rows.each
@@ -391,7 +391,7 @@ def act_on_all(rows, push, where, active, mu, spectra):
 @inlined
 def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                  held, spectra):  # fmt: skip
-    """Implement `book_points` for equal sectors."""
+    """Implement `book_points` (works of contact forces) for equal sectors."""
     points, modes, each = len(before), len(q), rows.each
     wide, padded, k = len(gaps) // 6, len(held) // 4, slots_of(rows)
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
@@ -428,7 +428,10 @@ def add_wave(q, half, m, change):
 @does(push_points, SectorRows)
 @inlined
 def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Implement `push_points` for equal sectors; spectra: as set by `book_sectors`."""
+    """Implement `push_points` (change of amplitudes by contact) for equal sectors.
+
+    spectra : as set by `book_sectors`
+    """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     alike = rows.single + pairs
     for f in range(rows.single):

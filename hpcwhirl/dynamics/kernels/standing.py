@@ -57,7 +57,7 @@ def film_at(place, clearance):
 
 @njit(cache=True)
 def answer(give, held, moving, even, drift):
-    """Return the complex force f, N, that solves f = -held - even u - drift conj(u).
+    """Return the supports' force f, N, complex: f = -held - even u - drift conj(u).
 
     held, even, drift : -f at u = 0, N, complex; damping, N s/m, real and complex
     moving : m/s, velocity of the centre without f; with f it is u = moving + W f

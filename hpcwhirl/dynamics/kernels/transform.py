@@ -40,7 +40,7 @@ BEHIND = FOUR  # number of entries after that table
 
 
 def products(blades: int, span: int) -> float:
-    """Return how many vector products a transform takes; span : b, or 0 if dense."""
+    """Return how many vector products a transform takes; span : result of `span_of`."""
     most = blades // 2 + 1
     if span == 0:
         return 0.5 * most**2
@@ -49,7 +49,7 @@ def products(blades: int, span: int) -> float:
 
 
 def span_of(blades: int) -> int:
-    """Return b of a split N = a b, or 0 if two stages would save too little."""
+    """Return b, if N = a b blades are transformed in two stages; 0 if in one."""
     best, least = 0, WORTH * products(blades, 0)
     for b in range(2, blades // 2):
         half = blades // b // 2 + 1
@@ -63,9 +63,10 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add re cos, im sin, re sin, im cos at blades v .. v + 3 to `sums`.
+    """Add the products of a slot's re, im with cosine and sine to four `sums`.
 
-    re, im are those of slot c, cos and sin those of 2 pi c v / N.
+    They are re cos, im sin, re sin, im cos at blades v .. v + 3: re, im are those of
+    slot c, cos and sin those of 2 pi c v / N.
     """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
@@ -98,7 +99,7 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Return three pairs (even, odd): sums over r for s, s + 1 and s + 2.
+    """Return sums of the second stage over r, (even, odd) each, for s, s + 1, s + 2.
 
     This is the second stage, see this module: `even`, to which `gap` is added, sums
     cos(2 pi r s / a) times the even part of term r, `odd` sums the sine times the odd
@@ -123,7 +124,7 @@ def three_blades(wave, k, wide, half, b, s, gap, work):
 
 @inlined
 def put_four(value, gaps, row, wide, blades, j, count):
-    """Store the gaps of blades j .. j + count - 1, at most four, in a folded row."""
+    """Store the gaps of blades j .. j + count - 1, at most four, in a row of gaps."""
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
     elif count >= FOUR and 2 * j > blades:
@@ -136,7 +137,7 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Copy gaps to those places of a folded row that repeat a blade."""
+    """Copy gaps to the places of a row of gaps that repeat a blade."""
     first, middle = get(gaps, row), get(gaps, row + blades // 2)
     for i in range(blades // 2 + 1, wide):
         put(gaps, row + i, first)
@@ -165,9 +166,10 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Transform like `passes.to_gaps`, in two stages; return four numbers.
+    """Compute gaps from their spectrum in two stages; return four numbers.
 
-    The least of them is the lowest gap, or the clearance if that is lower.
+    The least of them is the lowest gap, or the clearance if that is lower. The
+    arguments are those of `passes.to_gaps`.
     """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
@@ -199,7 +201,10 @@ def lay_out(factors, which, size, blades, spread):
 
 @inlined
 def fold_blades(spread, a, b, v, half, work):
-    """Set work to parts even and odd in s of `spread` at b s + v to b s + v + 3."""
+    """Set work to even and odd parts in s of `spread` at blades b s + v .. b s + v + 3.
+
+    See this module for s and v; `half` is the number of values of s.
+    """
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
         if 0 < s < a - s:

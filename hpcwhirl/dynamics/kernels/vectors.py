@@ -160,28 +160,28 @@ def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def lower_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the lower number of each pair."""
+    """Return the lower double of each of four pairs."""
     del typing, a, b
     return _intrinsic("minnum", 2)
 
 
 @intrinsic
 def higher_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the higher number of each pair; if one is NaN, the other."""
+    """Return the higher double of each of four pairs; if one is NaN, the other."""
     del typing, a, b
     return _intrinsic("maxnum", 2)
 
 
 @intrinsic
 def magnitude(typing: Any, a: Any) -> Any:
-    """Return the absolute values."""
+    """Return the absolute values of four doubles."""
     del typing, a
     return _intrinsic("fabs", 1)
 
 
 @intrinsic
 def root(typing: Any, a: Any) -> Any:
-    """Return the square roots."""
+    """Return the square roots of four doubles."""
     del typing, a
     return _intrinsic("sqrt", 1)
 

@@ -51,17 +51,17 @@ def does(verb: Function, kind: type) -> Callable[[Function], Function]:
 
 
 def predict(body, motion):
-    """Set increments motion.ahead, amplitudes motion.following of a free step."""
+    """Predict a body's step without contact: set motion.ahead and motion.following."""
     raise NotImplementedError
 
 
 def load(body, motion, push, modal):
-    """Add to motion.ahead and .following the increments by a load push * modal (n,)."""
+    """Add the increments due to the pulse, push * modal (n,), to a predicted step."""
     raise NotImplementedError
 
 
 def stand(body, motion, time, force):
-    """Add to motion.ahead and .following increments by forces beyond constant matrices.
+    """Add increments by supports or a changing speed to a body's predicted step.
 
     force : (2,), out: N, that of the supports at the centre, if they have one
     """
@@ -134,7 +134,9 @@ def note_beside(body, motion, step, row):
 
 
 def energy(body, values, increments, step):
-    """Return 1/2 v^T M v + 1/2 q_n^T K q_{n+1} at n + 1/2, J.
+    """Return a body's energy between steps n and n + 1, J.
+
+    It is 1/2 v^T M v + 1/2 q_n^T K q_{n+1}.
 
     values, increments : (n,), q_{n+1} and q_{n+1} - q_n = v dt
     """

@@ -55,7 +55,7 @@ class CyclicCasing(NamedTuple):
 
 
 class CyclicContact(NamedTuple):
-    """Contact of equal sectors.
+    """Constants of the contact of equal sectors with a ring.
 
     column : (N,), m/N, column 0 of the Delassus matrix W: opening of gaps by a unit
         multiplier on blade 0
@@ -167,7 +167,7 @@ class UncoupledRotor(NamedTuple):
 
 
 class GeneralContact(NamedTuple):
-    """Contact of a rotor of unequal sectors.
+    """Constants of the contact of a rotor of unequal sectors with a ring.
 
     w : (N, N), m/N, Delassus matrix; column j: opening of all gaps by a unit multiplier
         on blade j

@@ -95,9 +95,10 @@ def times(c, at, which, re, im, total):
 
 @inlined
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
-    """Implement `pass_waves`, for a pending step with contact if `touched`.
+    """Take the step that `pass_waves` describes for all waves of a rotor.
 
-    seen : first indices in s of the gaps' spectra of the pending step, of the step two
+    touched : whether the last step had contact
+    seen : first indices in s of the gaps' spectra of the last step, of the step two
         before, and of the predicted step; the last two coincide
     """
     own, older, next_one = seen
@@ -133,9 +134,10 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add works at four slots to sums; return factors of drag, see `passes.slip_of`.
+    """Add the works of contact at four nodal diameters to sums; return their slip.
 
-    For central differences, also complete the spectrum of the pending step.
+    The slip is a spectrum, see `passes.slip_of`. For central differences, also complete
+    the spectrum of the gaps of the last step.
     """
     pr, pi = push
     if exact:
@@ -171,7 +173,7 @@ def seen_at(step, rows, k):
 
 @inlined
 def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
-    """Complete the rotor's pending step and predict the next.
+    """Apply the last step's contact forces to a rotor's waves; predict the next step.
 
     Parameters
     ----------
@@ -196,20 +198,23 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
 @does(differences.pass_rotor, WaveRotor)
 @inlined
 def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete the pending step of central differences and predict the next."""
+    """Apply the last contact forces; predict the next step by central differences."""
     pass_waves(rotor, s, lam, rows, k, counter, False, out, sums, slip)
 
 
 @does(flow.pass_rotor, WaveRotor)
 @inlined
 def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Complete a pending step of the exact flow that has contact; predict the next."""
+    """Apply contact forces of the last step, if any; predict the next by exact flow."""
     pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
 
 @rare
 def settle_waves(rotor, s, t, lam, counter, exact, sums):
-    """Copy the rotor's state s to t, complete a pending step, add its works to sums."""
+    """Copy the rotor's state s to t; apply the last contact forces to t.
+
+    Works and losses of that step are added to sums, J.
+    """
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
         return
@@ -236,7 +241,7 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 @does(differences.end_step, WaveRotor)
 @rare_kernel
 def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `differences.end_step` for waves and the ring."""
+    """Implement `differences.end_step` for a rotor's waves and the casing ring."""
     settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
     differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
 
@@ -244,14 +249,14 @@ def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 @does(flow.end_step, WaveRotor)
 @rare_kernel
 def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `flow.end_step` for waves and the ring."""
+    """Implement `flow.end_step` for a rotor's waves and the casing ring."""
     settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
     flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @rare
 def energy_of_waves(rotor, t):
-    """Return Jacobi's energy, J, of a rotor's state t without pending step."""
+    """Return Jacobi's energy, J, of a rotor's state t with contact forces applied."""
     hub, form = rotor.hub, rotor.form
     rows = 2 * len(form) // hub.shape[1] - 1
     k, at, total = hub.shape[1] // (2 * rows), 0, broadcast(0.0)
@@ -392,7 +397,7 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def wave_sizes(
     rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
 ) -> Wanted:
-    """Return (name, array, required number of values) of the arrays of waves."""
+    """Return (name, array, required number of values) of a rotor's arrays as waves."""
     rows, seen = size // k, 0 if exact else SEEN
     return [
         ("rotor", state.rotor, 2 * k * (rows + seen)), ("sums_b", state.sums_b, 3 * k),

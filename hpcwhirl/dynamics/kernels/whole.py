@@ -95,7 +95,7 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds in tips (2 wide,) by `drift`, m; then call `open_whole`."""
+    """Lower the bounds of the rotor's part of gaps, m; return the lowest gap, m."""
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -103,9 +103,9 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to gaps plus tips, folded; return the lowest sum, m.
+    """Set whole (2 wide,) to gaps plus the rotor's part `tips`; return the lowest, m.
 
-    gaps, row, tips : gaps without the rotor's part, from index `row` on; that part
+    gaps, row : gaps without the rotor's part, from index `row` on; all are folded
     """
     least = broadcast(math.inf)
     for v in range(0, len(tips), FOUR):
@@ -120,7 +120,7 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def four_sums(rows, at, q, modes):
-    """Return four partial sums of the row from index `at` on, times q[:modes]."""
+    """Return a row's product with q[:modes] as four sums; it begins at rows[at]."""
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -133,7 +133,7 @@ def four_sums(rows, at, q, modes):
 
 @inlined
 def eight_sums(rows, at, on, q, modes):
-    """Return `four_sums` of the rows from `at` and from `on` on.
+    """Return the results of `four_sums` for two rows, from rows[at] and rows[on] on.
 
     Eight sums at a time hide their latency.
     """
@@ -157,7 +157,7 @@ def sum_four(sums):
 
 @inlined
 def tip_by_waves(rows, blade, q, modes):
-    """Return row `blade` of rows (N, modes) flat, times the first `modes` of q.
+    """Return a blade's displacement, m: its row of rows (N, modes) times amplitudes q.
 
     modes : a multiple of 16
     """
@@ -194,7 +194,7 @@ def read_all(rows, q, blades, tips):
 
 @inlined
 def put_tip(tip, j, blades, gaps, row, tips, whole):
-    """Set tip and gap of blade j in folded `tips` and `whole`; return the gap, m."""
+    """Store a blade's displacement `tip`, and its gap in `whole`; return the gap, m."""
     wide = len(tips) // 2
     gap = gaps[row + place_of(j, blades, wide)] + tip
     put(tips, j, blades, wide, tip)
@@ -264,10 +264,11 @@ def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
 
 @rare
 def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
-    """Solve like `circulant.solved`, where tips may be lower bounds, see `read_near`.
+    """Solve the contact problem where tips may be known by lower bounds only.
 
-    Tips on which the choice of active blades depends are computed first: choices and
-    bits are the same as if all tips were computed.
+    The result is that of `circulant.solved`. Tips on which the choice of active blades
+    depends are computed first: choices and bits are the same as if all tips were
+    computed, see `read_near`.
 
     lowest : lowest of the gaps in `whole`, < 0
     """
@@ -344,7 +345,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the sum of `four_sums` of a row, plus its further part times s[modes:]."""
+    """Return the product of a whole row and s; sums : `four_sums` of its first part."""
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -415,7 +416,7 @@ def add_rows(rows, push, where, active, s, modes):
 @inlined
 def book_pushes(rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before,
                 sums, held):  # fmt: skip
-    """Enter works of a step's multipliers in `sums`; add the rotor's part to `before`.
+    """Enter works of a step's contact forces in `sums`; complete the gaps in `before`.
 
     A blade that was also in contact two steps before, as nearly all are, has moved like
     the casing: its gap is closed at both steps. For other blades the motion follows
@@ -515,7 +516,7 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 
 @rare
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the step `counted`.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in step `counted`.
 
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
     """
@@ -531,7 +532,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state like `settle_general`; here only the ring has a pending step."""
+    """Copy the state to `copies`; apply the last contact forces to the ring's copy."""
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)

@@ -16,7 +16,7 @@ from hpcwhirl.scene.schemes import STEPWISE, either
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a scene; with terms of rotation it is that of waves.
+    """Return the integrator of a scene by the scheme exact, of modes or of waves.
 
     Raises
     ------

@@ -44,7 +44,7 @@ from hpcwhirl.structure import RingOperator
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return the integrator of a scene.
+    """Return the integrator of a scene by the scheme general.
 
     The casing is integrated in the static frame if it is a ring of elements, if
     rotation couples the modes of the rotor, if tips have several contact points or if a

@@ -106,7 +106,7 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
 
 
 def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
-    """Return a kernel with its work space as last argument, made at the first call."""
+    """Return a kernel that makes its last argument, work space, at the first call."""
     space = cache(space_of)
 
     def kernel(*given: Any) -> None:
@@ -116,7 +116,7 @@ def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
 
 
 def nothing_yet(blades: int) -> tuple[Integers, Integers, Floats, Floats]:
-    """Return the bookkeeping of a state at rest: no contact, no energy.
+    """Return the contacts, counters, ledger and impulses of a state at rest.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, beat: int) -> Integrator:
-    """Return the integrator of a scene.
+    """Return the integrator of a scene by the scheme modal.
 
     Three or more equal sectors in a rigid casing or one of harmonics: the cyclic
     kernel, of modes or, with terms of rotation, of waves. Other rotors: waves of the

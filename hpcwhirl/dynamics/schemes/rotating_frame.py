@@ -200,7 +200,7 @@ class Rotating(NamedTuple):
     beside: bool = False
 
     def ended(self, state: CyclicState) -> Ended:
-        """Return `Integrator.ended`: copies in which the pending step is completed."""
+        """Return copies of rotor, ring and sums, with all contact forces applied."""
         copies = (
             np.zeros_like(state.rotor), np.zeros_like(state.ring),
             state.sums_b.copy(), state.sums_c.copy(),
@@ -261,7 +261,7 @@ def in_rotating_frame(
 def _balance(
     arrays: Arrays, scene: Scene, own: Rotating
 ) -> Callable[[CyclicState], Balance]:
-    """Return `Integrator.balance`: a function from a state to its energy balance."""
+    """Return a function from a kernel's state to the terms of its energy balance."""
     step, friction = scene.solver.time_step, friction_with_sign(scene)
     waves = isinstance(arrays.rotor, WaveRotor | WholeRotor | UncoupledRotor)
 
@@ -284,7 +284,7 @@ def _motions(
     own: Rotating,
     balance: Callable[[CyclicState], Balance],
 ) -> tuple[Callable[[CyclicState, int], Motion], Callable[[Motion], bool]]:
-    """Return `Integrator.motion` and `begin`; state : of the kernel, at rest."""
+    """Return functions that read a motion from a state, and set a state to one."""
     model, scene = ring.model, ring.scene
     places = circle(model, scene)
 

@@ -28,7 +28,7 @@ MOST_ROWS = 400  # largest number of rows of the map, along time
 def _shown(
     found: Touches, row: Mapping[str, Any], *, transient: bool
 ) -> tuple[float, Touches]:
-    """Return (start of the time shown, s; contacts since then); refuse no contact."""
+    """Return (begin of the time shown, s; contacts in it); refuse if none."""
     start = 0.0 if transient else row["end_time"] - row["window"]
     shown = found.time >= start
     if not shown.any():

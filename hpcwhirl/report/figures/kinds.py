@@ -69,7 +69,7 @@ def _shapes(results: Results, line: list[int]) -> Any:
 
 
 def _over_speed(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function as `Kind.draw` from a function of a scene and the speeds."""
+    """Adapt a function of a scene and speeds to the arguments of `Kind.draw`."""
 
     def drawn(results: Results, line: list[int]) -> Any:
         return draw(results.scene(line[0]), results["speed"][results.finished()])

@@ -120,7 +120,7 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
-    """Return {variable: (median, largest)} over the scenes of the twins' differences.
+    """Return {variable: (median, largest)} over scenes of differences between twins.
 
     These relative differences show how much results differ by chance alone.
     """

@@ -84,7 +84,7 @@ def extremes(values: Floats) -> Floats:
 
 
 def _scale(values: Floats) -> dict[str, Any]:
-    """Return unit, factor from m, and `end`, the largest |value| in this unit."""
+    """Return `unit`, `factor` from m, and `end`, the largest |value| in this unit."""
     most = float(np.abs(values).max())
     factor, unit = unit_of(most)
     return {"factor": factor, "unit": unit, "end": factor * most or 1.0}

@@ -60,7 +60,7 @@ def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
 
 
 def speeds_of(scene: Scene) -> Rows:
-    """Return the critical speeds of a scene at its own nodal diameter."""
+    """Return a scene's critical speeds for the nodal diameter of its pulse."""
     k, rows = scene.nodal_diameter, critical_of(resolve(scene), ORDERS)
     return [row for row in rows if row["nodal_diameter"] == k]
 

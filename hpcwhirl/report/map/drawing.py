@@ -121,7 +121,7 @@ def limits_of(axis: Axis) -> tuple[float, float]:
 
 
 def draw_grid(axes: Any, part: Part) -> Any:
-    """Draw a cell for each case of a grid; return the artist of numbers, if any."""
+    """Draw a cell for each case of a grid; return a colour bar's artist, or None."""
     line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
     drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
     if part.lettered:
@@ -132,7 +132,7 @@ def draw_grid(axes: Any, part: Part) -> Any:
 def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
     """Draw a point for each case over a raster of nearest cases.
 
-    Return the artist of numbers for a colour bar, None for words.
+    Return a colour bar's artist, None if words are shown.
 
     free : whether an input varies that is no axis; then there is no raster, as the
         plane between cases has no meaning
@@ -255,7 +255,7 @@ def _letters(axes: Any, part: Part) -> None:
 
 
 def _points(axes: Any, part: Part) -> Any:
-    """Draw a point for each case, shaped by its word; return the artist of numbers."""
+    """Draw a point for each case, shaped by its word; return a colour bar's artist."""
     x, y, kind = part.x.place[part.rows], part.y.place[part.rows], part.kind
     size = float(np.clip(COVER * np.prod(part.size) / max(len(x), 1), 3.0, 40.0))
     look = {"s": size, "lw": 0.4 if size > 8 else 0.0, "edgecolors": "black",

@@ -42,7 +42,7 @@ def draw_limits(
     point: float | None,
     path: Path,
 ) -> Path:
-    """Draw the limits of an input over one or two others; return the path.
+    """Draw up to which value of an input cases are damped, over one or two others.
 
     Parameters
     ----------

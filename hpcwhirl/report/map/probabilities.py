@@ -167,7 +167,7 @@ def _bars(axes: Any, found: xarray.Dataset) -> None:
 
 
 def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:
-    """Yield the header, and a row for each point and regime."""
+    """Yield the header and rows of a table of shares, one for each point and regime."""
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     numbers = ["count", "share", "share_low", "share_high"]
     yield [*swept, "cases", "lost", "regime", *numbers]

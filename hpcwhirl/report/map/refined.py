@@ -26,7 +26,7 @@ Ints = NDArray[np.intp]
 
 
 def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> Any:
-    """Draw a panel; return the artist of numbers for a colour bar, if any."""
+    """Draw a panel of a refined map; return a colour bar's artist, or None."""
     rows, boxes, number = boxes_of(part, picture, refined)
     drawn = _tiles(axes, replace(part, rows=rows), _corners(boxes))
     _outline(axes, refined, boxes, number)

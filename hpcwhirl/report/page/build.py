@@ -333,7 +333,7 @@ def write_page(directory: Directory, out: Path | None = None) -> Path:
 
 
 def is_stale(directory: Directory) -> bool:
-    """Return whether a page exists and shows older results."""
+    """Return whether a campaign's page exists but shows older results."""
     try:
         with open_regular(directory.page) as file:
             found = DIGEST.search(file.read(HEAD_BYTES))
@@ -344,7 +344,7 @@ def is_stale(directory: Directory) -> bool:
 
 
 def page_of(content: PageData) -> str:
-    """Return the HTML text of the page."""
+    """Return the HTML text of a campaign's page from its data."""
     scripts = [_asset(name) for name in LIBRARIES]
     own = "\n".join(_asset(f"assets/{name}.js") for name in SCRIPTS)
     scripts.append(f'"use strict";\n(() => {{\n{own}\n}})();\n')

@@ -93,7 +93,7 @@ def record_of(
 
 
 def _fastest(speed: float, line: float) -> float:
-    """Return the fastest of speed and strongest line in both frames, rad/s."""
+    """Return the larger of speed and strongest line in either frame, rad/s."""
     return max(abs(speed), abs(line), abs(line - abs(speed)), 1e-9)
 
 
@@ -177,9 +177,10 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return a limit, rad/s, and the largest line, m, in each interval, (most,).
+    """Return a spectrum's limit, rad/s, and its largest line in each interval, m.
 
-    The intervals divide the spectrum from -limit to limit; NaN in one without a line.
+    The `most` intervals divide the spectrum from -limit to limit; NaN in one without
+    a line.
     """
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
