@@ -16,7 +16,7 @@ from hpcwhirl.scene import Scene
 
 
 def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
-    """Return the quantities of `scene.quantities.BLADES`; {} with fewer than 2 samples.
+    """Return the blades' amplitude, peak and localisation; {} with one sample or none.
 
     The amplitude is the rms about the mean: it does not depend on whether a sample lies
     at a crest, and excludes a steady deflection; for harmonic motion it is proportional
@@ -53,7 +53,7 @@ def blade_amplitudes(tips: Floats) -> Floats:
 
 
 def _squares(tips: Floats) -> Floats:
-    """Return the squared magnitudes (n, N) of displacements (n, N, 2)."""
+    """Return the squared magnitudes (n, N), m^2, of displacements (n, N, 2), m."""
     return np.asarray(tips[..., 0] ** 2 + tips[..., 1] ** 2)
 
 

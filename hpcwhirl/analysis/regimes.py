@@ -159,7 +159,7 @@ def growth(time: Floats, energy: Floats, rest: float = NOTHING) -> tuple[float, 
 def growths(
     rows: Floats, rests: Sequence[float] | None = None
 ) -> list[tuple[float, float]]:
-    """Return `growth` for each of m energies.
+    """Return growth rate and standard error, 1/s, of each of m energies, see `growth`.
 
     rows : (1 + m, n), first the time, s, then the energies, J
     rests : m energies, J, up to which each may be at rest; None: `NOTHING`
@@ -363,7 +363,9 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
 
 
 def _squared(centre: Floats, circle: Floats, far: float) -> Floats:
-    """Return the squared distance of the centre from an unbalanced rotor's circle, m^2.
+    """Return the squared distance of the shaft's centre from a circle, (n,), m^2.
+
+    The circle is the orbit of an unbalanced rotor without contact.
 
     centre, circle : (n, 2), m, rotating frame; distances below `HARDLY` of the circle
         are round-off and become 0

@@ -44,7 +44,7 @@ def full_spectrum(orbit: Complexes, interval: float) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _hann(count: int) -> tuple[Floats, Any, NDArray[np.intp], NDArray[np.intp]]:
-    """Return the window and the order of lines for spectra of `count` samples, cached.
+    """Return the Hann window and the order of spectral lines for `count` samples.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
 
 
 def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
-    """Return several spectra on one common axis, one column each.
+    """Return several spectra on a common axis of bins, one column for each spectrum.
 
     Parameters
     ----------

@@ -139,7 +139,7 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
 
 
 def _tell_stopped(journals: Journals, design: Design) -> None:
-    """Print how many cases ended at the amplitude limit, which no extension changes."""
+    """Print how many cases are not extended since they reached the amplitude limit."""
     found = {
         int(case)
         for rows, cases in told_by(journals, design.digests)

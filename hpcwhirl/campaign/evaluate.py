@@ -233,7 +233,7 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Write the records of ended cases, then remove their saved states."""
+        """Remove the states saved for some digests, after writing waiting records."""
         if self.checkpoints.kept.intersection(names):
             self._writing(self.journal.keep)
         for name in names:

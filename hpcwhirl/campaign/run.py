@@ -232,7 +232,7 @@ class Session:
         measure: Measure | None = None,
         begun: Callable[[Design], None] = lambda _: None,
     ) -> T | WhirlError:
-        """Run a campaign; every rank must call.
+        """Run a campaign; every rank must call this.
 
         Parameters
         ----------

@@ -192,7 +192,7 @@ def folded_body(
 
 
 def _folded_spin(spin: Spin, folds: int) -> Spin:
-    """Return the terms of rotation of one of g sectors, by nodal diameter.
+    """Return the terms of rotation of one of g = `folds` sectors, by nodal diameter.
 
     They have no matrices of the whole rotor and no supports, since the centre is at
     rest.
@@ -224,7 +224,7 @@ def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=MOST_SECTORS)
 def folded_model(whole: Model, folds: int) -> Model:
-    """Return the model of one of g sectors; without a centre, which stays at rest.
+    """Return the model of one of g = `folds` sectors, without the centre, which rests.
 
     Raises
     ------
@@ -248,10 +248,10 @@ def folded_model(whole: Model, folds: int) -> Model:
 
 
 def folded_scene(scene: Scene, folds: int) -> Scene:
-    """Return the scene of one of g sectors: speed g Omega, k / g lobes, force F / g.
+    """Return the scene of one of g = `folds` sectors, which turns at g Omega.
 
-    Its friction is the coefficient at Omega. Its engine is still that of the whole
-    model, of which only the radius is used.
+    Its load has k / g lobes and the force F / g, its friction is the coefficient at
+    Omega. Its engine is still that of the whole model; only the radius is used.
     """
     return scene.model_copy(
         update={

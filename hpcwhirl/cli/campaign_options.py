@@ -175,7 +175,7 @@ def _design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> De
 
 
 def _policy_of(args: argparse.Namespace, design: Design, rules: Campaign) -> Policy:
-    """Return the policy of this run.
+    """Return the options of this run as a `Policy`.
 
     Parameters
     ----------

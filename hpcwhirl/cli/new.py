@@ -75,8 +75,8 @@ def run(args: argparse.Namespace) -> int:
     print(f"{args.file}: {told_of_model(checked)}")
     print(f"{args.file}: {told_of_pulse(scene, checked)}")
     if not FANS[0] <= checked.share <= FANS[1]:
-        hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed: --frequency, "
-        hint += "--speed"
+        hint = f"1F of fans is {FANS[0]:g} to {FANS[1]:g} of full speed, in Hz: change "
+        hint += "--frequency or --speed"
         say(hint)
     print(f"next: hpcwhirl campaign {args.file} --dry-run")
     return 0

@@ -215,7 +215,7 @@ class _Script(Template):
 
 
 def job_script(request: Request) -> str:
-    """Return the whole job script of a request."""
+    """Return the text of the job script that a request asks for."""
     scheduler = SCHEDULERS[request.scheduler]
     quote = shlex.quote
     warned, ended = scheduler.traps

@@ -57,7 +57,7 @@ def wall_of(model: Model, scene: Scene, *, released: bool = False) -> Wall:
 
 
 def ready_at(scene: Scene) -> int:
-    """Return a step at which the shape has been faded in for two steps or more.
+    """Return a step at which the casing's shape has been faded in for two steps.
 
     It is the largest int64 (never) if a rigid casing has lobes.
     """

@@ -29,7 +29,7 @@ WAITING = "lam"  # multipliers of a pending step
 
 
 def copy_of(march: March) -> Any:
-    """Return a copy of a march's state, one of `kernels.kernel_types`."""
+    """Return a copy of the state of a march, whose type depends on its kernel."""
     state = march.state
     return type(state)._make(array.copy() for array in state)
 
@@ -87,7 +87,7 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with contacts and works of a.
+    """Return the state of_a a + of_b b, with the contacts and works of a.
 
     It has no certificate; of_a, of_b : factors of the states a and b
     """
@@ -109,7 +109,7 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
 
 
 def _residual(march: March) -> float:
-    """Return the residual of a march's ledger, J, summed over integrated sectors."""
+    """Return the error of the energy balance, J, summed over integrated sectors."""
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact

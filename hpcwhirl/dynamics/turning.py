@@ -43,7 +43,7 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
-    """Return an unbalanced rotor's modes, and further ones that represent its circle.
+    """Return an unbalanced rotor's modes, with added ones that represent its orbit.
 
     The circle is x_s, see `case.unbalance`.
     """
@@ -80,9 +80,9 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a), a = 2 Omega dt.
+    """Return (2 - 2 cos a, sin a) of the step of an unbalanced rotor's ellipse.
 
-    By the angle a the ellipse of an unbalanced rotor turns in a step, rotating frame.
+    The ellipse turns by a = 2 Omega dt in a step, rotating frame.
     """
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)

@@ -65,7 +65,7 @@ class Completion(NamedTuple):
 
 
 def completion_of(record: Mapping[str, Any]) -> Completion:
-    """Return how the job of a record has ended."""
+    """Return the completion of a job: what its journal record says of how it ended."""
     row = record.get("row") or {}
     status = str(record["status"])
     outcome, regime, whirl = (
@@ -82,7 +82,7 @@ class JobCode(NamedTuple):
 
     Attributes
     ----------
-    cases : upper bound of case numbers
+    cases : upper bound of case numbers, exclusive
     twins : number of twins of a case
     """
 

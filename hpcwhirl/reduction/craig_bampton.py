@@ -196,9 +196,10 @@ def modes_near(
     near: Floats,
     count: int,
 ) -> tuple[Floats, Matrix] | None:
-    """Return (omega^2 (count,), shapes (n, count)), mass-orthonormal, lowest first.
+    """Return omega^2 (count,) and shapes (n, count) of the lowest modes of a structure.
 
-    None where the iteration does not converge or a mode might be missing.
+    Shapes are mass-orthonormal. None where the iteration does not converge or a mode
+    might be missing.
 
     Parameters
     ----------
@@ -231,7 +232,7 @@ def _even(matrix: Floats) -> Floats:
 def _is_complete(
     matrices: tuple[sparse.csc_array, sparse.csc_array], squared: Floats, count: int
 ) -> bool:
-    """Return whether `squared` (ascending omega^2) has all of the lowest `count`."""
+    """Return whether no mode is missing among the lowest `count` of `squared`."""
     last, further = squared[count - 1 : count + 1]
     if further < (1 + APART) * last:
         return False

@@ -132,7 +132,10 @@ def diameter_shares(shapes: Floats, blades: int) -> Floats:
 
 
 def _grams(shapes: Floats, blades: int) -> Floats:
-    """Return G_k = T_k^H T_k, (N // 2 + 1, m, m), of shapes (n, m), tips first."""
+    """Return G_k = T_k^H T_k for each nodal diameter k, (N // 2 + 1, m, m).
+
+    T_k is the transform of the tips of m modes on k; shapes : (n, m), tips first
+    """
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
     waves = np.fft.fft(tips, axis=0)[: blades // 2 + 1]
     twice = [1.0 if is_simple(k, blades) else 2.0 for k in diameters(blades)]
@@ -165,7 +168,7 @@ def mixed(shapes: Floats, blades: int) -> bool:
 def unmixed(
     shapes: Floats, blades: int, hub: Floats | None = None
 ) -> tuple[Floats, int]:
-    """Return an orthogonal matrix that combines modes to ones of one diameter each.
+    """Return an orthogonal matrix that combines modes to ones of a single diameter.
 
     Parameters
     ----------

@@ -111,7 +111,7 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address]) -> list[Address]:
-        """Return the cases of a generation within the budget; [] once it is spent."""
+        """Return the cases of `new` that the budget allows; [] once it is spent."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []

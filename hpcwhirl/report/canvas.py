@@ -159,7 +159,7 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
 
 
 def _tidy(figure: Any) -> None:
-    """Escape characters that an SVG must not contain; texts may come from files."""
+    """Escape characters in a figure's texts that an SVG must not contain."""
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):

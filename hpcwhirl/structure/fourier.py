@@ -208,7 +208,9 @@ def harmonic_matrices(casing: Casing, radius: float, h: int) -> tuple[float, Flo
 
 
 def fluegge(h: int, lam: float, k: float, poisson: float) -> Floats:
-    """Return F (3, 3) of F (W, V, U) = rho (1 - nu^2) R^2 omega^2 / E (W, V, U).
+    """Return Fluegge's matrix F (3, 3), whose eigenvalues give a shell's frequencies.
+
+    F (W, V, U) = rho (1 - nu^2) R^2 omega^2 / E (W, V, U).
 
     Parameters
     ----------
@@ -231,7 +233,7 @@ def fluegge(h: int, lam: float, k: float, poisson: float) -> Floats:
 def shell_matrices(
     casing: Casing, radius: float, h: int, p: int
 ) -> tuple[float, Floats]:
-    """Return (m, K) of harmonic h and axial function p on (W, V, U).
+    """Return (m, K) of a shell's harmonic h and axial function p, on (W, V, U).
 
     The foundation k_f = rho t omega_c1^2 acts on all three displacements. The second
     phase, w = W sin, v = -V cos, u = U sin, has the same matrices. For h = 0, V is the

@@ -107,7 +107,8 @@ def meet(body, motion, mu, ledger):
 
     Enter the work of these forces in the ledger. They act neither on modes that
     represent a circle or an ellipse nor on those of the motion without contact.
-    motion.following is used as work space.
+    The loss in motion.loss is that of damping and circulatory forces. motion.following
+    is used as work space.
     """
     _, d, _, ahead, push, normal, drag = motion
     push[:] = 0.0
@@ -187,11 +188,10 @@ def yielded(body, motion, force, ledger):
 
 @does(verbs.note_beside, CoupledBody)
 def note_beside(body, motion, step, row):
-    """Write x_o, y_o of r, m, and the energy of y + r, J, to a row of evidence.
+    """Write the centre's motion without contact, and the whole energy, to evidence.
 
-    r is the motion without contact, y that which contact causes.
-
-    At constant speed, motion without contact is known in closed form.
+    These are x_o, y_o, m, and the energy of the motion with and without contact, J. At
+    constant speed nothing is written: that motion is known in closed form.
     """
     if len(body.force) == 0:
         return

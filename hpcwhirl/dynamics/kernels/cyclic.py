@@ -260,7 +260,7 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
 @rare
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
-    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the completed step.
+    """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
 
     slips : (slip_b, slip_c), arguments of `passes.slip_of`
     known, work : see `ConstantSpace`; (2 k,), work space

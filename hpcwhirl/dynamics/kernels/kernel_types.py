@@ -230,7 +230,7 @@ class Layer(NamedTuple):
 
 
 class LayerSpace(NamedTuple):
-    """Work space of `layer`.
+    """Work arrays of the functions in `layer`, for N tips.
 
     Attributes
     ----------
@@ -250,7 +250,7 @@ class LayerSpace(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Contact of two bodies.
+    """Constants of the contact of rotor and casing.
 
     w_rotor, compliance : m/N: (N, N), the rotor's part of the Delassus matrix; (R, R),
         compliance of the ring's R radial coordinates
@@ -268,7 +268,7 @@ class Contact(NamedTuple):
 
 
 class ContactSpace(NamedTuple):
-    """Work space of `contact.complementarity`.
+    """Work arrays of the contact solver `contact.complementarity`.
 
     Attributes
     ----------
@@ -294,7 +294,9 @@ class ContactSpace(NamedTuple):
 
 
 class ConstantSpace(NamedTuple):
-    """Work space of `circulant`: `padded` is N, rounded up to a multiple of four.
+    """Work arrays of contact with a constant Delassus matrix, see `circulant`.
+
+    `padded` is N, rounded up to a multiple of four.
 
     Attributes
     ----------

@@ -159,7 +159,7 @@ CLOSED = 1e-10  # tolerance of closed gaps, relative to the largest gap
 
 @rare
 def set_out(gaps, w, chosen, size, unit, space):
-    """Set the table w = q + W z + z_0 of the blades chosen[:size], dimensionless.
+    """Set up Lemke's table w = q + W z + z_0 for the blades chosen[:size].
 
     w are the gaps, z the multipliers; gaps are divided by the largest one, W by `unit`.
     The table is in these arrays of `space`:
@@ -186,7 +186,7 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange the variables of a row and a column of the table, see `set_out`."""
+    """Exchange the variables of a row and a column of Lemke's table, see `set_out`."""
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
     for s in range(size + 1):
@@ -205,7 +205,7 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row of the table whose variable reaches 0 first; -1: none.
+    """Return the row of Lemke's table whose variable reaches 0 first; -1: none.
 
     The variable of the given column grows, see `set_out`.
     """
@@ -221,7 +221,7 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Pivot until z_0 of `set_out` heads a column, hence is 0; return success."""
+    """Pivot Lemke's table, see `set_out`, until z_0 is 0; return whether it is."""
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -288,9 +288,10 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve like `contact.complementarity`, for a W of any rank, given in `space`.
+    """Solve the contact problem for a Delassus matrix of any rank, given in `space`.
 
-    Blades that penetrate only when the multipliers of the others act are included, too.
+    Arguments are those of `contact.complementarity`. Blades that penetrate only when
+    the multipliers of the others act are included, too.
     """
     chosen, active, w = space.chosen, space.active, space.w
     unit, largest, size = 0.0, 0.0, 0

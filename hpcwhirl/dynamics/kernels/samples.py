@@ -258,7 +258,9 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Raise ledger[MISS] to the largest |actual - solved| / (gap + |u| + |actual|).
+    """Raise ledger[MISS] to the largest relative error of the solved gaps.
+
+    The error of a gap is |actual - solved| / (gap + |u| + |actual|).
 
     actual, solved, u : (N,) or more, m: gaps computed from the amplitudes, corrected
         gaps of the contact problem, displacements of the tips
@@ -307,9 +309,9 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Do what `note_miss_folded` does, for gaps computed from states t_b, t_c.
+    """Raise ledger[MISS] to the error of the solved gaps against states t_b, t_c.
 
-    t_b, t_c : states of the cyclic kernel's bodies, without pending step
+    t_b, t_c : states of rotor and ring of the cyclic kernel, without pending forces
     reach : bound of the tips' displacements, m
     gaps, row : as in `note_miss_folded`
     spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps

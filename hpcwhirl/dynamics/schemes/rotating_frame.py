@@ -50,7 +50,7 @@ class RotorPlaces(Protocol):
     """Layout of the rotor's motion in a kernel's state; modes are those at rest."""
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (m,) from a state without pending step.
+        """Return modal amplitudes and rates (m,) from a state without pending forces.
 
         odd : 1 if the number of steps is odd, else 0
         """
@@ -75,7 +75,7 @@ class ModePlaces:
     joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (m,) from a state without pending step."""
+        """Return amplitudes and rates (m,) from a state without pending forces."""
         q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
@@ -105,7 +105,7 @@ class RingPlaces:
         return modal_steps(self.model.casing, solver.time_step, exact=solver.flies)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (n,), static frame, from a state.
+        """Return modal amplitudes and rates (n,) of the ring, static frame.
 
         count : number of steps so far
         """
@@ -117,7 +117,7 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to amplitudes q and rates; return q a step earlier.
+        """Set the ring at time 0 to amplitudes q and rates; return q a step earlier.
 
         All are (n,), static frame.
         """
@@ -147,7 +147,10 @@ class RingPlaces:
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and present increments in a state of `parts` equal arrays."""
+    """Return amplitudes and the last step's increments from the state of a body.
+
+    parts, odd : number of equal arrays in the state; 1 if the step number is odd
+    """
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
 
@@ -155,7 +158,7 @@ def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
 def write_gaps(
     state: CyclicState, model: Model, scene: Scene, now: Amplitudes, before: Amplitudes
 ) -> None:
-    """Set the gaps of a state at time 0 and of the step before it.
+    """Set the gaps in a state to those at time 0 and a step earlier.
 
     now, before : amplitudes at time 0 and a step earlier, of all sectors or of one
     """

@@ -36,7 +36,7 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
-    """Draw a polygon for each case of a panel; return the artist of numbers, if any."""
+    """Draw a polygon for each case; return a colour bar's artist, or None."""
     edged, drawn = len(part.x.index) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,

@@ -180,7 +180,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return the parts that the commands of all cases share, and whole commands.
+    """Return the parts that cases' commands share, and commands that lack these parts.
 
     `commands`, {case: whole command}, has cases whose commands lack these parts.
     """

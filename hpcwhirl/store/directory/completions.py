@@ -41,7 +41,7 @@ Cases = NDArray[np.int64]
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
-    """Return the number of steps integrated, all or those before the certificate.
+    """Return the number of steps integrated in each run, (rows,): up to a certificate.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class CaseIndex:
             self._case_of = {name: case for case, name in enumerate(digests)}
 
     def find(self, name: str, hint: Any = -1) -> int:
-        """Return the case with a digest, -1 for none.
+        """Return the number of the case whose digest is `name`; -1 for none.
 
         hint : number of the case to try first
         """
@@ -108,7 +108,7 @@ class CaseIndex:
         return self._case_of.get(name, -1)
 
     def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
-        """Return the cases of m digests of 32 bytes, (m,), -1 for none.
+        """Return the case number of each of m digests of 32 bytes, (m,); -1 for none.
 
         hints : (m,), number of the case to try first for each digest
         """
@@ -119,7 +119,7 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return the case to which each record belongs, (m,), -1 for none.
+        """Return the number of the case to which each record belongs, (m,); -1: none.
 
         The record of a twin belongs to the case that is perturbed.
 

@@ -73,7 +73,7 @@ class Rows:
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return some of the records by position, without repeats."""
+        """Return the records at the positions `which`, all different."""
         if np.array_equal(which, np.arange(len(self))):
             return self
         texts = self.texts

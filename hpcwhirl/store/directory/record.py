@@ -308,7 +308,7 @@ def _kind(name: str, words: Sequence[str]) -> _Kind:
 
 
 def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
-    """Return (header, data): bytes, crc and shapes for `unpacked`, and the bytes.
+    """Return (header, data) of arrays: their size, CRC-32 and shapes; their bytes.
 
     Parameters
     ----------

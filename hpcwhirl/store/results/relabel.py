@@ -116,7 +116,10 @@ def _rename(
 def _rename_some(
     file: h5py.Group, cases: slice, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write new words of some cases; return {(old, new): number of cases}."""
+    """Write new words of some cases; return {(old, new): number of cases}.
+
+    name : as of `relabel`
+    """
     given = coded_in(file, "status", cases).isin(["ok"])
     table = ROW | CHAOS if MOTION in file else ROW
     numeric = [n for n, v in table.items() if v.kind in {"f8", "i8"}]
