@@ -253,9 +253,10 @@ def evidence(
     Returns
     -------
     growth_rate, growth_error (1/s, of both bodies' energy), growth_rotor,
-    growth_casing, growth_centre (1/s, of the parts: rotor, casing, the centre on its
-    suspension, of an unbalanced rotor about its circle), growth_last (1/s, of both
-    bodies, last quarter of the window), summit (see `summit`), orbit_radius (m, rms),
+    growth_casing, growth_centre (1/s, of the parts: rotor, at rest
+    `History.free_growth`; casing; the centre on its suspension, of an unbalanced rotor
+    about its circle), growth_last (1/s, of both bodies, last quarter of the window),
+    summit (see `summit`), orbit_radius (m, rms),
     end_time, window (s), whirl_ratio (-), orbit_area (m^2/s), line_frequency (rad/s),
     late_fed, its parts late_friction and late_rotation, late_lost, late_energy (J),
     late_contacts (1 if the window has contact), load_end (s; 0 without a load),
@@ -326,6 +327,8 @@ def _growing(
     squared = _squared(centre, history.circle[first:], far)
     rest = max(least, NOTHING)
     rates = _rates(np.stack([time, *energies, squared]), (rest, rest, NOTHING, NOTHING))
+    if history.free_growth > 0.0 and not energies[1].all():  # at rest for a while
+        rates["growth_rotor"] = max(rates["growth_rotor"], history.free_growth)
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
 

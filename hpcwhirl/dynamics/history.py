@@ -104,6 +104,8 @@ class History:
         unbalance
     blur : energy, J, and squared distance of the centre, m^2, up to which a motion
         about the circle may be round-off; 0 for schemes that compute this motion
+    free_growth : 1/s, growth rate of the rotor's fastest growing free motion; 0 if all
+        decay, if round-off explains it, or if the speed changes
     worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
@@ -143,6 +145,7 @@ class History:
     layer: Floats = field(default_factory=lambda: np.zeros((3, 0)))
     circle: Floats = field(default_factory=lambda: np.zeros((1, 2)))
     blur: tuple[float, float] = (0.0, 0.0)
+    free_growth: float = 0.0
 
 
 def since(history: History, start: float) -> History:

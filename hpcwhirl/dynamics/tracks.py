@@ -16,6 +16,7 @@ from hpcwhirl.dynamics.history import LEDGER_TERMS, Evidence, History
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.kernel_types import Tracks
 from hpcwhirl.reduction.model import Model
+from hpcwhirl.reduction.waves import ROUND_OFF, largest_growth
 
 if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
@@ -110,6 +111,7 @@ def history_of(march: March) -> History:
         folds=folds,
         circle=_circle(march, judged.time),
         blur=_blur(march),
+        free_growth=_free_growth(march),
         stress=march.stresses[:count],
         worn=kept.worn,
         layer=getattr(march.state, "worn", NO_LAYER),
@@ -155,6 +157,15 @@ def _blur(march: March) -> tuple[float, float]:
     """Return `History.blur` after the steps taken."""
     energy, squared = march.scheme.jitter
     return march.steps * energy, march.steps * squared
+
+
+def _free_growth(march: March) -> float:
+    """Return `History.free_growth`, which only the terms of rotation can make > 0."""
+    scene, rotor = march.scene, march.model.rotor
+    if scene.engine.rotation != "full" or law_of(scene) is not None:
+        return 0.0
+    rate = largest_growth(rotor, march.model.blades, scene.speed)
+    return rate if rate > ROUND_OFF * float(rotor.omega.max()) else 0.0
 
 
 def _judged(march: March) -> Evidence:

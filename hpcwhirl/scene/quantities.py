@@ -71,7 +71,11 @@ ROW: dict[str, Quantity] = {
     **_real("s", end_time="time of the last step", window="length of window"),
     **_real("1/s", growth_rate="growth rate of ln sqrt(energy) over the window"),
     **_real("1/s", growth_error="standard error of growth_rate"),
-    **_real("1/s", growth_rotor="as growth_rate, of the rotor's energy"),
+    **_real(
+        "1/s",
+        growth_rotor="as growth_rate, of the rotor's energy; at rest, of its "
+        "fastest growing free motion",
+    ),
     **_real("1/s", growth_casing="as growth_rate, of the casing's energy"),
     **_real("1/s", growth_centre="growth rate of the centre's ln rms displacement"),
     **_real("1/s", growth_last="as growth_rate, in the last quarter of the window"),

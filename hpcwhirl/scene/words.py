@@ -169,9 +169,9 @@ RULES = {
         Rule("divergent", ("stop == 'amplitude'",)),
         # the pulse still acts within the window
         Rule("undecided", ("begin < load_end",)),
-        # no contact can recur; or at rest
+        # no contact can recur; or at rest, where no free motion of the rotor grows
         Rule("damped", ("certificate >= 0",)),
-        Rule("damped", ("late_energy == 0",)),
+        Rule("damped", ("late_energy == 0", "growth_rotor <= 0")),
         # no contact; the energy falls significantly, and that of no part grows
         Rule("damped", (
             "late_contacts == 0", "clear", "growth_rate < 0", "growth_rotor <= 0",

@@ -331,6 +331,30 @@ def test_a_rotor_that_only_round_off_moves_rests_on_its_circle(scheme, given):
         assert name_regime(facts, Thresholds())[:2] == ("completed", "damped")
 
 
+@pytest.mark.parametrize("scheme", ["paper", "general", "modal", "exact"])
+@pytest.mark.parametrize("unbalance", [0.0, 1e-3])
+@pytest.mark.parametrize("force", [0.0, 1.0])  # a pulse that moves the casing alone
+def test_a_rotor_at_rest_is_not_damped_where_its_free_motion_grows(
+    scheme, unbalance, force
+):
+    """A pushed rotor shows the growth that one at rest would have."""
+    own = {"scheme": scheme, "unbalance": unbalance, "force": force, "duration": 0.05}
+    for coupling, word in ((0.0, "damped"), (1.2e7, "undecided")):
+        march = small(cross_coupling=coupling, gap=1e-3, pulse=1e-4, **own)
+        history = march.run()
+        facts = evidence(march.scene, history) | {"stop": history.stop}
+        assert history.contacts == 0
+        assert name_regime(facts, Thresholds())[:2] == ("completed", word)
+        assert (facts["growth_rotor"] > 0.0) == (coupling > 0.0)
+    pushed = small(
+        cross_coupling=coupling, kind="rigid", unbalance=0.0, start_energy=1e-12,
+        time_step=1e-5, duration=0.1,
+    ).run()  # fmt: skip
+    assert pushed.contacts == 0
+    grown = evidence(march.scene, pushed)["growth_rotor"]
+    assert grown == pytest.approx(facts["growth_rotor"], rel=1e-3)
+
+
 @pytest.mark.parametrize("coupling", [0.0, 1.2e7])  # the whirl decays, or it grows
 def test_a_motion_far_below_the_circle_is_judged_as_the_motion_it_is(coupling):
     """At 1e-8 of the circle, in places that have its size, as in modes without it."""
