@@ -144,7 +144,10 @@ def attractors(data: xarray.Dataset, point: Ints) -> Words:
 def _groups(
     data: xarray.Dataset, word: Words, point: Ints
 ) -> Iterator[tuple[NDArray[np.intp], str, Floats]]:
-    """Yield (cases, regime, features) of each point and regime with attractors."""
+    """Yield (cases, regime, features) for each point of the sweep and each regime.
+
+    word, point : regime of each case, and the point to which it belongs, (cases,)
+    """
     features = {regime: _features(data, own) for regime, own in FEATURES.items()}
     order = np.argsort(point, kind="stable")
     ends = np.flatnonzero(np.diff(point[order])) + 1

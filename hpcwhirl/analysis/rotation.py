@@ -38,7 +38,9 @@ BESIDE = {"none": "full", "full": "none"}
 
 
 def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
-    """Return the critical speeds of Eq. (13), see `critical_of_families`.
+    """Return the speeds at which rotor and casing waves coincide, the paper's Eq. (13).
+
+    orders : see `critical_of_families`
 
     With full rotation, frequencies depend on the speed; a rotor of unequal sectors then
     has no waves of one nodal diameter, and the list is empty.

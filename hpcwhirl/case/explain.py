@@ -92,7 +92,7 @@ def _settling(scene: Scene, plan: Plan) -> Note:
 
 
 def notes_of(case: Case) -> list[Note]:
-    """Return a note on each thing that the plan of a case leaves out."""
+    """Return a note on each part of the model that need not be computed for a case."""
     scene, plan, notes = case.given, case.plan, []
     if scene.solver.truncation > 0.0 and has_families(scene):
         notes.append(_truncation(case))

@@ -49,7 +49,7 @@ class Evidence:
 
     @property
     def energy(self) -> Floats:
-        """Energy of both bodies, (b,), J."""
+        """Energy of both bodies together, J, (b,), at the times of `time`."""
         return self.rotor + self.casing
 
 

@@ -42,8 +42,8 @@ def put_between(march: March, a: Any, b: Any, share: float) -> None:
 
     Parameters
     ----------
-    march : march of the same scene with the same number of sectors; tracks do not
-        change
+    march : march of the same scene with the same number of sectors; what it has
+        sampled so far stays
     a, b : states at the same step, see `copy_of`
     share : 0 gives a, 1 gives b; any number is allowed
 

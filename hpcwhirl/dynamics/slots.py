@@ -83,10 +83,10 @@ class _RotorMode:
     Attributes
     ----------
     slot, row : nodal diameter, and the mode's number among those of it, from 0
-    members : columns of its phases in the model, one or two
+    members : columns in the model of its cosine and sine phases, or of the only one
     omega : rad/s
-    gamma : radial displacement of blade 0's tip for unit amplitude, negative, real
-    sigma : tangential displacement of this tip for unit amplitude, negative
+    gamma : minus the radial displacement of blade 0's tip for unit amplitude, real
+    sigma : minus the tangential displacement of this tip for unit amplitude
     centre : (2,), x_o and y_o for unit amplitude
     turn : q_0 + i q_1 = turn * amplitude, q of the two phases; makes gamma real
     """
@@ -331,7 +331,7 @@ class RingMode:
     slot, row : nodal diameter at the blades, and its row in the arrays
     sign : -1 if the slot holds its conjugate, else 1
     harmonic : h
-    members : columns of its phases in the model, one or two
+    members : columns in the model of its cosine and sine phases, or of the only one
     """
 
     slot: int

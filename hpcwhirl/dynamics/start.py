@@ -75,7 +75,8 @@ def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
     share = max(float((rest[closing] / -moved[closing]).min()), 0.0)
     msg = "start_energy must leave the gaps open, which this direction does up to "
     msg += f"{scene.start_energy * share**2:.4g} J (start_as = {shown('velocities')} "
-    raise InputError(msg + f"does always), got {scene.start_energy:g} J")
+    msg += f"does always), got {scene.start_energy:g} J"
+    raise InputError(msg)
 
 
 def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:

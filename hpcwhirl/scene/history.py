@@ -46,6 +46,6 @@ def parsed(history: str) -> tuple[str, list[float]]:
 
 
 def checked(history: str) -> str:
-    """Return a history unchanged after a check; raises as `parsed`."""
+    """Return a history's text unchanged; raise ValueError if `parsed` refuses it."""
     parsed(history)
     return history

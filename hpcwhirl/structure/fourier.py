@@ -59,7 +59,7 @@ class Sines:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and largest axial place, m."""
+        """Axial places, m, of the two ends of the casing."""
         return -self.length / 2, self.length / 2
 
     def at(self, stations: Floats) -> Floats:
@@ -85,7 +85,7 @@ class Stations:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and largest axial place, m."""
+        """Axial places, m, of the two ends of the casing."""
         return self.places[0], self.places[-1]
 
     def at(self, stations: Floats) -> Floats:

@@ -152,7 +152,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
 
 
 class Verb(Part):
-    """A part with an implementation for each type of its first argument."""
+    """A compiled function, implemented for each type of its first argument."""
 
     kinds: dict[type, Any]
 

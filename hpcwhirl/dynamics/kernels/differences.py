@@ -183,7 +183,7 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Implement `pass_rotor` for a rotor's modes, sorted by nodal diameter."""
+    """Implement `pass_rotor` (contact, next step) for modes by nodal diameter."""
     pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
 
@@ -265,7 +265,7 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `end_step` for a rotor's modes, sorted by nodal diameter."""
+    """Implement `end_step` (copies with contact forces) for modes by nodal diameter."""
     k = len(sums_c) // 4
     settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
@@ -333,7 +333,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
-    """Implement `energies_of` for a rotor's modes."""
+    """Return the energies of rotor, given by its modes, and ring (`energies_of`)."""
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now, step)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m, step), ring
 

@@ -83,7 +83,7 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Implement `bound_rotor` for a rotor's modes, sorted by nodal diameter."""
+    """Implement `bound_rotor` (bounds of a flight) for modes by nodal diameter."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -190,7 +190,7 @@ def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Implement `jump_rotor` for a rotor's modes, sorted by nodal diameter."""
+    """Implement `jump_rotor` (state after a flight) for modes by nodal diameter."""
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):

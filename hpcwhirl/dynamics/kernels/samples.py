@@ -163,7 +163,7 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `sample_rotor` for a rotor's modes, sorted by nodal diameter."""
+    """Implement `sample_rotor` (tips, centre) for modes by nodal diameter."""
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE

@@ -69,7 +69,9 @@ def stand(body, motion, time, force):
 
 
 def yielded(body, motion, force, ledger):
-    """Enter the work in a step, J, of the forces whose increments `stand` has added.
+    """Enter the work in a step, J, of forces that no constant matrix represents.
+
+    `stand` has added the increments that these forces cause.
 
     For forces of supports it is subtracted from the body's loss; for forces of a
     changing speed it is added to the work of the loading in the ledger. A body without

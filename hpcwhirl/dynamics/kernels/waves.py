@@ -241,7 +241,7 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 @does(differences.end_step, WaveRotor)
 @rare_kernel
 def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `differences.end_step` for a rotor's waves and the casing ring."""
+    """Implement `differences.end_step` (copies with contact forces) for waves."""
     settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
     differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
 
@@ -249,7 +249,7 @@ def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 @does(flow.end_step, WaveRotor)
 @rare_kernel
 def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `flow.end_step` for a rotor's waves and the casing ring."""
+    """Implement `flow.end_step` (copies with contact forces) for waves."""
     settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
     flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
@@ -278,7 +278,7 @@ def energy_of_waves(rotor, t):
 @does(differences.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
-    """Implement `differences.energies_of` for waves."""
+    """Return the energies of waves and ring (`differences.energies_of`)."""
     ring = differences.energy_of_ring(t_c, c_c, now, step)
     return energy_of_waves(rotor, t_b), ring
 
@@ -286,7 +286,7 @@ def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
 @does(flow.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
-    """Implement `flow.energies_of` for waves."""
+    """Return the energies of waves and ring (`flow.energies_of`)."""
     return energy_of_waves(rotor, t_b), flow.energy_of_ring(t_c, c_c, now)
 
 

@@ -480,7 +480,7 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 @inlined
 def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Implement `push_waves` for waves that rotation couples."""
+    """Change waves that rotation couples by contact (`push_waves`)."""
     modes = len(rotor.ahead)
     book_pushes(
         rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before, sums,
@@ -493,7 +493,7 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Implement `push_waves` for modes as waves.
+    """Change modes, integrated as waves, by contact (`push_waves`).
 
     spare : work space: change of the modes over two steps, later modal forces
     """
@@ -545,7 +545,7 @@ def settle_whole(c_c, state, copies):
 @does(energies_of, WholeRotor)
 @rare_kernel
 def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
-    """Implement `energies_of` for waves that rotation couples."""
+    """Return the energies of waves that rotation couples (`energies_of`)."""
     modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
     for i in range(modes):
         first, row = i - i % FOUR, broadcast(0.0)
@@ -559,7 +559,7 @@ def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, UncoupledRotor)
 @rare_kernel
 def energies_of_uncoupled(rotor, t_b, t_c, c_c, now, step):
-    """Implement `energies_of` for modes as waves."""
+    """Return the energies of modes integrated as waves (`energies_of`)."""
     half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
     for m in range(0, half, FOUR):
         re, im = load_both(t_b, half, m)

@@ -124,7 +124,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Write into the panel of a quantity without indices why it has none."""
+    """Write into the panel of a quantity without Sobol indices why it has none."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

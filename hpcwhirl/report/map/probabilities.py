@@ -56,7 +56,9 @@ def varied(found: xarray.Dataset) -> list[str]:
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
-    """Return shares in the form of cases, one for each point and regime, for a map.
+    """Return shares of regimes as cases, one for each point and regime, for a map.
+
+    data, found : results of the campaign; their shares, from `shares`
 
     Regimes without cases are left out.
     """

@@ -340,9 +340,9 @@ def ended_of(
 
 
 def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) -> Ended:
-    """Return the completed jobs of a plain plan, from journals read as columns.
+    """Return the completed jobs of a plan without twins, refinement and extension.
 
-    asked : {digest: case} of the completions wanted in `Ended.told`
+    asked : {digest: case} of the jobs whose completions `Ended.told` is to have
     """
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}

@@ -123,7 +123,7 @@ def _note(path: Path) -> Note | None:
 
 
 class Notes:
-    """The notes of all ranks and runs in a campaign's directory.
+    """The heartbeat files of a campaign: which case each process computes.
 
     folder : the campaign's directory
     """

@@ -82,9 +82,9 @@ class States:
             raise StoreError(f"{path} is not usable: {failed}") from None
 
     def hand_over(self, digest: str, after: str) -> bool:
-        """Copy the saved state of a case for another case, which continues it.
+        """Copy the saved state of case `digest` for case `after`, which continues it.
 
-        The copy keeps the `belongs` of the original.
+        digest, after : digests of the two cases
 
         Returns
         -------
