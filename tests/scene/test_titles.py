@@ -7,6 +7,7 @@ from launch import launch
 from hpcwhirl.campaign.plan.design import design_of
 from hpcwhirl.cli import command
 from hpcwhirl.errors import InputError
+from hpcwhirl.report.map.axes import Levels
 from hpcwhirl.report.map.data import _check_panels
 from hpcwhirl.scene import Scene, apply_settings, digest, title_of
 
@@ -40,7 +41,7 @@ def test_a_zero_has_no_sign():
 
 
 def test_a_map_that_hides_cases_says_of_which_inputs():
-    hidden = {"friction": np.zeros(2)}
+    hidden = {"friction": Levels.of(np.zeros(2))}
     with pytest.raises(InputError, match="1 cases have the same inputs as other cases"):
         _check_panels(hidden, [], ["", ""], asked=False)
 
