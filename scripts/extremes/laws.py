@@ -164,11 +164,12 @@ def any_law(settings: Settings) -> str:
 
 
 def at_rest(settings: Settings) -> str:
-    """Nothing moves: damped, no whirl, every energy zero."""
+    """Nothing moves: damped, or undecided where a free motion would grow."""
     run = checked(settings)
     moved = max(float(np.abs(run.history.tips).max(initial=0)), run.row["centre_peak"])
     require(moved < 1e-200, f"moves by {moved:.1e} m")
-    require(run.row["regime"] == "damped", run.row["regime"])
+    word = "undecided" if run.history.free_growth > 0.0 else "damped"
+    require(run.row["regime"] == word, run.row["regime"])
     return run.words()
 
 
