@@ -66,7 +66,7 @@ NOWHERE = 1.0  # m, gap of a lost blade
 
 @njit(cache=True)
 def flush(motion):
-    """Set amplitudes and their increments to 0 where both are below 1e-150.
+    """Set a body's amplitudes and increments to 0 where both are below 1e-150.
 
     Their products would be denormal numbers, which are slow.
     """
@@ -126,7 +126,7 @@ def farthest(tips):
 def pulse_work(push, modal, ahead, increments):
     """Return the work of the pulse in a step, J.
 
-    push, modal : force, N; modal forces (n,) of a unit force
+    push, modal : force of the pulse, N; modal forces (n,) of a unit force
     ahead, increments : (n,), increments of the amplitudes in this and in the last step
     """
     total = 0.0
@@ -137,7 +137,10 @@ def pulse_work(push, modal, ahead, increments):
 
 @njit(cache=True)
 def motion_of(q, d, loss):
-    """Return the `Motion` of a body: its arrays of the state and new work space."""
+    """Return the arrays of a body in a step: those of its state, and work space.
+
+    q, d, loss : arrays of the state, see `verbs.Motion`
+    """
     return Motion(
         q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
         np.zeros_like(q),
@@ -155,7 +158,10 @@ def layer_space(blades):
 
 @njit(cache=True)
 def energies_of(rotor, casing, state, step):
-    """Return (energy of the rotor, energy of the casing), J."""
+    """Return (energy of the rotor, energy of the casing), J, in a state.
+
+    step : dt, s
+    """
     return (
         energy(rotor, state.q_b, state.d_b, step),
         energy(casing, state.q_c, state.d_c, step),

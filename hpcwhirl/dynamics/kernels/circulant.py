@@ -121,7 +121,7 @@ def _apart(blades: int) -> Indices:
 
 @inlined
 def penetrating(gaps, row, blades, wide, where):
-    """Set `where` to the blades with negative gaps; return their number.
+    """Set `where` to the blades with gaps below 0; return their number.
 
     gaps, row : array, and index in it where the gaps begin, in the order of `folded`
     """
@@ -137,11 +137,12 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set space.push to multipliers, N, that close the gaps of blades known[:size].
+    """Set space.push to multipliers, N, that close the gaps of the active blades.
 
     gaps, row : as in `penetrating`
+    size : number of active blades, which are space.known[:size]
 
-    Return the lowest multiplier, N; 0 if none is negative.
+    Return the lowest multiplier, N; 0 if none is below 0.
     """
     push, known, inverse, close = space.push, space.known, space.inverse, space.work
     padded, lowest = len(push), 0.0
@@ -171,18 +172,20 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether the effect of `size` multipliers on gaps is computed by spectra.
+    """Return whether gaps under `size` multipliers are computed from their spectrum.
 
-    A circulant Delassus matrix multiplies each entry of the spectrum by a number.
+    That is so if there are many and the Delassus matrix is circulant: it multiplies
+    each entry of the spectrum by a number.
     """
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Set space.again (2 wide,) to the gaps under multipliers, m, by means of spectra.
+    """Set space.again (2 wide,) to the gaps, m, with multipliers acting, by spectra.
 
-    Return four numbers, of which the least is the lowest gap, or one above 0.
+    Arguments are those of `openings`. Return four numbers: the least of them is the
+    lowest gap, or 0 if no gap is below 0.
     """
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
@@ -202,9 +205,12 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again (2 wide,) to the gaps, m, under the multipliers space.push.
+    """Set space.again (2 wide,) to the gaps, m, with the multipliers space.push acting.
 
-    Return the lowest of these gaps; 0 if none is negative.
+    Return the lowest of these gaps; 0 if none is below 0.
+
+    gaps, row : gaps without multipliers, as in `penetrating`
+    size : number of active blades, which are space.known[:size]
     """
     if by_slots(size, space):
         return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
@@ -229,7 +235,7 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Accept a solution: copy its gaps to a row of gaps, its blades to space.where.
+    """Accept a solution: copy its gaps to `gaps`, its active blades to space.where.
 
     The gaps, in space.again, of the active blades space.known[:size] become exactly 0.
     Return `size`.
@@ -284,7 +290,10 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether there is an accurate inverse for the active blades in `known`."""
+    """Return whether `known` lists active blades whose inverse is accurate.
+
+    The inverse is that of their part of the Delassus matrix, see `keep_inverse`.
+    """
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 
 

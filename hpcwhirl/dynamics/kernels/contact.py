@@ -116,7 +116,10 @@ def read_ring(radial, index, shape, j):
 
 @inlined
 def gap_at(wall, time):
-    """Return the gap of a round casing at a time, m; it changes at a constant rate."""
+    """Return the gap, m, of a casing without lobes or profile at a time, s.
+
+    It changes at a constant rate, wall.opening.
+    """
     return wall.gap + wall.opening * (time - wall.since)
 
 
@@ -139,9 +142,9 @@ def pulse_of(time, force, pulse):
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     """Set w[j], the opening of every gap by a unit multiplier on blade j, m/N.
 
-    It is column j of the Delassus matrix, stored as a row of its transpose. A row of
-    `compliance` (R, R) has the radial coordinates due to a unit load, with its
-    friction, on one radial coordinate; `response` (R,) is work space.
+    It is column j of the Delassus matrix, stored as a row of its transpose. Row i of
+    `compliance` (R, R) has the ring's radial coordinates due to a unit load, with its
+    friction, on radial coordinate i; `response` (R,) is work space.
     """
     for i in range(len(w_rotor)):
         w[j, i] = w_rotor[i, j]
@@ -256,7 +259,10 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the last step had contact and is one whose slip is checked."""
+    """Return whether the slip of the last step is to be checked.
+
+    It is checked in every eighth step with contact.
+    """
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 

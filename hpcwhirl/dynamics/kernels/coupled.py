@@ -40,10 +40,10 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_blocks(matrix, starts, vector, sign, out):
-    """Add sign * matrix @ vector to out.
+    """Add sign * matrix @ vector to out; of the matrix only diagonal blocks are given.
 
-    matrix, starts : its diagonal blocks, flat, each by columns; first row of each
-        block, and the number of rows
+    matrix : the blocks, flat, each by columns
+    starts : first row of each block, and the number of rows
     """
     at = 0
     for b in range(len(starts) - 1):
@@ -59,7 +59,10 @@ def apply_blocks(matrix, starts, vector, sign, out):
 
 @njit(cache=True)
 def form(matrix, starts, left, right):
-    """Return left @ matrix @ right; matrix, starts : as in `apply_blocks`."""
+    """Return left @ matrix @ right; of the matrix only diagonal blocks are given.
+
+    matrix, starts : as in `apply_blocks`
+    """
     total, at = 0.0, 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
@@ -85,7 +88,10 @@ def predict(body, motion):
 
 @does(verbs.read, CoupledBody)
 def read(body, values, out):
-    """Set out (r,), m, to radial displacements of tips, and x_o, y_o, by modes."""
+    """Set out (N + 2,), m, to radial displacements of N tips, then x_o, y_o.
+
+    values : (m,), amplitudes of the modes, from which they are summed
+    """
     rows = body.read
     out[:] = 0.0
     for m in range(len(values)):
@@ -158,7 +164,8 @@ def energy(body, values, increments, step):
 def stand(body, motion, time, force):
     """Add to motion.ahead and .following the increments by forces of changing speed.
 
-    At constant speed the forces are those of the supports.
+    At constant speed the forces are those of supports that differ by direction or have
+    a film, at `time`, s; they are stored in force (2,), N.
 
     motion.normal is used as work space; `collect` sets it later.
     """
@@ -177,7 +184,11 @@ def stand(body, motion, time, force):
 
 @does(verbs.yielded, CoupledBody)
 def yielded(body, motion, force, ledger):
-    """Enter the work, J, of the forces of `stand` on the motion that contact causes."""
+    """Enter the work, J, of forces of changing speed on the motion that contact causes.
+
+    The body's `stand` has added the increments due to these forces. At constant speed
+    `force` (2,), N, of the supports does the work.
+    """
     if len(body.force) == 0:
         standing.yielded(body, motion, force, ledger)
         return

@@ -187,7 +187,7 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
 
 
 def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
-    """Return the work space of a march, which need not be saved to resume it."""
+    """Return the work space of the cyclic kernel, which is no part of a saved march."""
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
@@ -263,7 +263,9 @@ def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
 
     slips : (slip_b, slip_c), arguments of `passes.slip_of`
-    known, work : see `ConstantSpace`; (2 k,), work space
+    turns : (N, 2 k) flat, cos and -sin of each slot at each blade
+    known, last : active blades, see `ConstantSpace`; step of each last contact
+    work : (2 k,), work space
     """
     slip_of(slips[0], slips[1], k, work)
     for s in range(known[len(last)]):
@@ -287,7 +289,10 @@ def read_before(gaps, row, where, active, blades, wide, before):
 
 @inlined
 def prepare(step, speed, wall, state, sample):
-    """Copy the state's sums, and the spectrum of the casing's shape, m, to `sample`."""
+    """Set `sample` up: copy the sums of works to it; compute the casing's spectrum.
+
+    The spectrum, m, is that of the departure from the circle at the present step.
+    """
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):
@@ -297,9 +302,9 @@ def prepare(step, speed, wall, state, sample):
 
 
 def sampling(passes):
-    """Return the function that writes a sample of a state.
+    """Return the compiled function that writes a sample of a state.
 
-    passes : module whose states it samples, `differences` or `flow`
+    passes : module with the steps of the state: `differences` or `flow`
     """
 
     def sample_step(
@@ -357,7 +362,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the time loop of the cyclic kernel.
+    """Return the compiled time loop of the cyclic kernel.
 
     passes : module of the functions that take its steps, `differences` or `flow`
     """

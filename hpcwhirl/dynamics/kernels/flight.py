@@ -76,6 +76,7 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 
     They bound the second derivative of every gap, and the displacement of every tip.
 
+    bound : coefficients of the bounds, see `dynamics.flights`
     rate : (2 k,), out: spectrum of the rotor's part of the gaps' rates, m/s
     """
 
@@ -83,7 +84,10 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Implement `bound_rotor` (bounds of a flight) for modes by nodal diameter."""
+    """Return the parts of a rotor's modes in two bounds: acceleration, displacement.
+
+    The implementation of `bound_rotor` for modes by nodal diameter, m/s^2 and m.
+    """
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -119,6 +123,7 @@ def bound_ring(s, c, bound, rows, k, counter, rate):
 
     They bound the second derivative of every gap, and the ring's displacement.
 
+    c, bound : coefficients of the modes, packed; of the bounds, see `dynamics.flights`
     rate : (2 k,), in and out: the ring's part of the gaps' rates, m/s, is added
     """
     size = rows * k
@@ -153,7 +158,10 @@ def bound_ring(s, c, bound, rows, k, counter, rate):
 
 @kernel
 def open_until(gap, rate, bend):
-    """Return a time up to which gap + rate t - bend t^2 / 2 > 0, s."""
+    """Return a time, s, up to which gap + rate t - bend t^2 / 2 is above 0.
+
+    gap, rate, bend : of one blade: m, m/s; m/s^2
+    """
     if gap <= 0.0 and rate <= 0.0:
         return 0.0
     if bend <= 0.0:
@@ -190,7 +198,10 @@ def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Implement `jump_rotor` (state after a flight) for modes by nodal diameter."""
+    """Move the amplitudes of the rotor's modes to the end of a jump.
+
+    The implementation of `jump_rotor`, with its arguments, for modes by nodal diameter.
+    """
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):

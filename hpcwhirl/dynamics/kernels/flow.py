@@ -59,6 +59,7 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 def lose_rotor(c, at, q, d, loss):
     """Return `loss` plus the damping loss, J, of a step of four modes.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     q, d : amplitudes at the end of the step, and their increments in it
     """
     part = load(c, at + LOSS_DQ * FOUR) * q
@@ -71,7 +72,9 @@ def lose_rotor(c, at, q, d, loss):
 def lose_ring(c, at, y, d, loss):
     """Return `loss` plus the damping loss, J, of a step of four modes of the ring.
 
-    y, d : (re, im) of the amplitudes at the end of the step, and of their increments
+    c, at : coefficients of all modes, packed, and where those of the four begin
+    y, d : (re, im) of the amplitudes at the end of the step, and of their increments in
+        it
     """
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
@@ -87,6 +90,7 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
 
     The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     q, d : amplitudes, and their increments in this step
     s, old : state, and index in it of their increments in the step before
     """
@@ -108,6 +112,7 @@ def mean_ring(c, at, y, d, old):
 
     v- and v+ are the velocities before and after the step's impulse.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     y, d, old : (re, im) of the amplitudes; of their increments in this step, and in the
         step before
     """
@@ -129,6 +134,7 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     step n - 1 from its place at that step to its place at n + 1, and so, at second
     order, by twice the way that `passing` gives at its place at step n.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     y, d : (re, im) of the amplitudes, and of their increments in this step
     passing : (re, im), rate at which the deformed ring passes the blades
     """
@@ -163,7 +169,9 @@ def book_passing(sums, k, col, push, passing):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
                   slip):  # fmt: skip
-    """Take the step that `pass_rotor` describes for all modes of a rotor.
+    """Predict the next step of all modes of a rotor, after contact forces, if any.
+
+    Arguments not listed are those of `differences.rotor_columns`.
 
     ended, touched : whether the last step is still to be completed; had contact
     """
@@ -195,7 +203,9 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
-    """Take the step that `pass_ring` describes for all modes of the casing ring.
+    """Predict the next step of all modes of the ring, after contact forces, if any.
+
+    Arguments not listed are those of `differences.ring_columns`.
 
     ended, touched : as in `rotor_columns`
     """
@@ -238,7 +248,10 @@ def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Implement `pass_rotor` (contact, next step) for modes by nodal diameter."""
+    """Apply the last contact forces to the rotor's modes; predict their next step.
+
+    The implementation of `pass_rotor` for equal sectors, with modes by nodal diameter.
+    """
     c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
@@ -277,14 +290,17 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `end_step` (copies with contact forces) for modes by nodal diameter."""
+    """Copy the states of both bodies; apply the last contact forces to the copies.
+
+    The implementation of `end_step` for equal sectors, with modes by nodal diameter.
+    """
     settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @inlined
 def waiting(counter):
-    """Return (whether the last step is still to be completed, whether with contact)."""
+    """Return two flags: the last step is still to be completed; it had contact."""
     ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
     return ended, touched and ended
 
@@ -343,8 +359,9 @@ def settle_ring(s, t, c, lam, counter, sums):
 
 @rare
 def energy_of(s, c, place, increment, size):
-    """Return the energy of `size` modes, J.
+    """Return the energy of `size` modes of a body, J, at the end of a step.
 
+    s, c : state of the body; coefficients of its modes, packed
     place, increment : first index in s of the amplitudes, and of their increments in
         the step that has ended
     """
@@ -379,14 +396,17 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
-    """Return the energies of rotor, given by its modes, and ring (`energies_of`)."""
+    """Return the energies of a rotor's modes and of the ring, J, from their states.
+
+    Arguments are those of `energies_of`, of which this is one implementation.
+    """
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m), ring
 
 
 @rare_kernel
 def column_sums(sums_b, sums_c, step):
-    """Return works of rotation, impact, friction over mu, and damping, J, so far.
+    """Return works, J, so far: of rotation, impact, friction over mu, and damping.
 
     The rotation's work is that of contact forces moved along the deformed ring; the
     impact loss is the remaining work of the normal forces.

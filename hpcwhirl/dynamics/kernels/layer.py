@@ -74,7 +74,11 @@ def covers(first, rod, size, under):
 
 @inlined
 def highest(worn, first, under):
-    """Return the least worn depth, m, of the rods under a tip; `first` is the first."""
+    """Return the worn depth, m, of the least worn of the rods under a tip.
+
+    worn : (3, M), see `kernel_types.BodiesState`
+    first, under : the first of these rods, and their number
+    """
     least = worn[DEPTH, first]
     for i in range(1, under):
         least = min(least, worn[DEPTH, (first + i) % worn.shape[1]])
@@ -83,7 +87,7 @@ def highest(worn, first, under):
 
 @inlined
 def limit_of(layer, depth):
-    """Return the force beyond which a rod with worn depth `depth`, m, wears, N."""
+    """Return the force, N, beyond which a rod of worn depth `depth`, m, wears."""
     return layer.limit + layer.growth * depth
 
 
@@ -106,7 +110,11 @@ def rod_force(layer, softness, depth, sunk):
 
 @rare
 def tip_force(layer, softness, worn, first, sunk):
-    """Return P(s), the force on a tip, N, and its slope, N/m."""
+    """Return P(s), the force of the rods on a tip, N, and its derivative by s, N/m.
+
+    softness : m/N, wear of a step by force beyond a limit
+    first, sunk : first rod under the tip; s, m, its depth below the unworn surface
+    """
     force, slope = 0.0, 0.0
     for i in range(layer.under):
         rod = (first + i) % worn.shape[1]
@@ -240,7 +248,9 @@ def leave(layer, worn, last, ledger, own):
 
 @rare
 def turn(work, worn, rod, ledger):
-    """Add the rotation's work on a rod, J, to worn[CUT] and to the ledger.
+    """Enter the work of the rotation on a rod, J: in worn[CUT] and in the ledger.
+
+    work, rod : J, of pushing rod number `rod` in
 
     The ledger's entries ROTATION and IMPACT both contain this work.
     """
@@ -251,7 +261,10 @@ def turn(work, worn, rod, ledger):
 
 @rare
 def work_to_push(layer, depth, way):
-    """Return the work, J, of pushing a rod in by `way`, m, without wear by sliding."""
+    """Return the work, J, of pushing a rod in by `way`, m, without wear by sliding.
+
+    depth : m, worn depth of the rod
+    """
     limit = limit_of(layer, depth)
     elastic = way if layer.growth == 0.0 else min(way, layer.flex * limit)
     tangent = layer.growth / (1.0 + layer.growth * layer.flex)
@@ -261,7 +274,10 @@ def work_to_push(layer, depth, way):
 
 @rare
 def keep_depth(worn, sample, track):
-    """Write the worn depth of all rods, m, to track[sample]; track may have no rows."""
+    """Write the worn depth of all rods, m, to row `sample` of `track`.
+
+    track : (samples, M), or without rows if the depths are not stored
+    """
     if sample < len(track):
         for rod in range(worn.shape[1]):
             track[sample, rod] = worn[DEPTH, rod]
@@ -269,6 +285,9 @@ def keep_depth(worn, sample, track):
 
 @rare
 def closed_by(older, opened, out):
-    """Set out (N,), m, to the decrease of the gaps from step n - 1 to n + 1."""
+    """Set out (N,), m, to the decrease of the gaps from step n - 1 to n + 1.
+
+    older, opened : (N,), m, gaps at step n - 1 and at step n + 1
+    """
     for j in range(len(out)):
         out[j] = older[j] - opened[j]

@@ -68,7 +68,10 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse, push * modal (m,), to a predicted step."""
+    """Add the increments due to the pulse to a predicted step of a body.
+
+    push, modal : force, N; modal forces (m,) of a unit force
+    """
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]
@@ -78,13 +81,19 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Set out (r,), m, to a body's radial displacements: sums over its modes."""
+    """Set out (r,), m, to a body's radial displacements.
+
+    values : (m,), amplitudes of its modes, over which the displacements are summed
+    """
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row: centre."""
+    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row: centre.
+
+    values, radial : (m,), amplitudes of the modes; (N + 2,), result of `read`
+    """
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -97,7 +106,13 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Set motion.normal, motion.drag (m,) to modal normal forces, friction over mu."""
+    """Set motion.normal and motion.drag (m,) to the modal forces of the multipliers.
+
+    `normal` are those of normal forces, `drag` those of friction over mu.
+
+    lam : (N,), multipliers of the tips, N
+    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    """
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
 
@@ -107,6 +122,9 @@ def slide(body, motion, lam, index, shape, out):
     """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
+
+    lam : (N,), multipliers, N; tips with lam > 0 are in contact
+    index, shape : (N, w), coordinates on which each tip acts, and their weights
     """
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
@@ -148,5 +166,8 @@ def accept(body, motion, _):
 
 @does(verbs.energy, ModalBody)
 def energy(body, values, increments, step):
-    """Return the energy of all modes, J, see `modal_energy`."""
+    """Return the energy of a body's modes between steps n and n + 1, J.
+
+    values, increments : q_{n+1} and q_{n+1} - q_n, as in `modal_energy`
+    """
     return modal_energy(values, increments, body.omega, step)

@@ -82,7 +82,11 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def write_clear(clear, gap, gaps, row, wide):
-    """Set a row of gaps (2 wide,), m, to the gap plus further clearances `clear`."""
+    """Set the gaps of a step without motion of the bodies: `gap` plus clearances, m.
+
+    clear : (2 wide,), m, folded, clearance of each point beyond `gap`
+    gaps, row : array, and index at which the 2 wide gaps of the step begin
+    """
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(clear, v) + broadcast(gap))
 
@@ -109,6 +113,8 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 def open_tips(push, where, active, opening, tips):
     """Add to tips (2 wide,), folded, the change of all gaps due to the multipliers.
 
+    push, where, active : multipliers of the points where[:active], N
+    opening : (N, 2 wide) flat, m/N, folded change of all gaps by a unit multiplier
     tips : m, change of the gaps due to the waves, or lower bounds of it
     """
     width = len(tips)
@@ -137,7 +143,10 @@ def farthest_point(limit, q, rotor, points):
 
 @rare_kernel
 def energies_of_points(rotor, q):
-    """Return energy of the rotor and energy of the casing, J, from amplitudes (m,)."""
+    """Return energy of the rotor and energy of the casing, J.
+
+    rotor, q : `wave_types.PointsRotor`; (m,), amplitudes of the waves of both bodies
+    """
     own, beside = 0.0, 0.0
     for i in range(rotor.split):
         own += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
@@ -196,7 +205,7 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
 
 
 def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
-    """Return the work space of a march, which need not be saved to resume it."""
+    """Return the work space of the kernel `points`, no part of a saved march."""
     rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     modes, width = len(rotor.ahead), len(rotor.kicked) // 2
     for name, rows, wanted in (

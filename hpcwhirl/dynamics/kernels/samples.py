@@ -75,7 +75,8 @@ def at_blade(spectrum, turns, j, width):
 def read_tips(q, c, hub, turns, width, work, tips):
     """Set rows 0 .. N - 1 of tips (N + 1, 2), m: radial, tangential displacement.
 
-    q, c : amplitudes of cyclic modes, and their packed items, see `passes`
+    q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
+    turns : (N, width) flat, cos and -sin of each slot at each blade; work : (width,)
     """
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
@@ -98,13 +99,19 @@ def read_tips(q, c, hub, turns, width, work, tips):
 
 @verb
 def along_of(rotor, q, rows, k, out):
-    """Set out (2 k,) to the spectrum of the tips' negative tangential displacements."""
+    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+
+    q, rows : amplitudes of the rotor, in `rows` rows of k slots, re and im
+    """
 
 
 @does(along_of, CyclicRotor)
 @inlined
 def along_of_modes(rotor, q, rows, k, out):
-    """Implement `along_of` (tangential displacements of the tips) for modes."""
+    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+
+    The implementation of `along_of` for a rotor's modes by nodal diameter.
+    """
     c = rotor.items
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -120,7 +127,10 @@ def along_of_modes(rotor, q, rows, k, out):
 
 @inlined
 def radial_bound(q, c, size, width):
-    """Return a bound of every tip's radial displacement, m; q, c as in `read_tips`."""
+    """Return a bound of the radial displacement of all tips, m.
+
+    q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
+    """
     total = broadcast(0.0)
     for col in range(0, width, FOUR):
         spectrum = broadcast(0.0)
@@ -136,7 +146,10 @@ def radial_bound(q, c, size, width):
 
 @inlined
 def read_centre(q, hub, tips):
-    """Set the last row of tips (N + 1, 2), m, to the centre's x_o, y_o."""
+    """Set the last row of tips (N + 1, 2), m, to the centre's x_o, y_o.
+
+    q, hub : amplitudes; (2, size), x_o and y_o for unit amplitudes
+    """
     for axis in range(2):
         total = 0.0
         for m in range(hub.shape[1]):
@@ -163,7 +176,11 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `sample_rotor` (tips, centre) for modes by nodal diameter."""
+    """Write a sample of a rotor's modes, from a copy with all contact forces applied.
+
+    The implementation of `sample_rotor`, which explains the arguments, for modes by
+    nodal diameter.
+    """
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE
@@ -179,9 +196,11 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample; its ledger is a copy of the state's, with `works` added.
+    """Write a sample of a state with `works` entered in a copy of its ledger.
 
     works, loss : result of `flow.column_sums` or its like; J, energy taken by damping
+    sample : `wave_types.SampleSpace`; its ledger becomes the copy
+    keep, judge : as in `contact.write_sample`
     """
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
@@ -195,7 +214,7 @@ def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
 
 
 def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
-    """Return the work space of `sample_rotor`."""
+    """Return the work space for samples of a state, see `wave_types.SampleSpace`."""
     return SampleSpace(
         np.zeros(len(state.rotor)), np.zeros(len(state.ring)),
         np.zeros(len(state.sums_b)), np.zeros(len(state.sums_c)), np.zeros(width),
@@ -205,7 +224,10 @@ def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
 
 
 def aside_space(state: CyclicState) -> CyclicState:
-    """Return a state with copies of those arrays that a jump changes, `ASIDE`."""
+    """Return copies of those arrays of a state that a jump changes (`ASIDE`).
+
+    The other arrays of the result are those of the state itself.
+    """
     own = {name: getattr(state, name).copy() for name in ASIDE}
     return state._replace(**own)
 

@@ -15,7 +15,7 @@ from hpcwhirl.dynamics.kernels.contact import angle_at
 
 @inlined
 def is_shaped(wall):
-    """Return whether a casing is not round."""
+    """Return whether a casing departs from the circle without elastic displacement."""
     return len(wall.orders) > 0
 
 
@@ -37,7 +37,10 @@ def faded(wall, r, time):
 
 @kernel
 def trace_shape(wall, times, out):
-    """Add (a, b), m, of a shape's harmonics at times (n,), s, to out (n, H + 1, 2)."""
+    """Add the harmonics of a casing's shape at some times to out (n, H + 1, 2), m.
+
+    times : (n,), s; out has the cosine and sine part of harmonics 0 .. H
+    """
     for n in range(len(times)):
         for r in range(len(wall.orders)):
             a, b = faded(wall, r, times[n])
@@ -58,7 +61,10 @@ def shape_at(wall, time, angle):
 
 @rare
 def carried_by_shape(push, where, active, blades, wall, speed, time, step):
-    """Return the work -lambda dw/dt dt of a casing's shape on blades where[:active], J.
+    """Return the work of a casing's shape w on the blades in contact in a step, J.
+
+    It is the sum of -lambda dw/dt dt over blades where[:active], lambda the multipliers
+    `push`.
 
     The multipliers are those of the step that ends at `time`; they act at its start,
     where dw/dt, which includes the blade's motion past the shape, is the mean of the

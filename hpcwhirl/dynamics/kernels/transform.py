@@ -124,7 +124,10 @@ def three_blades(wave, k, wide, half, b, s, gap, work):
 
 @inlined
 def put_four(value, gaps, row, wide, blades, j, count):
-    """Store the gaps of blades j .. j + count - 1, at most four, in a row of gaps."""
+    """Store the gaps of blades j .. j + count - 1, at most four, in a folded row.
+
+    value : the four gaps, m; gaps, row : array, and index at which the row begins
+    """
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
     elif count >= FOUR and 2 * j > blades:
@@ -137,7 +140,10 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Copy gaps to the places of a row of gaps that repeat a blade."""
+    """Copy gaps to those places of a folded row of gaps that repeat a blade.
+
+    gaps, row : array, and index at which the row begins; N blades
+    """
     first, middle = get(gaps, row), get(gaps, row + blades // 2)
     for i in range(blades // 2 + 1, wide):
         put(gaps, row + i, first)
@@ -192,7 +198,7 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
 
 @inlined
 def lay_out(factors, which, size, blades, spread):
-    """Set spread (N,) to the `factors` of blades which[:size], to 0 elsewhere."""
+    """Set spread (N,) to the `factors` of blades which[:size], to 0 for all others."""
     for j in range(blades):
         put(spread, j, 0.0)
     for s in range(size):

@@ -317,7 +317,9 @@ def total_of(four):
 
 @inlined
 def add_six(factors, which, size, table, stride, v, six):
-    """Return `six` vectors plus the sum over s of factors[s] times row which[s].
+    """Return the vectors `six` plus a sum over rows s of a table, times factors.
+
+    The sum is that of factors[s] times row which[s], for s < size.
 
     table : flat, in rows of length `stride`; v : first of the 24 columns that are read
     """
@@ -335,7 +337,7 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return `two` vectors plus the sum over s of factors[s] times row which[s].
+    """Return the vectors `two` plus a sum over rows of a table, times factors.
 
     Arguments are those of `add_six`; 8 columns are read, from v on.
     """
