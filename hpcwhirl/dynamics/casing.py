@@ -70,7 +70,11 @@ def ready_at(scene: Scene) -> int:
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return the casing's harmonics, (n, H + 1, 2), m, at n samples of its modes."""
+    """Return the harmonics of a casing's radial displacement from modal amplitudes.
+
+    amplitudes : (n, modes), of the casing's modes at n samples
+    The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
+    """
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
@@ -80,12 +84,20 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
-    """Return casing harmonics, cos and sin, for unit amplitudes, (H + 1, 2, m)."""
+    """Return the harmonics of the casing's radial displacement in each mode.
+
+    They are (H + 1, 2, m), for unit amplitude of each of the m modes: cosine and sine
+    part of harmonics 0 .. H.
+    """
     return np.asarray(ring.waves() @ body.shapes)
 
 
 def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
-    """Return harmonics, (n, H + 1, 2), m, at n samples of the ring's coordinates."""
+    """Return the harmonics of a casing's radial displacement from its coordinates.
+
+    displacements : (n, c), m, of the ring's c coordinates at n samples
+    The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
+    """
     if model.ring is None:
         msg = "a rigid casing has no coordinates"
         raise ValueError(msg)
@@ -105,9 +117,10 @@ def _read(rows: Floats, values: Floats) -> Floats:
 
 
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
-    """Return harmonics of a rigid casing at `count` samples, (count, H + 1, 2), m.
+    """Return the harmonics of a rigid casing's shape at `count` samples.
 
-    H is that of an elastic ring with these inputs, or the shape's highest if larger.
+    They are (count, H + 1, 2), m: cosine and sine part of harmonics 0 .. H. H is that
+    of an elastic ring with these inputs, or the highest one of the shape if larger.
 
     stride : steps between samples
     """

@@ -33,7 +33,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the coefficients by which modes jump over steps without contact.
+    """Return the coefficients of jumps over steps without contact, for modes.
 
     items, step : (ITEMS, size), coefficients of modes, see `kernels.passes`; dt, s
     """
@@ -47,7 +47,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the coefficients by which waves jump over steps without contact.
+    """Return the coefficients of jumps over steps without contact, for waves.
 
     items, step : (ITEMS, size), coefficients of waves, see `kernels.waves`; dt, s
     """
@@ -70,7 +70,9 @@ def all_die_out(items: Floats) -> bool:
 
 
 def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
-    """Return whether all waves that move or that contact excites decay.
+    """Return whether the free motion of a body's waves decays.
+
+    Waves that do not change (z = 1) and that contact does not excite are left out.
 
     ahead : (w,), z - 1 of each wave, z the factor of its amplitude in a step
     push : (r, w), contributions of contact to each wave

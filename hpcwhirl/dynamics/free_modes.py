@@ -113,7 +113,7 @@ class ModesMotion:
     delta: Complexes
 
     def places(self, z: Complexes) -> Complexes:
-        """Return the amplitudes q at some samples, (samples, modes).
+        """Return the modes' amplitudes q at some samples, (samples, modes).
 
         z : (samples, modes), z^n after the n steps of each sample
         """
@@ -127,7 +127,10 @@ class ModesMotion:
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
     def increments(self, z: Complexes) -> Complexes:
-        """Return the increments d at samples, (samples, modes); z as in `places`."""
+        """Return the modes' increments d at samples, (samples, modes).
+
+        z : (samples, modes), z^n after the n steps of each sample
+        """
         return self.gamma * z + self.delta * z.conj()
 
     def energies(self, z: Complexes) -> Floats:

@@ -120,7 +120,10 @@ class FreeWaves:
         return np.asarray((apart.conj() * pair).real.sum(axis=(0, 2)))
 
     def write(self, past: Complexes, state: Floats, step: int) -> None:
-        """Write amplitudes to a state; past : (seen, w), at `step` and before it."""
+        """Write the amplitudes of waves, and spectra of gaps that follow, to a state.
+
+        past : (seen, w), amplitudes at `step` and at the steps before it
+        """
         rows = state.reshape(-1, 2, self.slots)
         rows[:] = 0.0
         for back, values in enumerate(past):
@@ -179,7 +182,10 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Write amplitudes to a state; past : (1, w), those at the present step."""
+        """Write the amplitudes of waves to a state.
+
+        past : (1, w), amplitudes at the present step
+        """
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 
@@ -190,14 +196,21 @@ class FreeWhole:
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return displacements for unit amplitudes, such as rotor.read, as (r, waves)."""
+    """Return displacements of tips for unit amplitudes as complex rows, (r, waves).
+
+    rows : the same coefficients as the kernel stores them, flat, such as `rotor.read`
+    """
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
     return complex_rows(rows, len(rotor.drift))
 
 
 def complex_rows(parts: Floats, half: int) -> Complexes:
-    """Return complex rows (r, half) from flat ones that have all re before all im."""
+    """Return complex rows (r, half) from real ones.
+
+    parts : flat, r rows, of which each has `half` real parts, then `half` imaginary
+        parts
+    """
     rows = parts.reshape(-1, 2, half)
     return np.asarray(rows[:, 0] + 1j * rows[:, 1])
 
@@ -207,7 +220,8 @@ class Shapes(NamedTuple):
 
     Attributes
     ----------
-    radial, tangential : (N, modes), displacements of the tips are Re(q @ row)
+    radial, tangential : (N, modes), displacement of a blade is Re(q @ row), row that of
+        the blade
     hub : (2, modes), x_o, y_o = Re(conj(hub) q)
     reach : (N, modes), |radial|; (1, modes) if it is equal for all blades
     """

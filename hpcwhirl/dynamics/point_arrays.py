@@ -109,23 +109,31 @@ class _Reads:
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
     def change(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the change of r displacements by unit forces, (r, P + 2)."""
+        """Return the change of r displacements by unit forces, (r, P + 2).
+
+        rotor, casing : (r, m) each, the displacements for unit modes
+        """
         b, c = self.waves.rotor, self.waves.casing
         return np.asarray(
             rotor @ b.give @ self.forces[0] + casing @ c.give @ self.forces[1]
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return changes of r displacements by unit forces, see `change`, but padded.
+        """Return changes of r displacements by unit forces, (r, P + 2), rows padded.
 
         Forces change a motion over two steps by the same amount as a displacement.
+
+        rotor, casing : (r, m) each, the displacements for unit modes
         """
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return motions over two steps by unit amplitudes and forces, (r, width)."""
+        """Return motions over two steps for unit amplitudes and forces, (r, width).
+
+        rotor, casing : (r, m) each, the motions for unit modes
+        """
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 

@@ -127,7 +127,7 @@ class Sectors:
     blades: int
 
     def matrix(self, matrix: Floats) -> Floats:
-        """Return the mean of a matrix (m, m) over all rotations."""
+        """Return the mean of a matrix (m, m) over all rotations by whole sectors."""
         out = np.zeros_like(matrix)
         for block in self.blocks.values():
             twice = 1.0 + np.iscomplexobj(block)
@@ -138,7 +138,10 @@ class Sectors:
         return out
 
     def rows(self, rows: Floats) -> Floats:
-        """Return the mean of the points' rows (P, m) over all rotations."""
+        """Return the mean of the points' motions over all rotations by whole sectors.
+
+        rows : (P, m), motion of P contact points in each of m modes
+        """
         out, blade = np.zeros_like(rows), np.arange(self.blades)
         for n, block in self.blocks.items():
             waves = (rows @ block).reshape(self.blades, -1, block.shape[1])
@@ -152,7 +155,10 @@ class Sectors:
     def even(
         self, given: Sequence[Floats], mean: Callable[[Floats], Floats]
     ) -> list[Floats] | None:
-        """Return means of arrays; None if one differs from its mean by over `EQUAL`."""
+        """Return means of arrays; None if one differs from its mean by over `EQUAL`.
+
+        given, mean : the arrays; `matrix` or `rows`, which returns the mean of one
+        """
         out = [mean(one) for one in given]
         apart = (
             np.abs(a - b).max(initial=0.0) for a, b in zip(out, given, strict=True)
@@ -172,7 +178,10 @@ def nearly_equal(model: Model) -> Sectors | None:
 
 
 def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
-    """Return the nearest orthonormal blocks of waves, with all their conjugates."""
+    """Return the nearest orthonormal blocks to given blocks of waves (m, c).
+
+    Waves of different blocks, and the conjugates of complex ones, are orthogonal, too.
+    """
     left, _, right = np.linalg.svd(np.hstack(with_conjugates(blocks)))
     every, out, at = left @ right, [], 0
     for block in blocks:
@@ -183,7 +192,7 @@ def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
 
 
 def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
-    """Return blocks and the conjugates of those that are complex."""
+    """Return blocks of waves (m, c); a complex block is followed by its conjugate."""
     return [c for b in blocks for c in ([b, b.conj()] if np.iscomplexobj(b) else [b])]
 
 
@@ -233,7 +242,11 @@ class Slots:
         return (self.single + 2 * self.pairs) * self.k
 
     def laid(self, values: Complexes, rows: int) -> Floats:
-        """Return values (r, w) of waves by row and slot, (r, rows, 2, k) flat."""
+        """Return values of waves in the kernel's order: by row and slot, flat.
+
+        values : (r, w), complex; the result has re and im of each, (r, rows, 2, k)
+        rows : number of rows of waves; waves of further rows are left out
+        """
         out = np.zeros((len(values), rows, 2, self.k))
         there = self.row < rows
         place = self.row[there], slice(None), self.diameter[there]

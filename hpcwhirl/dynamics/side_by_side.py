@@ -190,9 +190,9 @@ class SideBySide:
 
     @property
     def ended(self) -> bool:
-        """Whether one of the two has stopped.
+        """Whether the march or its twin has stopped.
 
-        It stops at the amplitude limit, with non-finite numbers, or for a contact
+        Either stops at the amplitude limit, with non-finite numbers, or for a contact
         problem without a solution.
         """
         stops = [march.counter[contact.STOP] for march in (self.one, self.other)]

@@ -123,10 +123,13 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the coefficients (ITEMS,) of a step of one mode, in its body's frame.
+    """Return the coefficients (ITEMS,) of a step of one mode, see `kernels.passes`.
 
-    They are the items of `kernels.passes`. Items of contact forces, which depend on
-    friction, are 0; see `_pushed`.
+    Those of contact forces, which depend on friction, are 0 here; see `_pushed`.
+
+    flow : the mode's step
+    gamma, sigma : radial and tangential displacement at blade 0 for unit amplitude;
+        of a rotor, times -1
     """
     out = np.zeros(passes.ITEMS)
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
@@ -219,7 +222,7 @@ class _Round(NamedTuple):
 
 
 def _round(model: Model) -> _Round:
-    """Return a model's casing ring and number of blades, a key of cached arrays."""
+    """Return a model's casing ring and number of blades, by which arrays are cached."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         msg = "only a ring of harmonics has slots"
@@ -229,7 +232,11 @@ def _round(model: Model) -> _Round:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
-    """Return the part of a ring's arrays that is independent of speed and friction."""
+    """Return the part of a ring's arrays that is independent of speed and friction.
+
+    given, step : ring and number of blades; dt, s
+    flies : whether the scheme is exact, else central differences
+    """
     body, operator, blades = given
     (slots, _), flow_of = widths(blades), exact_flow if flies else central_differences
     places, ratios = _modes_in_slots(body, blades), body.ratios
@@ -250,7 +257,11 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
-    """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes."""
+    """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes.
+
+    given, diameter : ring and number of blades; k
+    direction : "squeeze", a load inward where cos k theta = 1, or "stretch"
+    """
     load = lobe_load(given.operator, diameter, direction)
     return np.asarray(load @ given.body.shapes)
 

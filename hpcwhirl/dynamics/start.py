@@ -106,7 +106,8 @@ def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
 def _normal(draw: float, part: str, name: str) -> float:
     """Return a normally distributed number, the same for equal draw, part and name.
 
-    part : "place" or "rate"; name : label of a mode
+    draw, part : the input start_draw; "place" or "rate"
+    name : label of a mode
     """
     told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
     whole = int.from_bytes(told[:8]) >> (64 - BITS)
@@ -162,7 +163,7 @@ def _check(modes: str, names: list[Name]) -> None:
 
 
 def energy_of(model: Model, speed: float, state: Amplitudes) -> float:
-    """Return the energy of a motion about its steady one, J, as the ledger has it.
+    """Return the energy, J, of a motion relative to the steady one, as in the ledger.
 
     It is the sum of 1/2 (dq/dt)^2 + 1/2 omega^2 q^2 over the modes of both bodies and,
     of a rotor with terms of rotation, 1/2 x^T (K(Omega) - K) x with its displacement x,

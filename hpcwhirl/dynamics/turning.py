@@ -67,9 +67,11 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
 
 
 def read_by(model: Model, scene: Scene) -> Floats:
-    """Return the displacements of the rotor for unit amplitudes of the added modes, m.
+    """Return the rotor's displacement in each mode that represents its orbit.
 
-    They are (1, n); (3, n) on supports that differ by direction; (0, n) if balanced.
+    The orbit is that of an unbalanced rotor without contact. The result, m, for unit
+    amplitudes, is (1, n); (3, n) on supports that differ by direction; (0, n) if
+    balanced.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -80,16 +82,20 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a) of the step of an unbalanced rotor's ellipse.
+    """Return the coefficients of a step of the orbit's modes: (2 - 2 cos a, sin a).
 
-    The ellipse turns by a = 2 Omega dt in a step, rotating frame.
+    On supports that differ by direction the orbit of an unbalanced rotor is an ellipse,
+    which turns by a = 2 Omega dt in a step in the rotating frame.
     """
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (amplitudes, increments) at step 0 of the modes of `circling_modes`."""
+    """Return (amplitudes, increments) at step 0 of the modes of an unbalanced orbit.
+
+    count : number of these modes, see `circling_modes`: 0, 1 or 3
+    """
     pull, sine = swings(scene)
     q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
     return q[:count], d[:count]

@@ -365,7 +365,7 @@ def _rotor(
 def _read_hub(centre: Any) -> Floats:
     """Return the factors of re and im of amplitudes in x_o and y_o, (2, ..., 2).
 
-    centre : complex displacement for unit amplitudes, (...)
+    centre : (...), complex, displacement of the centre for unit amplitudes
     """
     x = np.stack([centre.real, -centre.imag], axis=-1)
     return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
@@ -390,7 +390,11 @@ def unpacked(items: Floats, count: int) -> Floats:
 
 
 def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
-    """Return the amplitudes (w,) of a nodal diameter's waves in the kernel's state."""
+    """Return the amplitudes (w,) of a nodal diameter's waves in the kernel's state.
+
+    state, slots : amplitudes by row and slot, flat; number of slots
+    own : the waves of the nodal diameter
+    """
     parts = state.reshape(-1, 2, slots)[: len(own.ahead), :, own.k]
     return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
@@ -422,7 +426,10 @@ def modes_of(model: Model, k: int, q: Floats) -> Complexes:
 
 
 def _members(model: Model, k: int, phase: int) -> Indices:
-    """Return the indices of the modes of a nodal diameter and phase, by rank."""
+    """Return the indices of the modes of nodal diameter k, sorted by rank.
+
+    phase : 0 or 1, the first or the second mode of each pair
+    """
     body = model.rotor
     members = np.flatnonzero((body.diameter == k) & (body.phase == phase))
     return members[np.argsort(body.rank[members])]

@@ -207,7 +207,10 @@ class DrivenRotor:
 
 
 def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
-    """Return a rotor's arrays for a changing speed, 0 until `DrivenRotor.set`."""
+    """Return the kernel's arrays of a rotor whose speed changes.
+
+    Those that depend on the speed are 0 until `DrivenRotor.set` is called.
+    """
     size = int((np.diff(rotor.begun) ** 2).sum())
     starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
     names = ("keep", "pull", "give", "stiffness", "damping", "push", "swerve")

@@ -262,7 +262,10 @@ def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return negative radial and tangential displacements of tips in modes, (N, m)."""
+    """Return the tips' displacements, radial and tangential, in each mode, times -1.
+
+    They are (N, m) each, for unit amplitudes: a tip that moves outward closes its gap.
+    """
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 
