@@ -82,7 +82,7 @@ def place_blades(ring, turned, points, index, shape):
     """Find the ring coordinates that move each contact point, and their weights.
 
     turned : rad, angle of blade 0
-    index, shape : (N, w), out: these coordinates and weights
+    index, shape : (N, w), out: the w coordinates that move each point, and weights
     """
     kind, size, length = ring
     if kind == ELEMENTS:

@@ -73,6 +73,8 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 
     The inverse in them is 0 until `recall` computes it.
 
+    blades, wide : N; half the length of a row of gaps
+    known : array of the state that lists the active blades
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
     padded = -(-blades // FOUR) * FOUR
@@ -94,6 +96,7 @@ def circulant_space(
 ) -> ConstantSpace:
     """Return the work arrays of the contact problem with a circulant Delassus matrix.
 
+    known : array of the state that lists the active blades
     column : (N,), m/N, column 0 of the Delassus matrix W; wave : see `passes.to_gaps`
     """
     space = constant_space(blades, wide, column[_apart(blades)], known)
@@ -205,10 +208,11 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again (2 wide,) to the gaps, m, with the multipliers space.push acting.
+    """Set space.again to the gaps, m, with the multipliers space.push acting.
 
     Return the lowest of these gaps; 0 if none is below 0.
 
+    space.again : (2 wide,), gaps of all blades in the order of `folded`
     gaps, row : gaps without multipliers, as in `penetrating`
     size : number of active blades, which are space.known[:size]
     """
@@ -253,11 +257,12 @@ def settle(gaps, row, size, blades, wide, space):
 def guess(gaps, row, lowest, blades, wide, space):
     """Solve the contact problem with the active blades of the last solution.
 
-    Sets the folded row to the corrected gaps, and `push` to the multipliers; returns
-    the number of active blades. Returns -1, and leaves the row as it is, if that set
-    does not give the solution, which is unique.
+    Set the gaps to the corrected ones and space.push to the multipliers; return the
+    number of active blades. Return -1, and leave the gaps as they are, if these blades
+    do not give the solution, which is unique.
 
-    lowest : lowest of the gaps, m, < 0
+    gaps, row : predicted gaps, m, from index `row` on, in the order of `folded`
+    lowest : lowest of these gaps, m, < 0
     """
     size = space.known[blades + SIZE]
     if not is_usable(blades, space.known):

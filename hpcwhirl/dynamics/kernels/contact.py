@@ -107,7 +107,11 @@ def place_on_waves(turned, size, angles, weight, index, shape):
 
 @kernel
 def read_ring(radial, index, shape, j):
-    """Return the ring's displacement, m, at point j from its radial coordinates."""
+    """Return the ring's radial displacement, m, at contact point j.
+
+    radial : (R,), m, the ring's R radial coordinates
+    index, shape : (N, w), indices of the w of them that move each point, and weights
+    """
     total = 0.0
     for a in range(index.shape[1]):
         total += shape[j, a] * radial[index[j, a]]
@@ -132,7 +136,10 @@ def angle_at(wall, speed, time):
 
 @kernel
 def pulse_of(time, force, pulse):
-    """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
+    """Return the force of the pulse at a time: F sin(pi t / tau) up to t = tau, else 0.
+
+    force, pulse : F, N; tau, s
+    """
     if 0.0 < time < pulse:
         return force * math.sin(math.pi * time / pulse)
     return 0.0
@@ -143,7 +150,7 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     """Set w[j], the opening of every gap by a unit multiplier on blade j, m/N.
 
     It is column j of the Delassus matrix, stored as a row of its transpose. Row i of
-    `compliance` (R, R) has the ring's radial coordinates due to a unit load, with its
+    `compliance` (R, R) has the ring's R radial coordinates due to a unit load, with its
     friction, on radial coordinate i; `response` (R,) is work space.
     """
     for i in range(len(w_rotor)):
@@ -199,7 +206,10 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
 
 @njit(cache=True)
 def contact_space(blades, coordinates):
-    """Return the work space of `complementarity`."""
+    """Return the work space of `complementarity`.
+
+    blades, coordinates : N; number R of the ring's radial coordinates
+    """
     return ContactSpace(
         np.zeros(coordinates),
         np.zeros((blades, blades)),

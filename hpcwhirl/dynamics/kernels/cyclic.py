@@ -98,7 +98,10 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def turn_quarter(lam, k):
-    """Set the second half of lam (4 k,) to -i times the spectrum in its first half."""
+    """Set the second half of lam (4 k,) to -i times the spectrum in its first half.
+
+    There are k slots, one for each nodal diameter, padded.
+    """
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
         store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
@@ -108,6 +111,7 @@ def turn_quarter(lam, k):
 def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,) to the multipliers' spectrum, as (re, im), then (im, -re).
 
+    width : length of a spectrum, re, then im of each slot (nodal diameter)
     push, where, size : multipliers of the blades where[:size]; turns : (N, width) flat
     """
     half, whole = width // 2, width - width % (6 * FOUR)
@@ -226,6 +230,7 @@ def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
     """Set the spectrum (2 k,) of all gaps less the clearance, m, from both bodies.
 
     It is the sum of those of rotor, ring and the casing's departure from the circle.
+    There are k slots, one for each nodal diameter, padded.
 
     out_b, out_c : (2 k,), m, spectra of rotor and ring
     """
@@ -240,6 +245,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
     If a bound for all tips is below `NEAR` times the limit, the bound is returned.
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
 
     q, out_b : predicted amplitudes; spectrum of the tips' radial displacements, m
     work : work space: (2 k,) and two of (2 wide,)
@@ -261,6 +268,8 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 @rare
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
+
+    There are k slots, one for each nodal diameter, padded.
 
     slips : (slip_b, slip_c), arguments of `passes.slip_of`
     turns : (N, 2 k) flat, cos and -sin of each slot at each blade

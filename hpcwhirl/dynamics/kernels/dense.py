@@ -57,7 +57,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,), m, to a body's radial displacements.
+    """Set out (r,), m, to a body's r radial displacements.
 
     values : (n,), its coordinates, from which the radial ones are taken
     """
@@ -86,7 +86,7 @@ def collect(body, motion, lam, index, shape):
     `normal` are the normal forces on all coordinates, `drag` is friction over mu.
 
     lam : (N,), multipliers of the tips, N
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
@@ -106,7 +106,7 @@ def slide(body, motion, lam, index, shape, out):
     It is the displacement along the rotation at step n + 1 less that at n - 1.
 
     lam : (N,), multipliers, N; tips with lam > 0 are in contact
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):

@@ -52,6 +52,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
     The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
 
+    push, touched : as in `passes.push_rotor`; whether the step had contact
     q, d, old : amplitudes; their increments in this step, and in the step before
     c, at : coefficients of all modes, packed, and where those of these four begin
     """

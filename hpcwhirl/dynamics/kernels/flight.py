@@ -75,6 +75,7 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
     """Return the rotor's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
     They bound the second derivative of every gap, and the displacement of every tip.
+    There are k slots, one for each nodal diameter, padded.
 
     bound : coefficients of the bounds, see `dynamics.flights`
     rate : (2 k,), out: spectrum of the rotor's part of the gaps' rates, m/s
@@ -121,7 +122,8 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 def bound_ring(s, c, bound, rows, k, counter, rate):
     """Return the ring's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
-    They bound the second derivative of every gap, and the ring's displacement.
+    They bound the second derivative of every gap, and the ring's displacement. There
+    are k slots, one for each nodal diameter, padded.
 
     c, bound : coefficients of the modes, packed; of the bounds, see `dynamics.flights`
     rate : (2 k,), in and out: the ring's part of the gaps' rates, m/s, is added
@@ -188,6 +190,8 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 @verb
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
     """Move the rotor's state s to the end of a jump; add the damping loss to sums, J.
+
+    There are k slots, one for each nodal diameter, padded.
 
     out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
     table : coefficients of the jump, (JUMP_ITEMS size,)
@@ -263,7 +267,9 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
                ring_rows, k, wide):  # fmt: skip
     """Apply the last contact forces; return how many steps a jump may have at most.
 
-    If contact cannot recur, enter the certificate in counter and ledger.
+    If contact cannot recur, enter the certificate in counter and ledger. There are k
+    slots, one for each nodal diameter, padded. Folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     rate, rates : (2 k,), (2 wide,), out: rates of the gaps as spectrum, and folded, m/s
     """
@@ -286,6 +292,8 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
 @part
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
     """Move both bodies over `count` steps by up to `PASSES` jumps; return steps moved.
+
+    There are k slots, one for each nodal diameter, padded.
 
     out_b, out_c : (2 k,), out: spectra of rotor and ring at the end, m
     """
@@ -317,7 +325,9 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     """Jump over steps if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
-    might touch, since contact requires the gaps of the two steps before it.
+    might touch, since contact requires the gaps of the two steps before it. There are k
+    slots, one for each nodal diameter, padded. Folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     Parameters
     ----------

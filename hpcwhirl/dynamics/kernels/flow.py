@@ -92,6 +92,7 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
 
     c, at : coefficients of all modes, packed, and where those of the four begin
     q, d : amplitudes, and their increments in this step
+    push, touched : as in `passes.push_rotor`; whether the step had contact
     s, old : state, and index in it of their increments in the step before
     """
     if touched:
@@ -267,7 +268,7 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
     """Apply the last step's contact forces, if any, to the ring; predict the next step.
 
     See `differences.pass_ring`; the fourth part of sums (4 k,) is that of
-    `book_passing`.
+    `book_passing`. There are k slots, one for each nodal diameter, padded.
     """
     now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[ENDED] == counter[STEP]:

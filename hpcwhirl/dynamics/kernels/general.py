@@ -114,6 +114,8 @@ from hpcwhirl.dynamics.kernels.whole import (
 def read_tips(q, gamma, out):
     """Set out (2 wide,), folded, to radial displacements of the tips times -1, m.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     q : (m,) or more, amplitudes of the modes, m % 8 == 0
     gamma : the same for unit amplitudes, (2 wide / 8, m, 8) flat, in groups of eight
         blades, read in this order
@@ -138,6 +140,8 @@ def read_tips(q, gamma, out):
 def close_gaps(tips, gaps, row):
     """Add the rotor's part to the gaps; return (least gap, largest |tip|), m.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     tips : (2 wide,), folded, the rotor's part of the gaps
     gaps, row : gaps without this part, and index at which those of the step begin
     """
@@ -159,6 +163,8 @@ def to_modes(push, where, active, radial, tangential, lam):
     """Set lam (2 m,) to the multipliers' modal forces: normal, then friction over mu.
 
     push, where : multipliers of the blades where[:active]
+    radial, tangential : (N, m) flat, displacements of tips for unit amplitudes, times
+        -1
     """
     modes = len(lam) // 2
     for v in range(0, modes, EIGHT):
@@ -228,6 +234,8 @@ def farthest(limit, q, rotor):
 def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
+
+    There are k slots, one for each nodal diameter, padded.
 
     last : step of each blade's last contact; known : active blades
     slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on

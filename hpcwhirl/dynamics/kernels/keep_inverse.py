@@ -76,6 +76,8 @@ def blade_at(i, blades, wide):
 def remember(where, size, blades, wide, known, inverse, rows, stride):
     """Invert the Delassus matrix of blades where[:size]; note these in `known`.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     Parameters
     ----------
     known : out: these blades, their number, whether the inverse is accurate, no changes
@@ -160,6 +162,8 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
 @rare
 def enter(j, blades, wide, known, inverse, rows, stride, work):
     """Add blade j to the kept inverse, at the last place.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W, folded
     work : (4 stride,), work space

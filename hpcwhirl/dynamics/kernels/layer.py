@@ -36,7 +36,7 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
     points : `kernel_types.Points`
-    worn : (3, M), see `kernel_types.BodiesState`
+    worn : (3, rods), see `kernel_types.BodiesState`
     under : number of rods under a tip
     space : `kernel_types.LayerSpace`; out: `rod`, `left`
     gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
@@ -76,7 +76,7 @@ def covers(first, rod, size, under):
 def highest(worn, first, under):
     """Return the worn depth, m, of the least worn of the rods under a tip.
 
-    worn : (3, M), see `kernel_types.BodiesState`
+    worn : (3, rods), see `kernel_types.BodiesState`
     first, under : the first of these rods, and their number
     """
     least = worn[DEPTH, first]
@@ -136,7 +136,7 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
     Parameters
     ----------
     layer, softness : `kernel_types.Layer`; m/N, wear of a step by force beyond a limit
-    worn : (3, M), see `kernel_types.BodiesState`
+    worn : (3, rods), see `kernel_types.BodiesState`
     gaps : (N,), m, predicted, to the unworn surface
     lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface, m
     own : `kernel_types.LayerSpace`; out: `sunk`
@@ -276,7 +276,7 @@ def work_to_push(layer, depth, way):
 def keep_depth(worn, sample, track):
     """Write the worn depth of all rods, m, to row `sample` of `track`.
 
-    track : (samples, M), or without rows if the depths are not stored
+    track : (samples, rods), or without rows if the depths are not stored
     """
     if sample < len(track):
         for rod in range(worn.shape[1]):

@@ -42,8 +42,8 @@ def modal_energy(values, increments, omega, step):
 def collect_modes(lam, index, shape, rows, out):
     """Set out (m,) to the modal forces of the multipliers lam (N,).
 
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
-    rows : (r, m), coordinates for unit amplitudes
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    rows : (r, m), the r coordinates for unit amplitudes of m modes
     """
     out[:] = 0.0
     for j in range(len(lam)):
@@ -81,7 +81,7 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Set out (r,), m, to a body's radial displacements.
+    """Set out (r,), m, to a body's r radial displacements.
 
     values : (m,), amplitudes of its modes, over which the displacements are summed
     """
@@ -111,7 +111,7 @@ def collect(body, motion, lam, index, shape):
     `normal` are those of normal forces, `drag` those of friction over mu.
 
     lam : (N,), multipliers of the tips, N
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
@@ -124,7 +124,7 @@ def slide(body, motion, lam, index, shape, out):
     It is the displacement along the rotation at step n + 1 less that at n - 1.
 
     lam : (N,), multipliers, N; tips with lam > 0 are in contact
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):

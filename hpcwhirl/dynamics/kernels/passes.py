@@ -75,6 +75,8 @@ def unpacked(items: Floats) -> Floats:
 def filled_rows(items: Floats, k: int) -> Integers:
     """Return the largest number of modes at each four neighbouring slots, (k/4,).
 
+    There are k slots, one for each nodal diameter, padded.
+
     items : packed; the modes of a slot are in its first rows
     """
     there = (unpacked(items)[KEEP] != 0.0).reshape(-1, k // FOUR, FOUR).any(axis=2)
@@ -234,7 +236,8 @@ def keep_slip(slip, size, col, works):
 def slip_of(slip_b, slip_c, k, spectrum):
     """Set the spectrum (2 k,) of the slip, dt (v- + v+) of casing less tips, m.
 
-    v- and v+ are tangential velocities before and after the step's impulse.
+    v- and v+ are tangential velocities before and after the step's impulse. There are k
+    slots, one for each nodal diameter, padded.
 
     slip_b : (4 k,), factors of the multipliers' spectrum, as (re, im) and as (im, -re),
         in the drag's work on the rotor

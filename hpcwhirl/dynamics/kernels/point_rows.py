@@ -32,6 +32,8 @@ def turn_points(rows, q, ahead, near, spectra):
 def read_every(rows, q, points, tips, spectra):
     """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
 
+    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
+
     rows, q : coefficients of the points; (m,), amplitudes of the waves
     points, spectra : number of contact points; work space
     """
@@ -105,7 +107,8 @@ def turn_rows(_rows, q, ahead, _near, _spectra):
 def read_every_row(rows, q, points, tips, _):
     """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
 
-    The implementation of `read_every` for unequal sectors.
+    The implementation of `read_every` for unequal sectors. Folded arrays, (2 wide,),
+    list all points in the order of `circulant.folded`.
     """
     read_all(rows.read, q, points, tips)
 

@@ -95,6 +95,8 @@ def write_clear(clear, gap, gaps, row, wide):
 def add_shape(wall, time, speed, waves, gaps, row, wide):
     """Add the casing's departure from the circle, m, to a row of gaps of all points.
 
+    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
+
     waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
     """
     turned = angle_at(wall, speed, time) % (2.0 * math.pi)
@@ -112,6 +114,8 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 @inlined
 def open_tips(push, where, active, opening, tips):
     """Add to tips (2 wide,), folded, the change of all gaps due to the multipliers.
+
+    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
 
     push, where, active : multipliers of the points where[:active], N
     opening : (N, 2 wide) flat, m/N, folded change of all gaps by a unit multiplier

@@ -63,6 +63,7 @@ ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")  # changed by a jump
 def at_blade(spectrum, turns, j, width):
     """Return the value of a spectrum G at blade j, Re sum_k G_k e^{2 pi i k j / N}.
 
+    width : twice the number of slots (nodal diameters), padded
     spectrum : (width,), re, then im of G; turns : (N, width) flat, cos and -sin
     """
     total = 0.0
@@ -110,7 +111,8 @@ def along_of(rotor, q, rows, k, out):
 def along_of_modes(rotor, q, rows, k, out):
     """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
 
-    The implementation of `along_of` for a rotor's modes by nodal diameter.
+    The implementation of `along_of` for a rotor's modes by nodal diameter. There are k
+    slots, one for each nodal diameter, padded.
     """
     c = rotor.items
     for col in range(0, k, FOUR):
@@ -302,6 +304,7 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 
     Both are folded: `again` (2 wide,), m, computed from the amplitudes, and `gaps`.
     Entries that repeat a blade are not compared, since pivoting does not correct them.
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     reach : bound of the tips' displacements, m
     gaps, row : corrected gaps in folded rows, and where the row of this step begins
@@ -319,6 +322,8 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 def add_ring(t, c, k, spectrum):
     """Add the ring's displacement in a state t to a spectrum (2 k,), m.
 
+    There are k slots, one for each nodal diameter, padded.
+
     t, c : state without pending step; packed items of the modes, see `passes`
     """
     size = len(t) // RING_STATE
@@ -332,6 +337,9 @@ def add_ring(t, c, k, spectrum):
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
     """Raise ledger[MISS] to the error of the solved gaps against states t_b, t_c.
+
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
 
     t_b, t_c : states of rotor and ring of the cyclic kernel, without pending forces
     reach : bound of the tips' displacements, m

@@ -204,6 +204,8 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
     Parameters
     ----------
+    p, mu : number of the point on its tip; friction with the sign of the speed
+    p, mu : number of the point on its tip; friction with the sign of the speed
     fresh : whether the change of waves by other points is still 0
     to, along, lam : where spectra of gaps, of motion along the casing and of
         multipliers begin
@@ -281,7 +283,8 @@ def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
 def read_every_sector(rows, q, points, tips, spectra):
     """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
 
-    The implementation of `read_every` for equal sectors.
+    The implementation of `read_every` for equal sectors. Folded arrays, (2 wide,), list
+    all points in the order of `circulant.folded`.
     """
     k, each, wide = slots_of(rows), rows.each, len(tips) // 2
     alike, blades, (to, _) = rows.single + rows.pairs, points // each, layout(rows)

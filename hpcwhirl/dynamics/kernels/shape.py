@@ -82,7 +82,10 @@ def carried_by_shape(push, where, active, blades, wall, speed, time, step):
 
 @part
 def write_shape(wall, time, speed, spectrum):
-    """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps."""
+    """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps.
+
+    There are k slots, one for each nodal diameter, padded.
+    """
     turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
     for r in range(len(wall.orders)):
         angle = wall.orders[r] * turned
@@ -96,7 +99,8 @@ def write_shape(wall, time, speed, spectrum):
 def write_rates(wall, time, speed, spectrum):
     """Add the rate of a casing's shape, fully faded in, to the spectrum (2 k,), m/s.
 
-    Return a bound of the second derivative at every blade, m/s^2.
+    Return a bound of the second derivative at every blade, m/s^2. There are k slots,
+    one for each nodal diameter, padded.
     """
     turned, half, bend = (speed * time) % (2.0 * math.pi), len(spectrum) // 2, 0.0
     for r in range(len(wall.orders)):

@@ -241,7 +241,8 @@ def to_slots(factors, which, size, wave, k, wide, spread, out):
     """Set the spectrum out (2 k,) to the sum over j of f_j e^{-2 pi i kappa j / N}.
 
     j are the blades which[:size], f_j their `factors`. It is the transpose of
-    `to_gaps_split`, in two stages; b must be a multiple of four.
+    `to_gaps_split`, in two stages; b must be a multiple of four. There are k slots, one
+    for each nodal diameter, padded.
 
     spread : (room_of(N),), work space
     """

@@ -87,7 +87,7 @@ def yielded(body, motion, force, ledger):
 
 
 def read(body, values, out):
-    """Set out (r,), m, to a body's radial displacements.
+    """Set out (r,), m, to a body's r radial displacements.
 
     values : (n,), its amplitudes or coordinates, from which they follow
     """
@@ -105,7 +105,7 @@ def read_tips(body, values, radial, tips):
 def collect(body, motion, lam, index, shape):
     """Set motion.normal and motion.drag from the multipliers lam (N,), N, of all tips.
 
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     raise NotImplementedError
 

@@ -57,6 +57,8 @@ class CyclicCasing(NamedTuple):
 class CyclicContact(NamedTuple):
     """Constants of the contact of equal sectors with a ring.
 
+    There are k slots, one for each nodal diameter, padded.
+
     column : (N,), m/N, column 0 of the Delassus matrix W: opening of gaps by a unit
         multiplier on blade 0
     turns : (N, 2 k) flat, transform from multipliers to their spectrum
@@ -74,6 +76,7 @@ class GeneralRotor(NamedTuple):
     """A rotor as m real modes, see `general`.
 
     Displacements are those for unit amplitudes; those of tips have negative sign.
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     Attributes
     ----------
@@ -96,7 +99,8 @@ class WholeRotor(NamedTuple):
     """A rotor of unequal sectors as waves; tip displacements have negative sign.
 
     There are m real amplitudes, re then im of the waves, each half padded; `padded` is
-    N rounded up to a multiple of 8. See `whole`.
+    N rounded up to a multiple of 8. See `whole`. Folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     Attributes
     ----------
@@ -182,6 +186,9 @@ class GeneralContact(NamedTuple):
 class GeneralSpace(NamedTuple):
     """Work space of the general kernel.
 
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
+
     Attributes
     ----------
     spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
@@ -221,6 +228,9 @@ class GeneralSpace(NamedTuple):
 class SampleSpace(NamedTuple):
     """Work space of `samples.sample_rotor`.
 
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
+
     Attributes
     ----------
     rotor, ring, sums_b, sums_c : copies of the state's, with the pending step completed
@@ -259,6 +269,9 @@ class Sizes(NamedTuple):
 class CyclicSpace(NamedTuple):
     """Work space of the cyclic kernel.
 
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
+
     Attributes
     ----------
     out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
@@ -294,8 +307,8 @@ class Flight(NamedTuple):
     ----------
     total : number of steps of the run
     certifiable : whether a certificate is possible
-    counts : (P,), number of steps of each tabulated jump; the last one is the number
-        between rows of evidence
+    counts : (P,), number of steps of each of P tabulated jumps; the last one is the
+        number between rows of evidence
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients of
         these jumps, for rotor and ring
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
@@ -392,9 +405,9 @@ class PointsRotor(NamedTuple):
     radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
         of the points, and x_o, y_o, for unit amplitudes
     reach : (m / 2,), bound of any point's displacement for unit amplitudes
-    pairs, form, split : (e, 2), (e,), J: indices and coefficients of the products of
-        two amplitudes in the energy; the first `split` are the rotor's
-    casing, shares : (c, 2), (c, 2), for each mode of the casing the indices of two
+    pairs, form, split : (e, 2), (e,), J: indices and coefficients of e products of two
+        amplitudes in the energy; the first `split` are the rotor's
+    casing, shares : (c, 2), (c, 2), for each of the casing's c modes the indices of two
         amplitudes and their factors: the mode is the sum of the products
     """
 
@@ -416,7 +429,9 @@ class PointsRotor(NamedTuple):
 
 
 class PointsContact(NamedTuple):
-    """Contact of P points.
+    """Constants of the contact of P points.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     w, clear : (P, P), m/N, Delassus matrix as in `GeneralContact`; (2 wide,), m, folded
         clearances of the points beyond the gap
@@ -435,7 +450,7 @@ class PointsSpace(NamedTuple):
     spare : (width,), amplitudes before any force acts, then multipliers and pulse
     spectra : see `sectors.layout`
     solver : work space of `circulant`
-    casing : (c,), modes of the casing, rotating frame
+    casing : (c,), amplitudes of the c modes of the casing, rotating frame
     """
 
     spare: Floats

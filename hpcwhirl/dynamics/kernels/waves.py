@@ -380,7 +380,8 @@ def radial_of(rotor, q, rows, k, out):
 def along_of_waves(rotor, q, rows, k, out):
     """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
 
-    The implementation of `samples.along_of` for a rotor as waves.
+    The implementation of `samples.along_of` for a rotor as waves. There are k slots,
+    one for each nodal diameter, padded.
     """
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -395,6 +396,8 @@ def along_of_waves(rotor, q, rows, k, out):
 @part
 def read_tips(spectrum, turns, direction, tips):
     """Set column `direction` of tips (N + 1, 2), m, from a spectrum.
+
+    There are k slots, one for each nodal diameter, padded.
 
     direction : 0, radial, or 1, tangential
     spectrum : (2 k,), that of the tips' displacements times -1

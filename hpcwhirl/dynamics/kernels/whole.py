@@ -109,6 +109,8 @@ def lower_all(tips, drift, gaps, row, whole):
 def open_whole(tips, gaps, row, whole):
     """Set whole (2 wide,) to the gaps of both bodies, m; return the lowest.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     tips : (2 wide,), m, the rotor's part of the gaps
 
     gaps, row : gaps without the rotor's part, from index `row` on; all are folded
@@ -175,7 +177,10 @@ def tip_by_waves(rows, blade, q, modes):
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set all entries of a blade in the folded array `values` (2 wide,) to `value`."""
+    """Set all entries of a blade in the folded array `values` (2 wide,) to `value`.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    """
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
         values[wide + blade] = value
@@ -189,6 +194,8 @@ def put(values, blade, blades, wide, value):
 @part
 def read_all(rows, q, blades, tips):
     """Set tips to the rotor's part of the gaps of all blades, m.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     Parameters
     ----------
@@ -204,6 +211,8 @@ def read_all(rows, q, blades, tips):
 @inlined
 def put_tip(tip, j, blades, gaps, row, tips, whole):
     """Store a blade's displacement and its gap in folded arrays; return the gap, m.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     tip, j : m, radial displacement times -1; number of the blade
     tips, whole : out, (2 wide,): displacements; gaps. gaps, row : as in `read_near`
@@ -235,6 +244,8 @@ def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
 @part
 def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
     """Compute the tips that might touch; return the lowest of their gaps, m.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     Parameters
     ----------
@@ -343,6 +354,8 @@ def drift_of(q, drift):
 @inlined
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
     """Add the change of gaps by multipliers: the ring's to gaps, the rotor's to tips.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
     """
@@ -481,6 +494,8 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
                sums, held):  # fmt: skip
     """Add the multipliers' effect to the amplitudes; enter their works in `sums`.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     Parameters
     ----------
     push, where : results of `circulant.solved`
@@ -547,6 +562,8 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 @rare
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in step `counted`.
+
+    There are k slots, one for each nodal diameter, padded.
 
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
     """
