@@ -135,7 +135,8 @@ def unfolded(waves: Floats, folds: int, scene: Scene) -> Floats:
 
     Parameters
     ----------
-    waves : (n, H' + 1, 2), m, harmonics in the angle g theta
+    waves : (n, H' + 1, 2), m, cosine and sine parts of n samples: harmonics 0 .. H' in
+        the angle g theta. H is the highest one of the whole casing
     folds : g, number of sectors
     scene : scene of all sectors, not of one
     """

@@ -83,10 +83,11 @@ class FreeWaves:
 
     Attributes
     ----------
-    own : (w,), indices of the waves in arrays (rows, slots), flat; the rest is padding
-    log, radius : (w,), log z and |z|
+    own : (waves,), indices of the waves in arrays (rows, slots), flat; the rest is
+        padding
+    log, radius : (waves,), log z and |z|
     decays : whether all motion that contact can cause decays to zero
-    radial : (w,), change of gap by a unit amplitude
+    radial : (waves,), change of gap by a unit amplitude
     form : (slots, rows, rows), J, upper triangles: the energy of a nodal diameter is
         Re(a* form a), a its amplitudes, a* their conjugates
     seen : number of last steps of which a state holds amplitudes or spectra
@@ -111,7 +112,7 @@ class FreeWaves:
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, waves)."""
         slots, rows, _ = self.form.shape
         every = np.zeros((len(a), rows * slots), dtype=np.complex128)
         every[:, self.own] = a
@@ -122,7 +123,7 @@ class FreeWaves:
     def write(self, past: Complexes, state: Floats, step: int) -> None:
         """Write the amplitudes of waves, and spectra of gaps that follow, to a state.
 
-        past : (seen, w), amplitudes at `step` and at the steps before it
+        past : (seen, waves), amplitudes at `step` and at the steps before it
         """
         rows = state.reshape(-1, 2, self.slots)
         rows[:] = 0.0
@@ -149,10 +150,10 @@ class FreeWhole:
 
     Attributes
     ----------
-    own : (w,), indices of the waves among the kernel's complex amplitudes
+    own : (waves,), indices of the waves among the kernel's complex amplitudes
     log, radius, decays, seen : as in `FreeWaves`
-    form : (2 w, 2 w), J: energy q^T form q, q all re, then all im of the amplitudes; of
-        an `UncoupledRotor` (3, w), factors of re^2, 2 re im, im^2
+    form : (2 waves, 2 waves), J: energy q^T form q, q all re, then all im of the
+        amplitudes; of an `UncoupledRotor` (3, waves), factors of re^2, 2 re im, im^2
     """
 
     seen = 1
@@ -172,7 +173,7 @@ class FreeWhole:
         self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, waves)."""
         if len(self.form) == 3:
             squares = a.real**2, 2 * a.real * a.imag, a.imag**2
             return np.asarray(
@@ -184,7 +185,7 @@ class FreeWhole:
     def write(self, past: Complexes, state: Floats, _: int) -> None:
         """Write the amplitudes of waves to a state.
 
-        past : (1, w), amplitudes at the present step
+        past : (1, waves), amplitudes at the present step
         """
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)

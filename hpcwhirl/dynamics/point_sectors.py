@@ -199,7 +199,7 @@ def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
 def diameters_of(rows: Complexes, blades: int) -> Integers:
     """Return the nodal diameter n of each wave, -N/2 < n <= N/2.
 
-    rows : (P, w), motion of the points in each wave
+    rows : (points, waves), motion of the points in each wave
     """
     tips = rows.reshape(blades, -1, rows.shape[1])
     product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
@@ -214,9 +214,9 @@ class Slots:
     Attributes
     ----------
     blades : N
-    diameter, row : (w,), slot of each wave, and its row
+    diameter, row : (waves,), slot of each wave, and its row
     single, pairs : numbers of rows of single waves, and of pairs
-    other : (w,), the other wave of a wave's pair, or -1
+    other : (waves,), the other wave of a wave's pair, or -1
     """
 
     blades: int
@@ -233,7 +233,7 @@ class Slots:
 
     @property
     def index(self) -> Integers:
-        """Places (w,) of the waves among the kernel's complex amplitudes."""
+        """Places (waves,) of the waves among the kernel's complex amplitudes."""
         return np.asarray(self.row * self.k + self.diameter)
 
     @property
@@ -244,7 +244,7 @@ class Slots:
     def laid(self, values: Complexes, rows: int) -> Floats:
         """Return values of waves in the kernel's order: by row and slot, flat.
 
-        values : (r, w), complex; the result has re and im of each, (r, rows, 2, k)
+        values : (r, waves), complex; the result has re and im of each, (r, rows, 2, k)
         rows : number of rows of waves; waves of further rows are left out
         """
         out = np.zeros((len(values), rows, 2, self.k))
@@ -261,10 +261,11 @@ class BladeRows:
 
     Attributes
     ----------
-    read, slide, before : (n_c, w), for unit waves: gaps, motion of the casing relative
-        to the tip along the rotation, gaps two steps before
-    push : (n_c, w), change of the waves by unit multipliers with friction
-    move : (w,), ratio of a wave's motion over two steps, d' + d, to its displacement
+    read, slide, before : (n_c, waves), for unit waves: gaps, motion of the casing
+        relative to the tip along the rotation, gaps two steps before
+    push : (n_c, waves), change of the waves by unit multipliers with friction
+    move : (waves,), ratio of a wave's motion over two steps, d' + d, to its
+        displacement
     friction : mu, with the sign of the speed
     """
 
@@ -276,7 +277,7 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return the ratio of `push` to conj(read + mu slide) for each wave, (w,).
+        """Return the ratio of `push` to conj(read + mu slide) for each wave, (waves,).
 
         It is taken at the point where the denominator is largest.
         """
@@ -286,7 +287,7 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether a wave's ratio `gives` is the same at all points, (w,)."""
+        """Return whether a wave's ratio `gives` is the same at all points, (waves,)."""
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
@@ -309,7 +310,7 @@ class BladeRows:
 def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
     """Return the slot (nodal diameter) and the row of each wave, as `Slots`.
 
-    diameter : (w,), nodal diameter of each wave
+    diameter, blade : (waves,), nodal diameter of each wave; motion of blade 0's points
     """
     other, plain = np.full(len(diameter), -1), blade.by_rows()
     moving = np.abs(blade.read).max(axis=0) > 0.0
@@ -345,8 +346,9 @@ def sector_rows(
 ) -> SectorRows:
     """Return the coefficients of equal sectors for the kernel `points`.
 
-    numbers : (P, padded) each, motions over two steps by unit forces, of gaps and along
-        the casing
+    slots, blade : place of each wave; motion of the points of blade 0 by the waves
+    numbers : (points, padded) each, motions over two steps by unit forces, of gaps and
+        along the casing
     """
     single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
     alike, groups = single + pairs, -(-blades // FOUR)

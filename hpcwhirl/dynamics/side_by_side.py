@@ -244,7 +244,10 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return the state's arrays of the casing's motion (the rotor's, if rigid)."""
+    """Return the arrays of a state that have the casing's motion, or the rotor's.
+
+    The rotor's motion is taken if the casing is rigid.
+    """
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:
         found = [getattr(state, n) for n in some if hasattr(state, n)]

@@ -270,13 +270,17 @@ def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
 def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
     """Return the coefficients of a ring's modes, also those that depend on friction.
 
+    given, flies : as for `_ring`
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
     return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
 
 
 def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
-    """Return the kernel's arrays of the pulse and of a ring; empty ones if rigid."""
+    """Return the kernel's arrays of the pulse and of a ring of harmonics.
+
+    They are empty if the casing is rigid.
+    """
     items, load = _ring_arrays(model, scene)
     _, sign = fold(scene.nodal_diameter, model.blades)
     loading = Load(scene.force, scene.pulse, load)
@@ -309,6 +313,8 @@ def turn_ring(
     model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
 ) -> None:
     """Set the packed coefficients of a ring's modes to another speed, rad/s.
+
+    items, state : packed coefficients; the march's state, or None. Both are changed.
 
     The state is adapted: the kernel completes the pending step with the new items. So
     the previous increments in the state are turned such that this step still has its
@@ -396,6 +402,8 @@ def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
     """Return the kernel's amplitudes of the ring, (2 rows slots,), from modal ones.
 
     They are for the rotor at angle 0, where both frames coincide.
+
+    q_c, rows : (m,), amplitudes in the static frame; number of rows of modes
     """
     out = np.zeros((2, rows, widths(model.blades)[0]))
     for place in ring_modes(model):
@@ -491,7 +499,10 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _ring_column(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N, cached."""
+    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N.
+
+    given, flies : as for `_ring`; mu : friction as for `_rubbed_ring`
+    """
     symbol = _symbol(_rubbed_ring(given, step, mu, flies=flies))
     waves = blade_waves(given.blades)
     return np.asarray((waves @ symbol[: waves.shape[1]]).real)

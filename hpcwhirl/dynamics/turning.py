@@ -182,7 +182,10 @@ class Turning(NamedTuple):
 
 
 def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Terms:
-    """Return the matrices of a rotor with terms of rotation; basis: see `turning`."""
+    """Return the matrices of a rotor with terms of rotation.
+
+    basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
+    """
     body = model.rotor
     matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
     if basis is not None:

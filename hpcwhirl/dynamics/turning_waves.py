@@ -91,7 +91,7 @@ class _Diameter:
 
     @cached_property
     def inverse(self) -> Complexes:
-        """Matrix (w, 2 m) to amplitudes of waves from x and d or, for the flow, x'.
+        """Matrix (waves, 2 m) to amplitudes of waves from x and d or, for the flow, x'.
 
         x are amplitudes of the modes at rest, d their increments, x' their velocities.
         """
@@ -101,11 +101,11 @@ class _Diameter:
 
     @property
     def before(self) -> Complexes:
-        """Return the factors (w,), 1 / z, that undo a step without forces."""
+        """Return the factors (waves,), 1 / z, that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
-        """Return the amplitudes (w,) of the waves in a motion of the modes at rest.
+        """Return the amplitudes (waves,) of the waves in a motion of the modes at rest.
 
         x, rate : (m,) each, amplitudes and velocities of these modes
         """
@@ -135,7 +135,7 @@ class Differences(_Diameter):
     give: Complexes
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (w,), what a unit Lambda adds to the amplitudes after a step.
+        """Return beta (waves,), what a unit Lambda adds to the amplitudes after a step.
 
         It changes the amplitudes of the modes and their increments equally.
         """
@@ -143,10 +143,10 @@ class Differences(_Diameter):
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
 
-        v- and v+ are the velocities before and after the impulse at the step's start;
-        of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
+        v- and v+ are the velocities of the m modes before and after the impulse at the
+        step's start; of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
         """
         return np.asarray(self.rises * (1 + self.before))
 
@@ -155,7 +155,7 @@ class Differences(_Diameter):
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (w,), number) for the energy and loss that Lambda adds, J.
+        """Return (row (waves,), number) for the energy and loss that Lambda adds, J.
 
         In a step Lambda adds Re(conj(Lambda) row a) + number |Lambda|^2 to the energy
         of the waves and to their damping loss together, with the amplitudes a after the
@@ -175,18 +175,22 @@ class Flow(_Diameter):
     """Waves of the exact flow; Lambda, v- and v+ as in `Differences`."""
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the change of amplitudes, (w,), by the impulse of a unit Lambda."""
+        """Return the change of amplitudes, (waves,), by a unit impulse Lambda."""
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (w,), what a unit Lambda adds to amplitudes after the step."""
+        """Return beta (waves,), what a unit Lambda adds to amplitudes after a step.
+
+        mu : friction coefficient with the sign of Omega
+        """
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
 
-        Without an impulse v+ = v-, so that this is 2 dt v-.
+        v- and v+ are the velocities of the m modes before and after the impulse at the
+        step's start. Without an impulse v+ = v-, so that this is 2 dt v-.
         """
         return np.asarray(2 * self.step * self.rises * self.before)
 
@@ -318,7 +322,12 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; its circle `steady` is the last wave."""
+    """Return the kernel's arrays of a rotor as waves.
+
+    diameters, slots : waves of each nodal diameter; number of slots (padded diameters)
+    mu, steady : friction with the sign of Omega; the circle of an unbalanced rotor,
+        which becomes the last row of waves, or None
+    """
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -390,7 +399,7 @@ def unpacked(items: Floats, count: int) -> Floats:
 
 
 def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
-    """Return the amplitudes (w,) of a nodal diameter's waves in the kernel's state.
+    """Return the amplitudes (waves,) of a nodal diameter's waves in the kernel's state.
 
     state, slots : amplitudes by row and slot, flat; number of slots
     own : the waves of the nodal diameter

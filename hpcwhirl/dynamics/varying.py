@@ -175,6 +175,7 @@ class DrivenRotor:
     def compliance(self, body: CoupledBody, mu: float) -> Floats:
         """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
+        body : the kernel's arrays of the rotor at the present speed
         mu : friction coefficient with the sign of the speed
         """
         out = np.zeros((len(self.radial), len(self.radial)))
@@ -188,6 +189,8 @@ class DrivenRotor:
 
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
         """Return the matrices of a step, and its increment by `force`.
+
+        body : the kernel's arrays of the rotor at the present speed
 
         They are keep and pull, (m, m), as in `turning.Turning`, with the force
         -(dOmega/dt) C x in pull; the increment is (m,).

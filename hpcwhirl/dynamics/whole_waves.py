@@ -81,7 +81,7 @@ class WholeWaves:
     def parts(self, rows: Complexes) -> Floats:
         """Return real rows (r, 2 m), whose product with q is Re(rows a).
 
-        rows : (r, w), factors of the complex amplitudes a
+        rows : (r, waves), factors of the complex amplitudes a
         """
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
 
@@ -105,7 +105,7 @@ class WholeWaves:
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (x_{n+1} - x_{n-1}) / 2 dt, (m, w), for unit amplitudes."""
+        """Velocities (x_{n+1} - x_{n-1}) / 2 dt, (m, waves), for unit amplitudes."""
         return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
 
     @cached_property
@@ -215,9 +215,9 @@ class _Part(NamedTuple):
     Attributes
     ----------
     block : (m, c), orthonormal combinations of the m modes at rest, see `whole_waves`
-    ahead : (w,), z - 1 of each wave
-    shapes : (c, w), waves of unit amplitudes, as coefficients of the combinations
-    paired : (w,), whether a wave has a conjugate, which is not listed
+    ahead : (waves,), z - 1 of each wave
+    shapes : (c, waves), waves of unit amplitudes, as coefficients of the combinations
+    paired : (waves,), whether a wave has a conjugate, which is not listed
     """
 
     block: Any
@@ -249,12 +249,12 @@ def _condition(parts: list[_Part], scale: float) -> float:
 
 
 def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
-    """Return a bound of any tip's motion in a step per unit amplitude, (w,).
+    """Return a bound of any tip's motion in a step per unit amplitude, (waves,).
 
     It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
 
-    reads, ahead : (N, w), displacements of the tips for unit amplitudes; (w,), z - 1, z
-        the factor of a wave in a step
+    reads, ahead : (N, waves), displacements of the tips for unit amplitudes; (waves,),
+        z - 1, z the factor of a wave in a step
     """
     growth = np.maximum(np.abs(1 + ahead), 1.0) ** LOOK_EVERY
     moved = np.abs(reads).max(axis=0) * np.abs(ahead)
