@@ -96,7 +96,8 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
     """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest gap.
 
     u, radial : (N,) or more, m, radial displacements of tips; the ring's coordinates
-    turned : rad, angle of blade 0
+    index, shape : results of `place_blades`
+    turned, time : rad, angle of blade 0; s
     lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)

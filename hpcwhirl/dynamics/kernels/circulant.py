@@ -304,7 +304,10 @@ def is_usable(blades, known):
 
 @inlined
 def correct(limit, blades, wide, space):
-    """Drop active blades with multipliers < 0; add those with gaps below `limit`, m."""
+    """Correct the set of active blades, space.known, by the last solution tried.
+
+    Blades with multipliers below 0 leave it; blades with gaps below `limit`, m, enter.
+    """
     known, active = space.known, space.fallback.active
     for j in range(blades):
         active[j] = space.again[place_of(j, blades, wide)] < limit

@@ -77,7 +77,10 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Predict a step without contact: set increments motion.ahead, motion.following."""
+    """Predict a body's step without contact: increments, and amplitudes after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)

@@ -213,7 +213,10 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
 
 @inlined
 def sizes_of(rotor, state):
-    """Return the `Sizes` that the arrays of a rotor and a state imply."""
+    """Return the numbers of blades, rows and slots that the lengths of arrays imply.
+
+    rotor, state : arrays of a rotor; state of the cyclic kernel
+    """
     k, blades = len(state.lam) // 4, len(state.impulse)
     rows, ring_rows = rotor.hub.shape[1] // (2 * k), len(state.ring) // k
     return Sizes(blades, rows, ring_rows // RING_STATE, k, len(state.gaps) // 6)
@@ -320,7 +323,10 @@ def sampling(passes):
         step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
         tracks,
     ):  # fmt: skip
-        """Write a sample of a copy of the state with all contact forces applied."""
+        """Write a sample of a copy of the state with all contact forces applied.
+
+        keep, judge : as in `contact.write_sample`
+        """
         c_c, _ = casing
         counter, wide = state.counter, len(state.gaps) // 6
         t_b, t_c, sums_b, sums_c = (

@@ -34,7 +34,10 @@ def beside(still, values, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Predict a step without contact: set increments motion.ahead, motion.following."""
+    """Predict a body's step without contact: increments, and coordinates after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -118,7 +121,10 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+
+    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    """
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):
@@ -136,7 +142,8 @@ def meet(body, motion, mu, ledger):
 def accept(body, motion, step):
     """Set coordinates and increments to those after the step; add the loss, J.
 
-    motion.following and motion.normal are used as work space.
+    The loss of damping and circulatory forces is added to motion.loss. motion.following
+    and motion.normal are used as work space.
     """
     q, d, lost, ahead, work, apart, _ = motion
     for i in range(len(q)):

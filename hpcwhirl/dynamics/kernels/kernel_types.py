@@ -57,7 +57,10 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse: amplitude, N; duration, s; modal forces (nc,) of 1 N on the casing."""
+    """A pulse on the casing: amplitude, N; duration, s; modal forces of a unit force.
+
+    The modal forces are (modes,) for the casing's modes.
+    """
 
     force: float
     pulse: float

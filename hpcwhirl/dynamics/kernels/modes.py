@@ -57,7 +57,10 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Predict a step without contact: set increments motion.ahead, motion.following."""
+    """Predict a body's step without contact: increments, and amplitudes after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -138,7 +141,10 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+
+    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    """
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):

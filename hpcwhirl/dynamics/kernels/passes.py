@@ -62,13 +62,13 @@ ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return modes' coefficients (ITEMS, size) packed as kernels read them, flat."""
+    """Return modes' coefficients (ITEMS, modes) packed as kernels read them, flat."""
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
 
 def unpacked(items: Floats) -> Floats:
-    """Return packed coefficients of modes as an array (ITEMS, size), a copy."""
+    """Return packed coefficients of modes as an array (ITEMS, modes), a copy."""
     return items.reshape(-1, ITEMS, FOUR).transpose(1, 0, 2).reshape(ITEMS, -1)
 
 

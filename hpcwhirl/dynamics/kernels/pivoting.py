@@ -256,7 +256,7 @@ def carriers(size, space):
 
 @rare
 def settle(gaps, lam, opened, space):
-    """Close the gaps of the active blades, except those with negative multipliers.
+    """Close the gaps of the active blades, except those with multipliers below 0.
 
     Set `lam`, N, and `opened`, m, (N,) each; return the number of blades that stay
     active, or -1 if their part of the Delassus matrix is singular.

@@ -261,7 +261,10 @@ def march_points(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
     tracks, space,
 ):  # fmt: skip
-    """Take `steps` steps, see `bodies.march_bodies` and `wave_types.PointsRotor`."""
+    """Integrate rotor and casing over `steps` steps, for several points a tip.
+
+    For the arguments see `bodies.march_bodies` and `wave_types.PointsRotor`.
+    """
     s_b, gaps, counter, last, ledger = (
         state.rotor, state.gaps, state.counter, state.last, state.ledger,
     )  # fmt: skip

@@ -158,7 +158,10 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return four `sums` plus the products a re, b im, a im, b re of (re, im)."""
+    """Return the four `sums` plus the products a re, b im, a im, b re.
+
+    value : (re, im); a, b : re and im of a coefficient; each is four numbers
+    """
     re, im = value
     straight, across, crossed, along = sums
     straight, across = fma(a, re, straight), fma(b, im, across)
@@ -386,7 +389,10 @@ def by_forces(table, at, push, where, active, spare, modes, points):
 
 @inlined
 def turn_back(rows, push, where, active, k, spectra):
-    """Set the multipliers' spectra in `spectra`, and the flags of points in contact."""
+    """Set the multipliers' spectra in `spectra`, and the flags of points in contact.
+
+    push, where : multipliers of the points where[:active]; for the places see `layout`
+    """
     first, flags = layout(rows)
     lam = first + 4 * k * rows.each
     for m in range(lam, flags, FOUR):

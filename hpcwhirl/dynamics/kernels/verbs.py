@@ -54,7 +54,10 @@ def does(verb: Function, kind: type) -> Callable[[Function], Function]:
 
 
 def predict(body, motion):
-    """Predict a body's step without contact: set motion.ahead and motion.following."""
+    """Predict a body's step without contact: increments, and amplitudes after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     raise NotImplementedError
 
 
@@ -121,7 +124,10 @@ def slide(body, motion, lam, index, shape, out):
 
 
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+
+    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    """
     raise NotImplementedError
 
 

@@ -31,7 +31,7 @@ class WaveRotor(NamedTuple):
     hub : (2, 2 rows k), x_o, y_o for unit re and im of the amplitudes
     form : (rows (rows + 1) k,), J, coefficients of Jacobi's energy: for each row those
         of its products with itself and with the later rows, re and im for each slot
-    along : (2 rows k,), tangential displacement of the tip, with negative sign, for
+    along : (2 rows k,), -1 times the tangential displacement of the tip, for
         unit amplitudes, re and im for each slot
     """
 
@@ -75,7 +75,7 @@ class CyclicContact(NamedTuple):
 class GeneralRotor(NamedTuple):
     """A rotor as m real modes, see `general`.
 
-    Displacements are those for unit amplitudes; those of tips have negative sign.
+    Displacements are those for unit amplitudes; those of tips are multiplied by -1.
     Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     Attributes
@@ -96,7 +96,7 @@ class GeneralRotor(NamedTuple):
 
 
 class WholeRotor(NamedTuple):
-    """A rotor of unequal sectors as waves; tip displacements have negative sign.
+    """A rotor of unequal sectors as waves; tip displacements are times -1.
 
     There are m real amplitudes, re then im of the waves, each half padded; `padded` is
     N rounded up to a multiple of 8. See `whole`. Folded arrays, (2 wide,), list all
@@ -136,7 +136,7 @@ class WholeRotor(NamedTuple):
 class UncoupledRotor(NamedTuple):
     """A rotor of unequal sectors without rotation: each mode is a wave, see `whole`.
 
-    Tip displacements, with negative sign, follow from the real parts of the m complex
+    Tip displacements, multiplied by -1, follow from the real parts of the m complex
     amplitudes alone; m is padded. Attributes not listed here are as in `WholeRotor`.
 
     Attributes
@@ -199,7 +199,7 @@ class GeneralSpace(NamedTuple):
     contact : work space of `circulant`
     rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
     wall : (2 k,), spectrum of a rigid casing, set in each sample
-    out, again : (2 wide,), folded: tips with negative sign, and gaps, m
+    out, again : (2 wide,), folded: tip displacements times -1, and gaps, m
     tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     opened : (2 wide,), for waves: gaps, or lower bounds of those not computed, m

@@ -254,7 +254,7 @@ def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
     tips, whole : (2 wide,), in: lower bounds of tips and of gaps; out: those computed
     where : (N + 1,), work space
 
-    If a gap is negative, the tips of all blades in `known`, which were in contact in
+    If a gap is below 0, the tips of all blades in `known`, which were in contact in
     the last solution, are computed, too.
     """
     wide, size = len(tips) // 2, blades - blades
@@ -502,7 +502,7 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
     s : state: amplitudes, multipliers of the last step with contact
     spare : work space, as long as a row of `opens`
     step : number of this step
-    tips : (2 wide,), folded displacements after contact, with negative sign, m
+    tips : (2 wide,), folded displacements of tips after contact, times -1, m
     gaps, row : gaps of this step after contact, without the rotor's part
     before : (N,), gaps of the active blades at step n - 1; in: without the rotor's
         part, out: with it, since tips are not computed in all steps
