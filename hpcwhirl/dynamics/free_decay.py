@@ -41,7 +41,10 @@ class _Motion(NamedTuple):
         return z[:, :count], z[:, count:]
 
     def energies(self, z: Complexes) -> tuple[Floats, Floats]:
-        """Return energies of rotor and ring, (samples,) each, J; z as in `parts`."""
+        """Return the energies of rotor and of ring in free motion, (samples,) each, J.
+
+        z : (samples, modes), factors z^n of all modes, the rotor's first
+        """
         rotor, ring = self.parts(z)
         return self.rotor.energies(rotor), self.ring.energies(ring)
 
@@ -78,7 +81,7 @@ class _Start(NamedTuple):
 
 
 class FreeDecay:
-    """Certificate and closed form of one march.
+    """The certificate of a march, and its remaining motion in closed form.
 
     Parameters
     ----------

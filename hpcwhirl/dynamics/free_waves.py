@@ -54,7 +54,10 @@ class WavesMotion:
         return (rows.conj() * self.amplitudes).T
 
     def energies(self, z: Complexes) -> Floats:
-        """Return the energy of all waves, (samples,), J; z as in `places`."""
+        """Return the energy of all waves at some samples, (samples,), J.
+
+        z : (samples, waves), z^n after the n steps of each sample
+        """
         return self.body.energies(self.places(z))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:

@@ -94,12 +94,18 @@ class FreeSteps:
     step: float
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities (d + d') / 2 dt."""
+        """Return the velocities (d + d') / 2 dt, with d' = keep d - pull x.
+
+        x, d : (n,), displacements, and their increments in the last step
+        """
         ahead = _times(self.keep, d) - _times(self.pull, x)
         return np.asarray((d + ahead) / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments d that solve (1 + keep) d = 2 dt v + pull x."""
+        """Return the last increments d, which solve (1 + keep) d = 2 dt v + pull x.
+
+        x, v : (n,), displacements and velocities
+        """
         right = 2 * self.step * v + _times(self.pull, x)
         if self.keep.ndim == 1:
             return np.asarray(right / (1 + self.keep))
@@ -117,11 +123,17 @@ class FreeFlow:
     of_x: Floats
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities v at the end of a step from x and d."""
+        """Return the velocities at the end of a step.
+
+        x, d : (m,), amplitudes of the modes, and their increments in the step
+        """
         return self.of_d * d + self.of_x * x
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments d of the last step from x and the velocities v."""
+        """Return the increments x_n - x_{n-1} in the last step, (m,).
+
+        x, v : (m,), amplitudes of the modes, and their velocities
+        """
         return (v - self.of_x * x) / self.of_d
 
 

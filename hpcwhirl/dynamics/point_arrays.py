@@ -180,7 +180,7 @@ class _Reads:
 
         None if the sectors are unequal, or fewer than `FEWEST`.
 
-        Waves of negative nodal diameter are replaced by their conjugates.
+        Waves of nodal diameter below 0 are replaced by their conjugates.
         """
         if blades < FEWEST:
             return None

@@ -48,7 +48,10 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
-    """Return e^{2 pi i kappa j / N} for blades j and nodal diameters kappa, (N, K)."""
+    """Return e^{2 pi i kappa j / N}, (N, N // 2 + 1), for blades j.
+
+    kappa = 0 .. N // 2 are the nodal diameters.
+    """
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
     return np.asarray(np.exp(2j * np.pi * steps / blades))
 

@@ -122,7 +122,10 @@ def restore(march: March, arrays: Arrays) -> bool:
 
 
 def steps_of(arrays: Arrays) -> tuple[int, int]:
-    """Return the number of steps in a snapshot, and that of its whole run."""
+    """Return the number of steps taken up to a snapshot, and that of the whole run.
+
+    arrays : result of `snapshot`
+    """
     return int(arrays["state.counter"][contact.STEP]), int(arrays["total"][0])
 
 

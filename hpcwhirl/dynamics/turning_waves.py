@@ -56,8 +56,8 @@ class _Diameter:
     k, step : nodal diameter; dt, s
     ahead : (w,), z - 1, z the factor of a wave in a step without forces
     shapes, rises : (m, w), x for unit amplitudes, and d or, for the exact flow, x'
-    radial, along : (m,), change of the gap, and tangential displacement of the tip with
-        negative sign, for unit x
+    radial, along : (m,), change of the gap, and -1 times the tangential displacement of
+        the tip, for unit x
     hub : (m,), x_o + i y_o for unit x; zero if the centre does not move
     energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
@@ -137,7 +137,8 @@ class Differences(_Diameter):
     def pushed(self, mu: float) -> Complexes:
         """Return beta (waves,), what a unit Lambda adds to the amplitudes after a step.
 
-        It changes the amplitudes of the modes and their increments equally.
+        Lambda, the spectrum of the multipliers, changes the amplitudes of the modes and
+        their increments equally; mu : friction with the sign of Omega
         """
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
@@ -151,7 +152,11 @@ class Differences(_Diameter):
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to x_{n+1}, and so to dt (v- + v+), (m,)."""
+        """Return what a unit Lambda adds to the amplitudes x_{n+1} of the modes, (m,).
+
+        It adds the same to dt (v- + v+), v- and v+ the velocities before and after it.
+        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        """
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
@@ -172,17 +177,24 @@ class Differences(_Diameter):
 
 @dataclass(frozen=True)
 class Flow(_Diameter):
-    """Waves of the exact flow; Lambda, v- and v+ as in `Differences`."""
+    """Waves of the exact flow.
+
+    Lambda is the spectrum of the multipliers, v- and v+ are velocities before and after
+    their impulse.
+    """
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the change of amplitudes, (waves,), by a unit impulse Lambda."""
+        """Return the change of amplitudes, (waves,), by a unit impulse Lambda.
+
+        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        """
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
         """Return beta (waves,), what a unit Lambda adds to amplitudes after a step.
 
-        mu : friction coefficient with the sign of Omega
+        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
         """
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
@@ -195,13 +207,18 @@ class Flow(_Diameter):
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
-        """Return dt (v+ - v-), what a unit Lambda adds to dt (v- + v+), (m,)."""
+        """Return what a unit Lambda adds to dt (v- + v+), (m,): dt (v+ - v-).
+
+        Lambda is the spectrum of the multipliers, v- and v+ are the velocities of the
+        modes before and after its impulse; mu : friction with the sign of Omega
+        """
         return np.asarray(self.step**2 * self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return the result of `Differences.work` for the exact flow.
 
-        It is the change of the energy at the step's start, by the impulse of Lambda.
+        It is the change of the energy at the step's start, by the impulse of
+        Lambda, the spectrum of the multipliers.
         """
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before

@@ -129,22 +129,34 @@ class WholeWaves:
         return bool(size and self.condition < WORST)
 
     def amplitudes(self, x: Floats, d: Floats) -> Floats:
-        """Return q, (2 m, ...), for modal amplitudes x and increments d, (m, ...)."""
+        """Return the waves' real amplitudes q, (2 m, ...), in a motion of the modes.
+
+        x, d : (m, ...), modal amplitudes, and their increments in the last step
+        """
         return np.linalg.solve(self.basis, np.concatenate([x, d / self.scale]))
 
     @property
     def before(self) -> Floats:
-        """Matrix, (m, 2 m), from q after a free step to modal amplitudes before it."""
+        """Matrix, (m, 2 m), from q after a free step to modal amplitudes before it.
+
+        q are the 2 m real amplitudes of the waves.
+        """
         return self.parts(self.shapes / (1 + self.ahead))
 
     @property
     def passing(self) -> Floats:
-        """Matrix, (m, 2 m), from q after a free step to x_{n+1} - x_{n-1} of modes."""
+        """Matrix, (m, 2 m), from q after a free step to x_{n+1} - x_{n-1}.
+
+        q are the 2 m real amplitudes of the waves, x the amplitudes of the modes.
+        """
         return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
 
     @cached_property
     def form(self) -> Floats:
-        """Symmetric matrix F, (2 m, 2 m), J: q^T F q is Jacobi's energy."""
+        """Symmetric matrix F, (2 m, 2 m), J: q^T F q is Jacobi's energy.
+
+        q are the 2 m real amplitudes of the waves.
+        """
         moved, place = self.parts(self.rises), self.parts(self.shapes)
         twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
         return np.asarray((twice + twice.T) / 4)
@@ -335,7 +347,10 @@ def opened_by_ring(model: Model, scene: Scene) -> Floats:
 
 
 def _upper(waves: WholeWaves) -> Floats:
-    """Return the triangle U of the energy q^T U q, flat, see `WholeRotor.form`."""
+    """Return the energy q^T U q of the waves' amplitudes q as a triangle U, flat.
+
+    `WholeRotor.form` tells the order.
+    """
     size = 2 * waves.half
     form = np.zeros((size, size))
     form[np.ix_(waves.places, waves.places)] = waves.form
@@ -344,7 +359,10 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return the triangle U (size, size) of the energy q^T U q, from `_upper`."""
+    """Return the triangle U, (size, size), of the energy q^T U q of amplitudes q.
+
+    upper : the same triangle, flat, as `_upper` returns it
+    """
     form, at = np.zeros((size, size)), 0
     for i in range(size):
         first = i - i % FOUR
