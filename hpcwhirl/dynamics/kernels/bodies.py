@@ -83,6 +83,7 @@ def place_blades(ring, turned, points, index, shape):
 
     turned : rad, angle of blade 0
     index, shape : (N, w), out: the w coordinates that move each point, and weights
+    ring, points : `kernel_types.Ring`, `kernel_types.Points`
     """
     kind, size, length = ring
     if kind == ELEMENTS:

@@ -243,6 +243,8 @@ def settle(gaps, row, size, blades, wide, space):
 
     The gaps, in space.again, of the active blades space.known[:size] become exactly 0.
     Return `size`.
+
+    gaps, row : array, and index at which the gaps of the step begin
     """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
@@ -280,6 +282,8 @@ def first_set(gaps, row, blades, wide, space):
 
     If few blades touch, or the wheel has at most `SMALL`, these are the penetrating
     blades, and no other set is tried. Else they are those of the last step, corrected.
+
+    gaps, row : predicted gaps, m, from index `row` on, in the order of `folded`
     """
     known, where = space.known, space.where
     penetrate = penetrating(gaps, row, blades, wide, where)

@@ -224,7 +224,10 @@ def verb(function: Any) -> Any:
 
 
 def does(named: Any, kind: type) -> Callable[[Any], Any]:
-    """Register the decorated part as a verb's implementation for a type `kind`."""
+    """Register the decorated part as an implementation of the verb `named`.
+
+    kind : type of the first argument for which it is used
+    """
 
     def register(made: Any) -> Any:
         named.kinds[kind] = made

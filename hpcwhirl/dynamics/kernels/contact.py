@@ -152,6 +152,9 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     It is column j of the Delassus matrix, stored as a row of its transpose. Row i of
     `compliance` (R, R) has the ring's R radial coordinates due to a unit load, with its
     friction, on radial coordinate i; `response` (R,) is work space.
+
+    w_rotor : (N, N), m/N, the rotor's part of the matrix
+    index, shape : (N, w), the w radial coordinates that move each point, and weights
     """
     for i in range(len(w_rotor)):
         w[j, i] = w_rotor[i, j]
@@ -322,7 +325,10 @@ def write_sample(
 
 @inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
-    """Write one sample of the traces that are stored, see `write_sample`."""
+    """Write one sample of the traces that are stored, see `write_sample`.
+
+    Arguments are those of `write_sample`; energy : J, of both bodies
+    """
     s, blades = counter[SAMPLE], len(impulse)
     tracks.centre[s, 0], tracks.centre[s, 1] = tips[blades, 0], tips[blades, 1]
     tracks.energy[s] = energy
@@ -342,7 +348,10 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
 
 @inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
-    """Write one row of tracks.evidence; set tracks.closed to the present ledger."""
+    """Write one row of tracks.evidence; set tracks.closed to the present ledger.
+
+    Arguments are those of `write_sample`.
+    """
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed
     row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]
     row[OF_ROTOR], row[OF_CASING] = energies[0], energies[1]

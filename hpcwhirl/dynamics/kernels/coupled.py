@@ -118,6 +118,8 @@ def meet(body, motion, mu, ledger):
     represent a circle or an ellipse nor on those of the motion without contact.
     The loss in motion.loss is that of damping and circulatory forces. motion.following
     is used as work space.
+
+    mu : friction with the sign of the speed
     """
     _, d, _, ahead, push, normal, drag = motion
     push[:] = 0.0
@@ -206,6 +208,8 @@ def note_beside(body, motion, step, row):
 
     These are x_o, y_o, m, and the energy of the motion with and without contact, J. At
     constant speed nothing is written: that motion is known in closed form.
+
+    row : row of evidence
     """
     if len(body.force) == 0:
         return

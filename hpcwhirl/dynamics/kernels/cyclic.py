@@ -236,6 +236,7 @@ def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
     There are k slots, one for each nodal diameter, padded.
 
     out_b, out_c : (2 k,), m, spectra of rotor and ring
+    time, sizes : s; `wave_types.Sizes`
     """
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
@@ -253,6 +254,7 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 
     q, out_b : predicted amplitudes; spectrum of the tips' radial displacements, m
     work : work space: (2 k,) and two of (2 wide,)
+    wave, sizes : see `passes.to_gaps`; `wave_types.Sizes`
     """
     _, rows, _, k, wide = sizes
     spectrum, outward, along = work
@@ -357,6 +359,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
     """Jump over steps if no blade can touch for a while; return whether it did.
 
     between : whether to write the samples of the traces within the jump
+    outs : work space for spectra, see `flight.fly`, as are the other arguments
     """
     counter = state.counter
     begun = counter[STEP]

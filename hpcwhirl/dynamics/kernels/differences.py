@@ -192,6 +192,7 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
     """Apply the last contact forces to the rotor's modes; predict their next step.
 
     The implementation of `pass_rotor` for equal sectors, with modes by nodal diameter.
+    Arguments are those of `pass_modes`.
     """
     pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
@@ -218,6 +219,8 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
     """Copy the rotor's state s to t; apply the last step's contact forces to t.
 
     The works and the loss of this step are added to sums, J.
+
+    c, lam, width : as in `pass_modes`
     """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // ROTOR_STATE
@@ -242,6 +245,7 @@ def settle_ring(s, t, c, lam, k, counter, sums):
     """Copy the casing ring's state s to t; apply the last step's contact forces to t.
 
     t : must be 0 at slots without modes, which are not copied
+    c, lam, sums : as in `pass_ring`
     """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // RING_STATE
@@ -268,6 +272,8 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
     States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c; works and
     losses of the last step are added to sums_b and sums_c, J.
+
+    c_c, lam : coefficients of the ring's modes; spectrum of the multipliers
     """
 
 
@@ -276,7 +282,8 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Copy the states of both bodies; apply the last contact forces to the copies.
 
-    The implementation of `end_step` for equal sectors, with modes by nodal diameter.
+    The implementation of `end_step`, which explains the arguments, for equal sectors,
+    with modes by nodal diameter.
     """
     k = len(sums_c) // 4
     settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
@@ -291,6 +298,7 @@ def energy_of(s, c, place, increment, size, step):
 
     place, increment : first index in s of the amplitudes q_{n+1}, and of their
         increments q_{n+1} - q_n = v dt
+    s, c : state of the body; coefficients of its modes, packed
     """
     total = 0.0
     for m in range(size):
@@ -317,6 +325,7 @@ def energy_of_ring(t, c, now, step):
     """Return the energy of the casing ring, J, from a state t without pending forces.
 
     now : step number mod 2
+    c : coefficients of the ring's modes, packed
 
     The sums over re and im are those of `energy_of`, computed side by side for speed.
     """
@@ -342,6 +351,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return energies of rotor and casing ring, J, from states without pending forces.
 
     now : step number mod 2, by which the state has the increments of this step
+    t_b, t_c : states of rotor and ring; c_c : coefficients of the ring's modes
     """
 
 

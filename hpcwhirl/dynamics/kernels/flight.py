@@ -87,7 +87,8 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
     """Return the parts of a rotor's modes in two bounds: acceleration, displacement.
 
-    The implementation of `bound_rotor` for modes by nodal diameter, m/s^2 and m.
+    The implementation of `bound_rotor`, with its arguments, for modes by nodal
+    diameter, m/s^2 and m.
     """
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
@@ -177,6 +178,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the number of steps, at most `longest`, in which no blade can touch.
 
     gaps, rates, bend : m and m/s of `count` blades; m/s^2, bound of second derivatives
+    row : index in `gaps` at which the gaps of this step begin
     """
     time = longest * step
     for i in range(count):
@@ -229,7 +231,10 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Move the ring's state s, rotating frame, to a jump's end, see `jump_rotor`."""
+    """Move the ring's state s, rotating frame, to a jump's end, see `jump_rotor`.
+
+    c : coefficients of the ring's modes; other arguments as in `jump_rotor`
+    """
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
@@ -272,6 +277,8 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
     blades in the order of `circulant.folded`.
 
     rate, rates : (2 k,), (2 wide,), out: rates of the gaps as spectrum, and folded, m/s
+    rows, ring_rows : numbers of rows of modes of rotor and ring
+    c_c, wave, flight : as in `fly`
     """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
@@ -296,6 +303,7 @@ def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
     There are k slots, one for each nodal diameter, padded.
 
     out_b, out_c : (2 k,), out: spectra of rotor and ring at the end, m
+    rows, ring_rows : numbers of rows of modes of rotor and ring
     """
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
     counter, left = state.counter, count
@@ -336,6 +344,8 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
     outs : out: spectra of rotor, ring and gaps, (2 k,); folded rates of the gaps, (2
         wide,)
+
+    c_c, wave : coefficients of the ring's modes, packed; see `passes.to_gaps`
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes
     out_b, out_c, spectrum, rates = outs

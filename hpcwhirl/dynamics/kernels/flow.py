@@ -138,6 +138,8 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     c, at : coefficients of all modes, packed, and where those of the four begin
     y, d : (re, im) of the amplitudes, and of their increments in this step
     passing : (re, im), rate at which the deformed ring passes the blades
+    s, size, old : as s, old of `end_rotor`; number of modes, padded
+    push, touched : as in `passes.push_ring`; whether the step had contact
     """
     if touched:
         cr, ci = push_ring(c, at, push)
@@ -252,6 +254,7 @@ def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
     """Apply the last contact forces to the rotor's modes; predict their next step.
 
     The implementation of `pass_rotor` for equal sectors, with modes by nodal diameter.
+    Arguments are those of `differences.pass_modes`.
     """
     c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
@@ -285,6 +288,8 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
     States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c. If the last
     step is not yet completed, its works and losses are added to sums_b, sums_c, J.
+
+    c_c, lam : coefficients of the ring's modes; spectrum of the multipliers
     """
 
 
@@ -293,7 +298,8 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Copy the states of both bodies; apply the last contact forces to the copies.
 
-    The implementation of `end_step` for equal sectors, with modes by nodal diameter.
+    The implementation of `end_step`, which explains the arguments, for equal sectors,
+    with modes by nodal diameter.
     """
     settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
@@ -311,6 +317,8 @@ def settle_rotor(s, t, c, lam, counter, sums):
     """Copy the rotor's state s to t; apply the last contact forces to t.
 
     Works and losses of that step are added to sums, J.
+
+    c, lam : coefficients of the modes, packed; spectrum of the multipliers
     """
     ended, touched = waiting(counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
@@ -336,6 +344,8 @@ def settle_ring(s, t, c, lam, counter, sums):
     """Copy the casing ring's state s to t; apply the last contact forces to t.
 
     Works and losses of that step are added to sums, J.
+
+    c, lam : coefficients of the modes, packed; spectrum of the multipliers
     """
     ended, touched = waiting(counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
@@ -380,6 +390,7 @@ def energy_of_ring(t, c, now):
     """Return the energy of the casing ring, J, from a state t without pending forces.
 
     now : step number mod 2
+    c : coefficients of the ring's modes, packed
     """
     n = len(t) // RING_STATE
     at = 2 * n * (1 + now)
@@ -391,6 +402,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return energies of rotor and casing ring, J, from states without pending forces.
 
     now : step number mod 2, by which the state has the increments of this step
+    t_b, t_c : states of rotor and ring; c_c : coefficients of the ring's modes
     """
 
 
@@ -411,6 +423,8 @@ def column_sums(sums_b, sums_c, step):
 
     The rotation's work is that of contact forces moved along the deformed ring; the
     impact loss is the remaining work of the normal forces.
+
+    sums_b, sums_c : works and losses by slot of rotor and ring, see `pass_ring`
     """
     n = len(sums_c) // 4
     normal, drag, loss = sums_of(sums_b, sums_c)

@@ -241,6 +241,7 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
     slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on
         which friction does work
     slip_c : (2 k,), see `passes.slip_of`
+    tangential, turns : the tips' motion by the modes; see `CyclicContact`
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]
@@ -284,6 +285,8 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
         `wall`, and after a step with contact the tips of the copies in `out`
     energies : energies of the copies, J
     less : J, subtracted from the summed loss: for waves the rotor's energy, else 0
+
+    keep, judge : as in `contact.write_sample`
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _, _ = (

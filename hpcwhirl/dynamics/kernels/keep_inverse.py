@@ -110,7 +110,10 @@ def note_change(change, sound, blades, known):
 
 @rare
 def leave(p, blades, known, inverse, stride):
-    """Remove the blade at place p from the kept inverse; the last blade moves to p."""
+    """Remove the blade at place p from the kept inverse; the last blade moves to p.
+
+    known, stride : list of blades; length of a row of `inverse`
+    """
     last = known[blades + SIZE] - 1
     pivot = inverse[p * stride + p]
     for r in range(last + 1):
@@ -137,6 +140,7 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
     its blades to blade j, in column j and in row j.
 
     work : (4 stride,), out: b, c, M b, c M, each followed by zeros
+    known, size : list of the blades of the inverse; their number
     """
     for r in range(stride):
         inside = r < size

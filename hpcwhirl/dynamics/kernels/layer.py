@@ -114,6 +114,7 @@ def tip_force(layer, softness, worn, first, sunk):
 
     softness : m/N, wear of a step by force beyond a limit
     first, sunk : first rod under the tip; s, m, its depth below the unworn surface
+    worn : (3, M), see `kernel_types.BodiesState`, for M rods
     """
     force, slope = 0.0, 0.0
     for i in range(layer.under):
@@ -165,6 +166,8 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 
     Its depth is s = lam / (dP/ds) + own.shifted - g, P(s) the force of its rods. If it
     touches none of them, dP/ds is that of the highest rod alone.
+
+    Arguments are those of `press`; j : number of the tip
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
@@ -181,9 +184,9 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
     """Return whether the solution of the linearised problem satisfies lam = P(s).
 
-    P(s) is the force of the rods on a tip at the depth s. If so, set own.sunk to the
-    solution's s and `opened` (N,) to -s, m; else change own.sunk towards that s, by
-    `share` of the difference.
+    Arguments are those of `press`. P(s) is the force of the rods on a tip at the depth
+    s. If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else change
+    own.sunk towards that s, by `share` of the difference.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):
@@ -211,6 +214,7 @@ def wear(layer, softness, worn, lam, last, ledger, own):
     The entry IMPACT includes WEAR.
 
     last : (N,), m, gaps to the unworn surface at the start of the step
+    softness, own : as in `press`; lam : (N,), multipliers, N
     """
     size = worn.shape[1]
     for j in range(len(lam)):

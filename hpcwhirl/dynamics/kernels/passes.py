@@ -273,7 +273,10 @@ def load_both(a, size, m):
 
 @inlined
 def store_both(a, size, m, value):
-    """Store four complex values (re, im) where `load_both` reads them."""
+    """Store four complex values (re, im) where `load_both` reads them.
+
+    a, size, m : as in `load_both`; value : (re, im)
+    """
     store(a, m, value[0])
     store(a, size + m, value[1])
 
@@ -317,6 +320,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
     sign : -1 if the load's slot has the conjugate, else 1
     angle : rad, number of lobes times the rotor's angle
     counter : counters at the step that has been predicted
+    c : coefficients of the ring's modes, packed
     """
     then, _ = places(counter, 2 * size)
     for m in range(size):
@@ -388,7 +392,10 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return `at_four` at blades j, j + 4, j + 8, computed at once to hide latency."""
+    """Return `at_four` at blades j, j + 4, j + 8, computed at once to hide latency.
+
+    Arguments are those of `at_four`; the result has three pairs (even, odd).
+    """
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):

@@ -88,13 +88,14 @@ def solve_active(gaps, w, where, size, opened, small, right):
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
     """Switch blades that violate complementarity in `active`; return how many do.
 
-    An active blade does if its multiplier is below 0, another one if its gap is open by
-    less than -tolerance. All of them are switched (block pivoting), or only the last
-    one (Murty's rule).
+    An active blade does if its multiplier is below 0, another one if its gap is below
+    -tolerance. All of them are switched if `all_of_them` (block pivoting), else the
+    last one (Murty's rule).
 
     active, where : (N,), 1 for active blades, else 0; the blades where[:size] are
         active
     right, tolerance : N, multipliers of these; m, penetration allowed
+    opened : (N,), m, gaps with these multipliers
     """
     wrong, last = 0, -1
     for s in range(size):
@@ -116,7 +117,10 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 @inlined
 def begin(gaps, lam, active):
-    """Make the penetrating blades active, set lam to 0; return the largest |gap|, m."""
+    """Make the penetrating blades active, set lam to 0; return the largest |gap|, m.
+
+    gaps, lam : (N,), m and N; active : (N,), out: 1 for active blades, else 0
+    """
     largest = 0.0
     for i in range(len(gaps)):
         active[i] = 1 if gaps[i] < 0.0 else 0
@@ -145,6 +149,7 @@ def improve(gaps, size, lam, opened, attempt, largest, space):
 
     attempt : number of sets of blades tried before
     largest : m, largest |gap|
+    gaps, lam, opened : as in `contact.complementarity`
 
     Return 0 if this solves the problem, and set `lam`; -1 if their part of the Delassus
     matrix is singular; else exchange blades, and return how many violate

@@ -98,6 +98,7 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
     Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
 
     waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
+    time, speed : s; Omega, rad/s. gaps, row : array, and index of the row's first gap
     """
     turned = angle_at(wall, speed, time) % (2.0 * math.pi)
     for r in range(len(wall.orders)):
@@ -134,6 +135,8 @@ def farthest_point(limit, q, rotor, points):
     """Return the largest magnitude of a point's displacement (radial, tangential), m.
 
     If a bound for all points is below `NEAR` times the limit, the bound is returned.
+
+    q, points : (m,), amplitudes of the waves; number of points
     """
     modes, bound = len(rotor.ahead), drift_of(q, rotor.reach)
     if not bound > NEAR * limit:
@@ -164,6 +167,7 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
     """Raise ledger[SLIP], m/s, to the slip of points in contact in the step `counted`.
 
     held : see `whole.push_waves`
+    known, last : active points; step of each point's last contact
     """
     for s in range(known[len(last)]):
         if last[known[s]] == counted:
@@ -238,7 +242,10 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
 def sizes_of_rows(
     rows: PointRows | SectorRows, points: int, modes: int, width: int
 ) -> Wanted:
-    """Return (name, array, required number of values) of each array of `rows`."""
+    """Return (name, array, required number of values) of each array of `rows`.
+
+    points, modes, width : P, m and `width` of `wave_types.PointRows`
+    """
     if isinstance(rows, PointRows):
         short, long = points * modes, points * width
         wanted = [short, short, short, long, long]

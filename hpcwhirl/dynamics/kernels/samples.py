@@ -111,8 +111,8 @@ def along_of(rotor, q, rows, k, out):
 def along_of_modes(rotor, q, rows, k, out):
     """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
 
-    The implementation of `along_of` for a rotor's modes by nodal diameter. There are k
-    slots, one for each nodal diameter, padded.
+    The implementation of `along_of`, with its arguments, for a rotor's modes by nodal
+    diameter. There are k slots, one for each nodal diameter, padded.
     """
     c = rotor.items
     for col in range(0, k, FOUR):
@@ -132,6 +132,7 @@ def radial_bound(q, c, size, width):
     """Return a bound of the radial displacement of all tips, m.
 
     q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
+    size, width : number of real amplitudes; of slots, re and im
     """
     total = broadcast(0.0)
     for col in range(0, width, FOUR):
@@ -254,6 +255,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     traces are kept.
 
     begun, stride : step at which the jump began; steps between samples
+    mu, gap : friction with the sign of the speed; m
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0

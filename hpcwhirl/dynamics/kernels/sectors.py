@@ -137,6 +137,8 @@ def move_alike(rows, q, spectra):
 
     A motion, from step n - 1 to n + 1, is the amplitude times `SectorRows.move`. The
     two motions of a pair are added; their factors are conjugates.
+
+    q : amplitudes of the waves at step n + 1, without forces
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -244,7 +246,10 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`."""
+    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`.
+
+    lanes : `SectorRows.lanes`, cos and -sin at four blades each
+    """
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
     for c in range(0, 2 * k, FOUR):
@@ -258,7 +263,10 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at a blade of the spectrum that begins at `at` in `spectra`."""
+    """Return the value at a blade of the spectrum that begins at `at` in `spectra`.
+
+    turns : `SectorRows.turns`, cos and -sin of each slot at each blade
+    """
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
         even = fma(load(turns, row + c), load(spectra, at + c), even)
@@ -304,6 +312,8 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 
     These are the blades of its group of four. Return the lowest of these gaps, m;
     infinity if they were set before.
+
+    gaps, row, tips, whole : as in `whole.read_near`; points : number of points
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -356,7 +366,10 @@ def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spec
 
 @inlined
 def gap_before(rows, p, blade, k, q):
-    """Return the waves' part of the gap of a blade's point p two steps before, m."""
+    """Return the waves' part of the gap of a blade's point p two steps before, m.
+
+    q : amplitudes of the waves before any force of the step acts
+    """
     half, waves, total = len(q) // 2, rows.single + 2 * rows.pairs, broadcast(0.0)
     for c in range(0, k, FOUR):
         term = broadcast(0.0), broadcast(0.0)
@@ -413,6 +426,9 @@ def act_on_all(rows, push, where, active, mu, spectra):
     """Set the motions of contact points, and the change of waves by their forces.
 
     It calls `act_on` for each of a tip's points that is in contact on some blade.
+
+    push, where : multipliers of the points where[:active]
+    spectra : see `layout`
     """
     k, (first, flags) = slots_of(rows), layout(rows)
     turn_back(rows, push, where, active, k, spectra)
@@ -461,7 +477,10 @@ def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, befor
 
 @inlined
 def add_wave(q, half, m, change):
-    """Add change (re, im), four complex numbers, to the amplitudes m .. m + 3 in q."""
+    """Add change (re, im), four complex numbers, to the amplitudes m .. m + 3 in q.
+
+    half : number of complex amplitudes in q, re, then im
+    """
     store(q, m, load(q, m) + change[0])
     store(q, half + m, load(q, half + m) + change[1])
 

@@ -50,7 +50,10 @@ def trace_shape(wall, times, out):
 
 @kernel
 def shape_at(wall, time, angle):
-    """Return the outward departure from the circle at an angle, static frame, m."""
+    """Return the outward departure from the circle at an angle, static frame, m.
+
+    time : s, on which growth and fading in of the shape depend
+    """
     total = 0.0
     for r in range(len(wall.orders)):
         a, b = faded(wall, r, time)
@@ -85,6 +88,8 @@ def write_shape(wall, time, speed, spectrum):
     """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps.
 
     There are k slots, one for each nodal diameter, padded.
+
+    time, speed : s; Omega, rad/s
     """
     turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
     for r in range(len(wall.orders)):
@@ -101,6 +106,8 @@ def write_rates(wall, time, speed, spectrum):
 
     Return a bound of the second derivative at every blade, m/s^2. There are k slots,
     one for each nodal diameter, padded.
+
+    time, speed : s; Omega, rad/s
     """
     turned, half, bend = (speed * time) % (2.0 * math.pi), len(spectrum) // 2, 0.0
     for r in range(len(wall.orders)):

@@ -82,6 +82,7 @@ def catch_up(wave, k, wide, gaps, row, seen, skipped):
     """Compute the gaps of a step, if that was skipped.
 
     row : step number mod 3, by which the state has its gaps
+    wave, seen : see `passes.to_gaps`; see `moved`
     """
     if skipped[row] == 1:
         skipped[row] = 0

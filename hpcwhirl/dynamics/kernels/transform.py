@@ -67,6 +67,8 @@ def add_term(spectrum, wave, k, wide, c, v, sums):
 
     They are re cos, im sin, re sin, im cos at blades v .. v + 3: re, im are those of
     slot c, cos and sin those of 2 pi c v / N.
+
+    spectrum, wave : see `passes.to_gaps`
     """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
@@ -81,6 +83,8 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
     See this module for r, s and v of blades b s + v. The term is the sum over slots r,
     r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they are 0.
+
+    spectrum, wave : see `passes.to_gaps`
     """
     zero, back = broadcast(0.0), a - r
     here = there = zero, zero, zero, zero
@@ -225,6 +229,7 @@ def slot_of(stages, wave, k, wide, b, c, r, sign):
     """Return (re, im) of slot c from term r in `stages`, conjugated if sign is -1.
 
     stages : re and im of each term r, at the b blades v, see `to_slots`
+    wave : table of cos and sin, see `passes.to_gaps`
     """
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):
@@ -245,6 +250,7 @@ def to_slots(factors, which, size, wave, k, wide, spread, out):
     for each nodal diameter, padded.
 
     spread : (room_of(N),), work space
+    wave : table of cos and sin, see `passes.to_gaps`
     """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))

@@ -160,14 +160,17 @@ def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def lower_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the lower double of each of four pairs."""
+    """Return the lower double of each of four pairs, of `a` and `b`."""
     del typing, a, b
     return _intrinsic("minnum", 2)
 
 
 @intrinsic
 def higher_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the higher double of each of four pairs; if one is NaN, the other."""
+    """Return the higher double of each of four pairs, of `a` and `b`.
+
+    If one double of a pair is NaN, it is the other.
+    """
     del typing, a, b
     return _intrinsic("maxnum", 2)
 

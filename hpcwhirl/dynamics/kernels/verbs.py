@@ -73,6 +73,7 @@ def stand(body, motion, time, force):
     """Add to a predicted step the increments by supports or a changing speed.
 
     force : (2,), out: N, that of the supports at the centre, if they have one
+    time : s, of the present step
     """
     raise NotImplementedError
 
@@ -85,6 +86,8 @@ def yielded(body, motion, force, ledger):
     For forces of supports it is subtracted from the body's loss; for forces of a
     changing speed it is added to the work of the loading in the ledger. A body without
     such forces has nothing to enter.
+
+    force : (2,), N, as `stand` has set it
     """
     raise NotImplementedError
 

@@ -206,7 +206,8 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
 def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
     """Apply the last contact forces to a rotor's waves; predict their next step.
 
-    The implementation of `pass_rotor` for waves of central differences.
+    The implementation of `pass_rotor` for waves of central differences; `pass_waves`
+    explains the arguments.
     """
     pass_waves(rotor, s, lam, rows, k, counter, False, out, sums, slip)
 
@@ -216,7 +217,8 @@ def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
 def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
     """Apply the last contact forces, if any, to a rotor's waves; predict their step.
 
-    The implementation of `pass_rotor` for waves of the exact flow.
+    The implementation of `pass_rotor` for waves of the exact flow; `pass_waves`
+    explains the arguments.
     """
     pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
@@ -226,6 +228,8 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
     """Copy the rotor's state s to t; apply the last contact forces to t.
 
     Works and losses of that step are added to sums, J.
+
+    lam, exact : as in `pass_waves`
     """
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
@@ -255,7 +259,8 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Copy the states of both bodies; apply the last contact forces to the copies.
 
-    The implementation of `differences.end_step` for a rotor as waves.
+    The implementation of `differences.end_step`, with its arguments, for a rotor as
+    waves.
     """
     settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
     differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
@@ -266,7 +271,7 @@ def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Copy the states of both bodies; apply the last contact forces to the copies.
 
-    The implementation of `flow.end_step` for a rotor as waves.
+    The implementation of `flow.end_step`, with its arguments, for a rotor as waves.
     """
     settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
     flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
@@ -342,8 +347,8 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
     """Move the amplitudes of the rotor's waves to the end of a jump; enter no loss.
 
-    The implementation of `flight.jump_rotor`. A jump over n steps multiplies an
-    amplitude by z^n, z its factor in a step.
+    The implementation of `flight.jump_rotor`, with its arguments. A jump over n steps
+    multiplies an amplitude by z^n, z its factor in a step.
     """
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
@@ -401,6 +406,7 @@ def read_tips(spectrum, turns, direction, tips):
 
     direction : 0, radial, or 1, tangential
     spectrum : (2 k,), that of the tips' displacements times -1
+    turns : (N, 2 k) flat, cos and -sin of each slot at each blade
     """
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
@@ -412,7 +418,8 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
                  keep, judge, tracks):  # fmt: skip
     """Write a sample of a rotor as waves, from a copy with contact forces applied.
 
-    The implementation of `samples.sample_rotor`; this module explains the loss.
+    The implementation of `samples.sample_rotor`, with its arguments; this module
+    explains the loss.
     """
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
@@ -439,7 +446,10 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def wave_sizes(
     rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
 ) -> Wanted:
-    """Return (name, array, required number of values) of a rotor's arrays as waves."""
+    """Return (name, array, required number of values) of a rotor's arrays as waves.
+
+    size, exact : number of waves, padded; whether of the exact flow
+    """
     rows, seen = size // k, 0 if exact else SEEN
     return [
         ("rotor", state.rotor, 2 * k * (rows + seen)), ("sums_b", state.sums_b, 3 * k),

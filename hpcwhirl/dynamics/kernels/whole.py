@@ -147,6 +147,8 @@ def eight_sums(rows, at, on, q, modes):
     """Return the results of `four_sums` for two rows, from rows[at] and rows[on] on.
 
     Eight sums at a time hide their latency.
+
+    q, modes : amplitudes, of which the first `modes` are used
     """
     zero = broadcast(0.0)
     a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
@@ -276,6 +278,8 @@ def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
     """Compute tips and gaps of blades whose gaps in `again` are below a limit, m.
 
     Return whether any gap in `whole` has changed, because it was only a lower bound.
+
+    Other arguments are those of `read_near`.
     """
     modes, wide, changed = len(rows) // blades, len(tips) // 2, False
     for j in range(blades):
@@ -296,6 +300,7 @@ def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
     computed, see `read_near`.
 
     lowest : lowest of the gaps in `whole`, < 0
+    Other arguments are those of `read_near`.
     """
     wide, known, limit = len(tips) // 2, space.known, CLOSED * lowest
     first = row - row  # 0, but no literal, which numba would specialise on
@@ -358,6 +363,7 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
     Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
+    push, where : multipliers of the blades where[:active]
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -441,6 +447,7 @@ def add_rows(rows, push, where, active, s, modes):
     """Add the active blades' rows, times their multipliers, to s[:modes].
 
     rows, modes : (N, modes) flat; a multiple of 8
+    push, where : multipliers of the blades where[:active]
     """
     fours = active - active % 4
     for i in range(0, fours, 4):
@@ -537,8 +544,8 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
                sums, held):  # fmt: skip
     """Add the effect of multipliers to the amplitudes of waves; enter their works.
 
-    The implementation of `push_waves` for a rotor without rotation: a wave for each
-    mode.
+    The implementation of `push_waves`, with its arguments, for a rotor without
+    rotation, each mode of which is a wave.
 
     spare : work space: change of the modes over two steps, later modal forces
     """
@@ -566,6 +573,7 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
     There are k slots, one for each nodal diameter, padded.
 
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
+    known, last : active blades; step of each blade's last contact
     """
     width = len(slip_c)
     for s in range(known[len(last)]):
@@ -579,7 +587,10 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state to `copies`; apply the last contact forces to the ring's copy."""
+    """Copy the state to `copies`; apply the last contact forces to the ring's copy.
+
+    c_c : coefficients of the ring's modes, packed
+    """
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)
