@@ -157,6 +157,7 @@ def two_bodies(
     """Return the integrator of two bodies by `kernels.bodies.march_bodies`.
 
     held : coordinates of rotor and casing in the state; None: their modes
+    arrays : constant arrays of the kernel
     """
     step, state_at_rest = scene.solver.time_step, _bodies(model, scene, arrays)
     if held is None:
