@@ -88,6 +88,8 @@ def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
 
     They are (H + 1, 2, m), for unit amplitude of each of the m modes: cosine and sine
     part of harmonics 0 .. H.
+
+    body, ring : modes of the casing; its contact operator
     """
     return np.asarray(ring.waves() @ body.shapes)
 

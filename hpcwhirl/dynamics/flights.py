@@ -188,6 +188,9 @@ def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
     A wave's part of a gap, gamma a e^{st}, with its root s, its amplitude a and the gap
     gamma for unit amplitude, has the initial rate gamma s a, and a second derivative of
     at most |gamma s^2 a|, times its growth if the wave is unstable.
+
+    roots, radial : (waves,), s, 1/s, and gamma
+    longest : s, time for which the bound is used
     """
     out, weight = np.empty((waves.BOUND_ITEMS, len(roots))), np.abs(radial)
     rate, grown = radial * roots, np.exp(np.maximum(roots.real, 0.0) * longest)

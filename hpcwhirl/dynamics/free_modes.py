@@ -67,7 +67,10 @@ class Roots:
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) as `waves` does, of the increments d_n = q_n - q_{n-1}."""
+        """Return (A, B) as `waves` does, of the increments d_n = q_n - q_{n-1}.
+
+        q, d : amplitudes, and their increments in the last step
+        """
         # d_1 = keep d - pull q = r (A cos phi + B sin phi)
         return d, -(self.back * d + self.pull / self.radius * q) / self.sine
 

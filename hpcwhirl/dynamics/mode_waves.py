@@ -115,7 +115,10 @@ def mode_waves(body: ModalModel, step: float) -> ModeWaves:
 
 
 def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRotor:
-    """Return the arrays of `kernels.whole` for a rotor without terms of rotation."""
+    """Return the arrays of `kernels.whole` for a rotor without terms of rotation.
+
+    waves : the rotor's modes as waves
+    """
     blades, mu = model.blades, friction_with_sign(scene)
     radial, along = reads_of(model)
     size = -(-len(waves.omega) // (2 * EIGHT)) * 2 * EIGHT

@@ -147,7 +147,10 @@ def points_of(model: Model) -> Points:
 def lobe_load(
     ring: RingOperator | FourierOperator, lobes: int, direction: str
 ) -> Floats:
-    """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes."""
+    """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes.
+
+    direction : "squeeze", inward where cos k theta = 1, or "stretch"
+    """
     sign = -1.0 if direction == "squeeze" else 1.0
     return sign * ring.lobes(lobes)
 

@@ -65,7 +65,7 @@ def distance(march: March, a: Any, b: Any) -> float:
     E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
     of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, with
     the kinetic energy T in the rotating frame and the strain energy U of x, which may
-    be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
+    be below 0: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
     kinetic energy of the motion in the rotating frame and the strain energy, both
     positive.
 
@@ -144,7 +144,8 @@ class SideBySide:
     Parameters
     ----------
     ended : march to be continued; all its sectors must be integrated
-    interval : s, time between two distances, rounded to whole intervals of evidence
+    interval : s, time between two measurements of the distance, rounded to whole
+        intervals of evidence
     seconds : s, longest time by which the march can be continued
     delta : initial distance, relative to the size of the motion
     between : function that is called between slices
@@ -219,7 +220,7 @@ class SideBySide:
 
 
 def _longer(ended: March, seconds: float) -> Case:
-    """Return the case of a march that continues for a number of seconds."""
+    """Return the case of an ended march with a duration longer by `seconds`, s."""
     settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
     settings["duration"] = ended.steps * ended.scene.solver.time_step + seconds
     settings["output.traces"] = "summary"

@@ -157,6 +157,7 @@ def _pushed(items: Floats, mu: float) -> Floats:
     `kernels.passes`.
 
     mu : friction with the sign of the speed
+    items : (ITEMS, ...), coefficients without contact, results of `_items`
     """
     out = items.copy()
     give, real, imaginary = (items[i] for i in (passes.GIVE, passes.SR, passes.SI))
@@ -381,7 +382,10 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
 
 
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from the kernel's, (2 rows slots,)."""
+    """Return the rotor's modal amplitudes (m,) from the kernel's, (2 rows slots,).
+
+    values : the latter, re and im in rows of slots (nodal diameters)
+    """
     slots, _ = widths(model.blades)
     rotor = values.reshape(-1, 2, slots)
     q_b = np.zeros(len(model.rotor.omega))
@@ -392,7 +396,10 @@ def rotor_amplitudes(model: Model, values: Floats) -> Floats:
 
 
 def rotor_slots(model: Model, q_b: Floats) -> Floats:
-    """Return the kernel's amplitudes of the rotor, (2 rows slots,), from modal ones."""
+    """Return the kernel's amplitudes of the rotor, (2 rows slots,), from modal ones.
+
+    q_b : (m,), amplitudes of the m modes; the results are re and im by row and slot
+    """
     modes, (slots, _) = _rotor_modes(model), widths(model.blades)
     out = np.zeros((1 + max(mode.row for mode in modes), 2, slots))
     for mode in modes:

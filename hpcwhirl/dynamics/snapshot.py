@@ -134,6 +134,8 @@ def may_last(arrays: Arrays, march: March) -> bool:
 
     If the lengths differ, it does so up to the last row of evidence of both, and only
     before a certificate, after which the rest of the run was computed at once.
+
+    arrays : result of `snapshot`
     """
     (steps, total), counter = steps_of(arrays), arrays["state.counter"]
     if total == march.total:

@@ -138,6 +138,8 @@ def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
 
     A label is a mode's name and its number among the modes of this name, of which a
     pair has two.
+
+    names : body, family and nodal diameter of each mode
     """
     parts = _parts(modes)
     met = Counter[Name]()
@@ -153,7 +155,10 @@ def _parts(modes: str) -> list[set[str]]:
 
 
 def _check(modes: str, names: list[Name]) -> None:
-    """Raise InputError if a part of the text `modes` chooses no mode."""
+    """Raise InputError if a part of the text `modes` chooses no mode.
+
+    names : body, family and nodal diameter of each mode
+    """
     if all(p and any(p <= {*name} for name in names) for p in _parts(modes)):
         return
     known = sorted({f"{body} {family}" for body, family, _ in names})

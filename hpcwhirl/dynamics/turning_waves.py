@@ -165,6 +165,8 @@ class Differences(_Diameter):
         In a step Lambda adds Re(conj(Lambda) row a) + number |Lambda|^2 to the energy
         of the waves and to their damping loss together, with the amplitudes a after the
         step without Lambda.
+
+        mu : friction with the sign of Omega
         """
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
@@ -302,7 +304,10 @@ class Circle:
 
 
 def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle | None:
-    """Return the circular orbit of a rotor with unbalance; None if it is balanced."""
+    """Return the circular orbit of a rotor with unbalance; None if it is balanced.
+
+    diameters : the rotor's waves of each nodal diameter
+    """
     places, body = circle(model, scene), model.rotor
     if places is None:
         return None
@@ -320,7 +325,10 @@ def is_basis(diameters: list[Diameter]) -> bool:
 def wave_arrays(
     model: Model, scene: Scene, diameters: list[Diameter], beat: int
 ) -> Arrays:
-    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence."""
+    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence.
+
+    diameters : the rotor's waves of each nodal diameter
+    """
     blades, mu = model.blades, friction_with_sign(scene)
     loading, casing = casing_arrays(model, scene)
     steady = circle_of(model, scene, diameters)

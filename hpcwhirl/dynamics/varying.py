@@ -71,7 +71,7 @@ class DrivenRotor:
     shapes : (n, m), shapes of the modes in this order
     alike : (r,), indices of the modes that f_0 moves, block by block; f_0 are the
         forces of the unbalance and Euler's forces
-    begun : (a + 1,), index in `alike` of the first mode of each block, and r
+    begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
     force : (m,), f_0 in the present interval
     """
 

@@ -246,6 +246,7 @@ def _condition(parts: list[_Part], scale: float) -> float:
     the shapes Y and amplitudes a of its waves.
 
     scale : by which the basis divides the increments
+    parts : the waves of each block
     """
     sizes = []
     for block, ahead, shapes, paired in parts:
@@ -291,6 +292,8 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     """Return the kernel's arrays of a rotor whose modes rotation couples.
 
     The last wave is constant, the circle of an unbalanced rotor.
+
+    waves : the rotor's waves with terms of rotation
     """
     body, blades, mu = model.rotor, model.blades, friction_with_sign(scene)
     radial, along = reads_of(model)
