@@ -1,4 +1,4 @@
-"""All compiled code.
+"""Code of the time integration that numba compiles, and its cache on disk.
 
 Terms used in these modules, besides those of the manual:
 

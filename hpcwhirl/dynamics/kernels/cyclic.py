@@ -4,7 +4,7 @@ At the N blades, harmonic h of the ring has the values of nodal diameter kappa =
 N, or N - (h mod N) if that is less (then conjugated), kappa = 0 .. N // 2. It is
 computed with the rotor's modes of that nodal diameter, in the slot kappa. In the
 rotating frame no coefficient depends on the position of the blades: with gamma the
-radial displacement (of tips with negative sign) for unit amplitude y of each mode, the
+radial displacement (of tips times -1) for unit amplitude y of each mode, the
 sum of gamma y over the modes of each slot is a spectrum G of the gaps,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N},

@@ -344,7 +344,6 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
     outs : out: spectra of rotor, ring and gaps, (2 k,); folded rates of the gaps, (2
         wide,)
-
     c_c, wave : coefficients of the ring's modes, packed; see `passes.to_gaps`
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes

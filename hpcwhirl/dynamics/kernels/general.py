@@ -4,7 +4,7 @@ In the frame of the blades the ring is the same at every angle, for any rotor: i
 harmonics are in slots (nodal diameters of the blades) as in `cyclic`, and the Delassus
 matrix W = W_rotor + W_ring is constant. The m modes of the rotor are real and not in
 slots; with gamma and sigma (N, m) the radial and tangential displacements of the tips
-with negative sign,
+times -1,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
@@ -285,7 +285,6 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
         `wall`, and after a step with contact the tips of the copies in `out`
     energies : energies of the copies, J
     less : J, subtracted from the summed loss: for waves the rotor's energy, else 0
-
     keep, judge : as in `contact.write_sample`
     """
     counter, ledger = state.counter, state.ledger

@@ -284,7 +284,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Raise ledger[MISS] to the largest relative error of the solved gaps.
+    """Raise ledger[MISS] to the largest error of the solved gaps, if this is larger.
 
     The error of a gap is |actual - solved| / (gap + |u| + |actual|).
 
@@ -302,7 +302,7 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Raise ledger[MISS] to the error of the solved gaps of a step, like `note_miss`.
+    """Raise ledger[MISS] to the largest error of solved gaps, as `note_miss` does.
 
     Both are folded: `again` (2 wide,), m, computed from the amplitudes, and `gaps`.
     Entries that repeat a blade are not compared, since pivoting does not correct them.
@@ -338,16 +338,18 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Raise ledger[MISS] to the error of the solved gaps against states t_b, t_c.
+    """Raise ledger[MISS] to the error of the solved gaps of a step, if this is larger.
 
-    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
-    list all blades in the order of `circulant.folded`.
+    The gaps of the contact problem are compared with those computed from states. There
+    are k slots, one for each nodal diameter, padded; folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     t_b, t_c : states of rotor and ring of the cyclic kernel, without pending forces
+    c_b, c_c : coefficients of their modes, packed
     reach : bound of the tips' displacements, m
     gaps, row : as in `note_miss_folded`
     spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps
-    again : (2 wide,), out: gaps of the states
+    again : (2 wide,), out: gaps computed from the states, m
     """
     width, size = len(spectrum), len(t_b) // ROTOR_STATE
     k, wide = width // 2, len(wave) // width

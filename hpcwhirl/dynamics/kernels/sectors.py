@@ -210,7 +210,6 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
     Parameters
     ----------
     p, mu : number of the point on its tip; friction with the sign of the speed
-    p, mu : number of the point on its tip; friction with the sign of the speed
     fresh : whether the change of waves by other points is still 0
     to, along, lam : where spectra of gaps, of motion along the casing and of
         multipliers begin

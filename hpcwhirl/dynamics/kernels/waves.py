@@ -140,6 +140,10 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
     The slip is a spectrum, see `passes.slip_of`. For central differences, also complete
     the spectrum of the gaps of the last step.
+
+    push : (re, im) of the multipliers' spectrum at these nodal diameters
+    near, rate, work : (re, im), sums over the waves by `columns`
+    own, older : where spectra of gaps begin in the state s, see `seen_at`
     """
     pr, pi = push
     if exact:
