@@ -202,7 +202,8 @@ class FreeWhole:
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
     """Return displacements of tips for unit amplitudes as complex rows, (r, waves).
 
-    rows : the same coefficients as the kernel stores them, flat, such as `rotor.read`
+    rows : the same coefficients as the kernel stores them, flat, such as
+        `WholeRotor.read`
     """
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)

@@ -61,7 +61,7 @@ class History:
 
     Attributes
     ----------
-    time : (n,), s
+    time : (n,), s, of the n samples of the traces
     centre : (n, 2), m, ROTATING frame: x_o, y_o
     energy : (n,), J, kinetic + strain of both bodies
     impulse : (n,), N s, cumulative normal contact impulse of all blades
@@ -106,7 +106,8 @@ class History:
         about the circle may be round-off; 0 for schemes that compute this motion
     free_growth : 1/s, growth rate of the rotor's fastest growing free motion; 0 if all
         decay, if round-off explains it, or if the speed changes
-    worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless stored
+    worn : (n, M), m, depth of each of M rods of a layer on the casing; (0, M) unless
+        stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
     """

@@ -277,9 +277,10 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return the ratio of `push` to conj(read + mu slide) for each wave, (waves,).
+        """Return each wave's change by a multiplier over its motion there, (waves,).
 
-        It is taken at the point where the denominator is largest.
+        The ratio is push / conj(read + mu slide), at the point where the denominator is
+        largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -287,16 +288,22 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether a wave's ratio `gives` is the same at all points, (waves,)."""
+        """Return whether `gives`, a ratio for each wave, is the same at all points.
+
+        If it is (True in the result, (waves,)), a multiplier's effect on the wave
+        follows from the wave's motion of the points.
+        """
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
 
     def twin(self, i: int, others: Integers) -> int:
-        """Return which of other waves forms a pair with wave i, or -1.
+        """Return which of some waves forms a pair with wave i, or -1.
 
         Both waves of a pair move the points with equal coefficients, and their factors
         `move` and `gives` are conjugates.
+
+        others : indices of the waves to compare with wave i
         """
         told = np.vstack([self.read, self.slide])
         factors = np.vstack([self.move, self.gives()])

@@ -260,7 +260,10 @@ class PointWaves:
 
 
 def point_waves(model: Model, scene: Scene) -> PointWaves | None:
-    """Return the waves of both bodies; None where they are no basis of the motion."""
+    """Return the waves of both bodies; None where they are no basis of the motion.
+
+    Waves that nearly coincide are no basis.
+    """
     found, casing = rotor_waves(model, scene), casing_waves(model, scene)
     if found is None or casing is None:
         return None

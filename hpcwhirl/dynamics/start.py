@@ -173,6 +173,8 @@ def energy_of(model: Model, speed: float, state: Amplitudes) -> float:
     It is the sum of 1/2 (dq/dt)^2 + 1/2 omega^2 q^2 over the modes of both bodies and,
     of a rotor with terms of rotation, 1/2 x^T (K(Omega) - K) x with its displacement x,
     and the energy of its supports.
+
+    speed, state : Omega, rad/s; the motion in modal amplitudes
     """
     total = 0.0
     pairs = (model.rotor, state[:2]), (model.casing, state[2:])

@@ -45,7 +45,9 @@ EPSILON = float(np.finfo(float).eps)
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
     """Return an unbalanced rotor's modes, with added ones that represent its orbit.
 
-    The circle is x_s, see `case.unbalance`.
+    body : the rotor's modes without them
+
+    On equal supports the orbit is a circle, x_s, see `case.unbalance`.
     """
     rows, count = read_by(model, scene), 2 * model.blades
     radial, tangential = (rows[:, places] for places in model.places)
