@@ -346,6 +346,8 @@ def solved(gaps, row, lowest, blades, wide, space):
     """Solve the contact problem of all blades by `guess`, `seek`, or `solve_any`.
 
     Results are those of `guess`, except that -1 means that no solution was found.
+
+    gaps, row, lowest : as in `guess`
     """
     size = guess(gaps, row, lowest, blades, wide, space)
     if size < 0:

@@ -87,7 +87,10 @@ def highest(worn, first, under):
 
 @inlined
 def limit_of(layer, depth):
-    """Return the force, N, beyond which a rod of worn depth `depth`, m, wears."""
+    """Return the force, N, beyond which a rod of worn depth `depth`, m, wears.
+
+    layer : `kernel_types.Layer`, which has the limit of an unworn rod
+    """
     return layer.limit + layer.growth * depth
 
 

@@ -98,6 +98,8 @@ def turn_rows(_rows, q, ahead, _near, _spectra):
     """Multiply the amplitudes q of all waves by z: a step without forces.
 
     The implementation of `turn_points` for unequal sectors.
+
+    Arguments are those of `turn_points`.
     """
     turn_waves(q, ahead)
 
