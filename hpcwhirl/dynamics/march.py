@@ -155,7 +155,7 @@ class March:
         self.recall()
 
     def _coast(self) -> FreeDecay | None:
-        """Return the free decay in closed form; None if no certificate is possible."""
+        """Return an object that computes free decay; None if it cannot be certified."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -170,7 +170,7 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Start again with all sectors if the integrated one had too much contact.
+        """Restart with all sectors if the one that is integrated had too much contact.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
         grow from it: one sector represents all sectors only while this is negligible.
@@ -195,8 +195,8 @@ class March:
     def _slice(self, size: int) -> int:
         """Return how many steps, up to `size`, can be taken without a stop.
 
-        It must stop to search for a certificate (`_look`) and to check how much contact
-        the one sector integrated for all has had (`_watch`).
+        The march must stop to search for a certificate (`_look`) and to check how much
+        contact the one sector integrated for all has had (`_watch`).
         """
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps

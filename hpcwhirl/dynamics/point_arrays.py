@@ -308,6 +308,8 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
     The third result is the number of the rotor's products. Entries that are 0 are left
     out; those of the rotor come first.
+
+    waves : waves of both bodies
     """
     pairs, values, count = [], [], []
     for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):
@@ -320,7 +322,10 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
-    """Return indices and factors, (c, 2), of the amplitudes in each casing mode."""
+    """Return the two amplitudes that give each of the casing's c modes.
+
+    They are indices and factors, (c, 2) each; waves : waves of both bodies
+    """
     rows, place = real_rows(waves.casing.shapes), waves.places()[1]
     index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))
     for m, row in enumerate(rows):

@@ -292,9 +292,10 @@ def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
 
 
 def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return coefficients (ITEMS size,) of a ring's modes and their load (size,).
+    """Return coefficients of a ring's modes, and their forces by a pulse of unit force.
 
-    Both are empty if the casing is rigid.
+    They are flat, (ITEMS, rows, slots) and (rows, slots), in rows of modes for each
+    slot (nodal diameter); both are empty if the casing is rigid.
     """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0)

@@ -410,7 +410,10 @@ def _parts(values: Any) -> tuple[Any, Any]:
 
 
 def packed(items: Floats) -> Floats:
-    """Return coefficients (ITEMS, rows, slots) in the order of the kernel, flat."""
+    """Return coefficients of waves, (ITEMS, rows, slots), flat as kernels read them.
+
+    Those of four neighbouring waves are contiguous.
+    """
     apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
@@ -418,7 +421,7 @@ def packed(items: Floats) -> Floats:
 def unpacked(items: Floats, count: int) -> Floats:
     """Return the coefficients that `packed` flattened, (count, rows * slots), a copy.
 
-    count : number of coefficients of a wave
+    items, count : result of `packed`; number of coefficients of a wave
     """
     return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
 

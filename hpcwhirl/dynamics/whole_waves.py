@@ -81,6 +81,8 @@ class WholeWaves:
     def parts(self, rows: Complexes) -> Floats:
         """Return real rows (r, 2 m), whose product with q is Re(rows a).
 
+        q are the 2 m real amplitudes of the waves.
+
         rows : (r, waves), factors of the complex amplitudes a
         """
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
