@@ -70,7 +70,11 @@ def ready_at(scene: Scene) -> int:
 
 
 def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
-    """Return the casing's harmonics, (n, H + 1, 2), m, at n samples of its modes."""
+    """Return the harmonics of a casing's radial displacement from modal amplitudes.
+
+    amplitudes : (n, modes), of the casing's modes at n samples
+    The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
+    """
     if model.casing is None or model.ring is None:
         msg = "a rigid casing has no modes"
         raise ValueError(msg)
@@ -80,12 +84,22 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rows(body: ModalModel, ring: RingOperator | FourierOperator) -> Floats:
-    """Return casing harmonics, cos and sin, for unit amplitudes, (H + 1, 2, m)."""
+    """Return the harmonics of the casing's radial displacement in each mode.
+
+    They are (H + 1, 2, m), for unit amplitude of each of the m modes: cosine and sine
+    part of harmonics 0 .. H.
+
+    body, ring : modes of the casing; its contact operator
+    """
     return np.asarray(ring.waves() @ body.shapes)
 
 
 def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
-    """Return harmonics, (n, H + 1, 2), m, at n samples of the ring's coordinates."""
+    """Return the harmonics of a casing's radial displacement from its coordinates.
+
+    displacements : (n, c), m, of the ring's c coordinates at n samples
+    The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
+    """
     if model.ring is None:
         msg = "a rigid casing has no coordinates"
         raise ValueError(msg)
@@ -105,9 +119,10 @@ def _read(rows: Floats, values: Floats) -> Floats:
 
 
 def waves_of_rigid(model: Model, scene: Scene, count: int, stride: int) -> Floats:
-    """Return harmonics of a rigid casing at `count` samples, (count, H + 1, 2), m.
+    """Return the harmonics of a rigid casing's shape at `count` samples.
 
-    H is that of an elastic ring with these inputs, or the shape's highest if larger.
+    They are (count, H + 1, 2), m: cosine and sine part of harmonics 0 .. H. H is that
+    of an elastic ring with these inputs, or the highest one of the shape if larger.
 
     stride : steps between samples
     """
@@ -122,7 +137,8 @@ def unfolded(waves: Floats, folds: int, scene: Scene) -> Floats:
 
     Parameters
     ----------
-    waves : (n, H' + 1, 2), m, harmonics in the angle g theta
+    waves : (n, H' + 1, 2), m, cosine and sine parts of n samples: harmonics 0 .. H' in
+        the angle g theta. H is the highest one of the whole casing
     folds : g, number of sectors
     scene : scene of all sectors, not of one
     """

@@ -33,9 +33,9 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the coefficients by which modes jump over steps without contact.
+    """Return the coefficients of jumps over steps without contact, for modes.
 
-    items, step : (ITEMS, size), coefficients of modes, see `kernels.passes`; dt, s
+    items, step : (ITEMS, modes), coefficients of modes, see `kernels.passes`; dt, s
     """
     real = items[:, items[passes.KEEP] > 0.0]
     held = bool((real[passes.OMEGA] > 0.0).all())
@@ -47,9 +47,9 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the coefficients by which waves jump over steps without contact.
+    """Return the coefficients of jumps over steps without contact, for waves.
 
-    items, step : (ITEMS, size), coefficients of waves, see `kernels.waves`; dt, s
+    items, step : (ITEMS, waves), coefficients of waves, see `kernels.waves`; dt, s
     """
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     roots = np.log1p(ahead) / step
@@ -63,17 +63,19 @@ def flying_waves(items: Floats, step: float) -> Flyer:
 def all_die_out(items: Floats) -> bool:
     """Return whether all waves that contact can excite decay.
 
-    items : (ITEMS, size), coefficients of waves, see `kernels.waves`
+    items : (ITEMS, waves), coefficients of waves, see `kernels.waves`
     """
     ahead = items[waves.AHEAD_RE] + 1j * items[waves.AHEAD_IM]
     return die_out(ahead, items[[waves.PUSH_RE, waves.PUSH_IM]])
 
 
 def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
-    """Return whether all waves that move or that contact excites decay.
+    """Return whether the free motion of a body's waves decays.
 
-    ahead : (w,), z - 1 of each wave, z the factor of its amplitude in a step
-    push : (r, w), contributions of contact to each wave
+    Waves that do not change (z = 1) and that contact does not excite are left out.
+
+    ahead : (waves,), z - 1 of each wave, z the factor of its amplitude in a step
+    push : (r, waves), contributions of contact to each wave
     """
     pushed = np.asarray(push.any(axis=0))
     less = 2 * ahead.real + ahead.real**2 + ahead.imag**2  # |z|^2 - 1, not cancelling
@@ -116,7 +118,9 @@ def can_fly(scene: Scene) -> bool:
 
 
 def _jump(items: Floats, count: int, step: float) -> Floats:
-    """Return coefficients of a jump over `count` steps, (JUMP_ITEMS, size).
+    """Return coefficients of a jump over `count` steps, (JUMP_ITEMS, modes).
+
+    items : (ITEMS, modes), coefficients of modes, see `kernels.passes`
 
     Amplitude q and velocity v become q' = e^-a ((cos b + xi omega S) q + S v) and v' =
     e^-a ((cos b - xi omega S) v - omega^2 S q), a = xi omega t, b = omega_d t, S =
@@ -146,13 +150,14 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 
 
 def _bound(items: Floats, longest: float) -> Floats:
-    """Return the coefficients that bound a body's free motion, (BOUND_ITEMS, size).
+    """Return the coefficients that bound a body's free motion, (BOUND_ITEMS, modes).
 
     v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2), with q' = dq/dt, is a
     decreasing envelope of |q'|^2. The displacement of a mode stays below v / omega, and
     the magnitude of the ring's amplitude C after a time t below its present magnitude
     plus v t.
 
+    items : (ITEMS, modes), coefficients of modes, see `kernels.passes`
     longest : s, time for which the bound is used
     """
     omega, xi = items[passes.OMEGA], items[passes.DAMPING]
@@ -169,7 +174,7 @@ def _bound(items: Floats, longest: float) -> Floats:
 
 
 def _turned(angles: Complexes) -> Floats:
-    """Return the coefficients e^{s t} of a jump of waves, (JUMP_ITEMS, size).
+    """Return the coefficients e^{s t} of a jump of waves, (JUMP_ITEMS, waves).
 
     angles : s t, complex, with the root s of each wave and the duration t of the jump
     """
@@ -178,11 +183,14 @@ def _turned(angles: Complexes) -> Floats:
 
 
 def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
-    """Return the coefficients that bound the waves' free motion, (BOUND_ITEMS, size).
+    """Return the coefficients that bound the waves' free motion, (BOUND_ITEMS, waves).
 
     A wave's part of a gap, gamma a e^{st}, with its root s, its amplitude a and the gap
     gamma for unit amplitude, has the initial rate gamma s a, and a second derivative of
     at most |gamma s^2 a|, times its growth if the wave is unstable.
+
+    roots, radial : (waves,), s, 1/s, and gamma
+    longest : s, time for which the bound is used
     """
     out, weight = np.empty((waves.BOUND_ITEMS, len(roots))), np.abs(radial)
     rate, grown = radial * roots, np.exp(np.maximum(roots.real, 0.0) * longest)

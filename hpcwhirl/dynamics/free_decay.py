@@ -33,12 +33,18 @@ class _Motion(NamedTuple):
     log: Complexes
 
     def parts(self, z: Complexes) -> tuple[Complexes, Complexes]:
-        """Split the factors z^n, (samples, modes), into those of rotor and ring."""
+        """Split the factors z^n of all modes into those of rotor and ring.
+
+        z : (samples, modes), the rotor's modes first
+        """
         count = len(self.rotor.most)
         return z[:, :count], z[:, count:]
 
     def energies(self, z: Complexes) -> tuple[Floats, Floats]:
-        """Return energies of rotor and ring, (samples,) each, J; z as in `parts`."""
+        """Return the energies of rotor and of ring in free motion, (samples,) each, J.
+
+        z : (samples, modes), factors z^n of all modes, the rotor's first
+        """
         rotor, ring = self.parts(z)
         return self.rotor.energies(rotor), self.ring.energies(ring)
 
@@ -49,7 +55,7 @@ class _Start(NamedTuple):
     Attributes
     ----------
     step : number of the step
-    row : (COLUMNS,), row of evidence at this step
+    row : (COLUMNS,), the values sampled at this step for the word of the case
     impulse : N s, normal impulse of all contacts so far
     blades : (N,), N s, normal impulse of each blade so far
     """
@@ -75,7 +81,7 @@ class _Start(NamedTuple):
 
 
 class FreeDecay:
-    """Certificate and closed form of one march.
+    """The certificate of a march, and its remaining motion in closed form.
 
     Parameters
     ----------
@@ -125,7 +131,7 @@ class FreeDecay:
 
     @cached_property
     def _moved(self) -> Floats:
-        """Largest displacement of each tip, (N, modes), m, for unit amplitudes."""
+        """Magnitude of each tip's displacement, (N, modes), m, for unit amplitudes."""
         return np.hypot(np.abs(self.shapes.radial), np.abs(self.shapes.tangential))
 
     def finish(
@@ -165,7 +171,10 @@ class FreeDecay:
         self._leave(motion, state, settled, total - start.step)
 
     def _centre(self, motion: _Motion, z: Complexes) -> Floats:
-        """Return x_o, y_o, (samples, 2), m, rotating frame, by factors z^n."""
+        """Return the centre's x_o, y_o, (samples, 2), m, in a free motion.
+
+        They are in the rotating frame; z : (samples, modes), factors z^n of all modes
+        """
         swing = motion.rotor.swing(self.shapes.hub)
         return np.asarray((motion.parts(z)[0] @ swing).real)
 
@@ -173,7 +182,11 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write rows of evidence after the start; z : (rows, modes), factors z^n."""
+        """Write the rows of evidence after the start, in closed form, to `tracks`.
+
+        motion, start : free motion, and the state at which it begins
+        z : (rows, modes), factors z^n of all modes, n steps after the start
+        """
         rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
         rotor, ring = motion.energies(z)
@@ -186,10 +199,11 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write the samples of the traces after the start.
+        """Write the samples of the traces after the start, in closed form, to `tracks`.
 
-        z : (samples, modes), factors z^n
-        steps : (samples,), numbers of steps after the start
+        motion, start : free motion, and the state at which it begins
+        z : (samples, modes), factors z^n of all modes
+        steps : (samples,), numbers n of steps after the start
         """
         tracks.centre[:] = self._centre(motion, z)
         tracks.energy[:] = sum(motion.energies(z))
@@ -206,7 +220,9 @@ class FreeDecay:
             tracks.casing[:] = self._ring(motion, z, steps)
 
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
-        """Return the kernel's amplitudes of the ring, re then im, (samples, 2 size).
+        """Return the ring's amplitudes in a free motion, as the kernel stores them.
+
+        They are (samples, 2 size), real parts, then imaginary parts.
 
         z, steps : as in `_keep`
         """
@@ -242,13 +258,14 @@ def next_look(
 ) -> int:
     """Return after how many steps the bound of the tips' motion will be below the gap.
 
-    It holds if no contact occurs before; doublings of `shortest` are tried.
+    Only the numbers `shortest`, twice, four times it, ... are tried. The result is
+    valid if no contact occurs before.
 
     Parameters
     ----------
     sizes, decays : results of `FreeDecay.bound`
     gap : m
-    shortest, longest : limits of the result
+    shortest, longest : least and largest result, numbers of steps
     """
     for _ in range(40):
         if shortest >= longest or (sizes @ decays**shortest).max() < LESS * gap:

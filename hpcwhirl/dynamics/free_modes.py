@@ -67,7 +67,10 @@ class Roots:
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) as `waves` does, of the increments d_n = q_n - q_{n-1}."""
+        """Return (A, B) as `waves` does, of the increments d_n = q_n - q_{n-1}.
+
+        q, d : amplitudes, and their increments in the last step
+        """
         # d_1 = keep d - pull q = r (A cos phi + B sin phi)
         return d, -(self.back * d + self.pull / self.radius * q) / self.sine
 
@@ -113,7 +116,7 @@ class ModesMotion:
     delta: Complexes
 
     def places(self, z: Complexes) -> Complexes:
-        """Return the amplitudes q at some samples, (samples, modes).
+        """Return the modes' amplitudes q at some samples, (samples, modes).
 
         z : (samples, modes), z^n after the n steps of each sample
         """
@@ -127,7 +130,10 @@ class ModesMotion:
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
     def increments(self, z: Complexes) -> Complexes:
-        """Return the increments d at samples, (samples, modes); z as in `places`."""
+        """Return the modes' increments d at samples, (samples, modes).
+
+        z : (samples, modes), z^n after the n steps of each sample
+        """
         return self.gamma * z + self.delta * z.conj()
 
     def energies(self, z: Complexes) -> Floats:

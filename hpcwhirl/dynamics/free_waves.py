@@ -54,7 +54,10 @@ class WavesMotion:
         return (rows.conj() * self.amplitudes).T
 
     def energies(self, z: Complexes) -> Floats:
-        """Return the energy of all waves, (samples,), J; z as in `places`."""
+        """Return the energy of all waves at some samples, (samples,), J.
+
+        z : (samples, waves), z^n after the n steps of each sample
+        """
         return self.body.energies(self.places(z))
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
@@ -83,10 +86,11 @@ class FreeWaves:
 
     Attributes
     ----------
-    own : (w,), indices of the waves in arrays (rows, slots), flat; the rest is padding
-    log, radius : (w,), log z and |z|
+    own : (waves,), indices of the waves in arrays (rows, slots), flat; the rest is
+        padding
+    log, radius : (waves,), log z and |z|
     decays : whether all motion that contact can cause decays to zero
-    radial : (w,), change of gap by a unit amplitude
+    radial : (waves,), change of gap by a unit amplitude
     form : (slots, rows, rows), J, upper triangles: the energy of a nodal diameter is
         Re(a* form a), a its amplitudes, a* their conjugates
     seen : number of last steps of which a state holds amplitudes or spectra
@@ -111,7 +115,7 @@ class FreeWaves:
         self.form[:, upper[0], upper[1]] = (parts[:, 0] + 1j * parts[:, 1]).T
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, waves)."""
         slots, rows, _ = self.form.shape
         every = np.zeros((len(a), rows * slots), dtype=np.complex128)
         every[:, self.own] = a
@@ -120,7 +124,10 @@ class FreeWaves:
         return np.asarray((apart.conj() * pair).real.sum(axis=(0, 2)))
 
     def write(self, past: Complexes, state: Floats, step: int) -> None:
-        """Write amplitudes to a state; past : (seen, w), at `step` and before it."""
+        """Write the amplitudes of waves, and spectra of gaps that follow, to a state.
+
+        past : (seen, waves), amplitudes at `step` and at the steps before it
+        """
         rows = state.reshape(-1, 2, self.slots)
         rows[:] = 0.0
         for back, values in enumerate(past):
@@ -146,10 +153,10 @@ class FreeWhole:
 
     Attributes
     ----------
-    own : (w,), indices of the waves among the kernel's complex amplitudes
+    own : (waves,), indices of the waves among the kernel's complex amplitudes
     log, radius, decays, seen : as in `FreeWaves`
-    form : (2 w, 2 w), J: energy q^T form q, q all re, then all im of the amplitudes; of
-        an `UncoupledRotor` (3, w), factors of re^2, 2 re im, im^2
+    form : (2 waves, 2 waves), J: energy q^T form q, q all re, then all im of the
+        amplitudes; of an `UncoupledRotor` (3, waves), factors of re^2, 2 re im, im^2
     """
 
     seen = 1
@@ -169,7 +176,7 @@ class FreeWhole:
         self.form = unpacked_form(rotor.form, 2 * self.half)[np.ix_(places, places)]
 
     def energies(self, a: Complexes) -> Floats:
-        """Return the rotor's energy, (samples,), J, for amplitudes (samples, w)."""
+        """Return the rotor's energy, (samples,), J, for amplitudes (samples, waves)."""
         if len(self.form) == 3:
             squares = a.real**2, 2 * a.real * a.imag, a.imag**2
             return np.asarray(
@@ -179,7 +186,10 @@ class FreeWhole:
         return np.asarray(((q @ self.form) * q).sum(axis=1))
 
     def write(self, past: Complexes, state: Floats, _: int) -> None:
-        """Write amplitudes to a state; past : (1, w), those at the present step."""
+        """Write the amplitudes of waves to a state.
+
+        past : (1, waves), amplitudes at the present step
+        """
         state[self.own] = flushed(past[0].real)
         state[self.half + self.own] = flushed(past[0].imag)
 
@@ -190,14 +200,22 @@ class FreeWhole:
 
 
 def tip_rows_of(rotor: WholeRotor | UncoupledRotor, rows: Floats) -> Complexes:
-    """Return displacements for unit amplitudes, such as rotor.read, as (r, waves)."""
+    """Return displacements of tips for unit amplitudes as complex rows, (r, waves).
+
+    rows : the same coefficients as the kernel stores them, flat, such as
+        `WholeRotor.read`
+    """
     if isinstance(rotor, UncoupledRotor):  # of real parts alone
         return rows.reshape(-1, len(rotor.drift)).astype(np.complex128)
     return complex_rows(rows, len(rotor.drift))
 
 
 def complex_rows(parts: Floats, half: int) -> Complexes:
-    """Return complex rows (r, half) from flat ones that have all re before all im."""
+    """Return complex rows (r, half) from real ones.
+
+    parts : flat, r rows, of which each has `half` real parts, then `half` imaginary
+        parts
+    """
     rows = parts.reshape(-1, 2, half)
     return np.asarray(rows[:, 0] + 1j * rows[:, 1])
 
@@ -207,7 +225,8 @@ class Shapes(NamedTuple):
 
     Attributes
     ----------
-    radial, tangential : (N, modes), displacements of the tips are Re(q @ row)
+    radial, tangential : (N, modes), displacement of a blade is Re(q @ row), row that of
+        the blade
     hub : (2, modes), x_o, y_o = Re(conj(hub) q)
     reach : (N, modes), |radial|; (1, modes) if it is equal for all blades
     """

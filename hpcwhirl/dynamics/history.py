@@ -29,7 +29,7 @@ class Evidence:
 
     Attributes
     ----------
-    time : (b,), s
+    time : (b,), s, of the b samples
     centre : (b, 2), m, ROTATING frame: x_o, y_o
     rotor, casing : (b,), J, kinetic + strain energy of each body
     fed, friction, lost : (b,), J, cumulative work, as in `History`
@@ -49,7 +49,7 @@ class Evidence:
 
     @property
     def energy(self) -> Floats:
-        """Energy of both bodies together, J, (b,), at the times of `time`."""
+        """Energy of both bodies together, J, at the times of `time`."""
         return self.rotor + self.casing
 
 
@@ -61,7 +61,7 @@ class History:
 
     Attributes
     ----------
-    time : (n,), s
+    time : (n,), s, of the n samples of the traces
     centre : (n, 2), m, ROTATING frame: x_o, y_o
     energy : (n,), J, kinetic + strain of both bodies
     impulse : (n,), N s, cumulative normal contact impulse of all blades
@@ -71,8 +71,8 @@ class History:
     lost : (n,), J, cumulative damping and impact loss, and work of wear
     tips : (n, N, 2), m, rotating frame: radial, tangential; (0, N, 2) unless stored
     blade_impulse : (n, N), N s, cumulative per blade; (0, N) unless stored
-    casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h of the casing's radial
-        displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
+    casing : (n, H + 1, 2), m, STATIC frame: c_h, s_h, h = 0 .. H, of the casing's
+        radial displacement w = sum_h c_h cos(h theta) + s_h sin(h theta); (0, H + 1, 2)
         unless stored
     point_tips, point_impulse : (n, N, n_c, 2), (n, N, n_c), as `tips`, `blade_impulse`,
         for all contact points, if a tip has several; else n_c is 0
@@ -100,13 +100,14 @@ class History:
     judged : evidence for words
     folds : number of sectors that move alike, of which one was integrated; 1: all were
     circle : (b, 2), m, rotating frame: x_o, y_o of an unbalanced rotor without contact,
-        at rows of evidence; energies are those of the motion about it; 0 without
-        unbalance
+        at the b samples of the evidence; energies are those of the motion about it; 0
+        without unbalance
     blur : energy, J, and squared distance of the centre, m^2, up to which a motion
         about the circle may be round-off; 0 for schemes that compute this motion
     free_growth : 1/s, growth rate of the rotor's fastest growing free motion; 0 if all
         decay, if round-off explains it, or if the speed changes
-    worn : (n, M), m, depth of each rod of a layer on the casing; (0, M) unless stored
+    worn : (n, M), m, depth of each of M rods of a layer on the casing; (0, M) unless
+        stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation
         on the rods, J; M is 0 without layer
     """

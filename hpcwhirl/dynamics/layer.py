@@ -75,5 +75,5 @@ def layer_of(scene: Scene) -> Layer:
 
 
 def unworn(scene: Scene) -> Floats:
-    """Return an unworn layer, (3, M), as in `kernels.kernel_types.BodiesState`."""
+    """Return an unworn layer, (3, rods), as in `kernels.kernel_types.BodiesState`."""
     return np.zeros((3, rods_of(scene)))

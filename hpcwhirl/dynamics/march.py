@@ -85,9 +85,9 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Set scheme and state to the start of a march, at rest or with `start`.
+        """Set scheme and state to the start of a march: at rest or as `start` says.
 
-        lean : scene and model to integrate; if they cannot begin with `start`, those of
+        lean : scene and model to integrate; if they cannot represent `start`, those of
             all sectors are taken instead
         """
         self.lean = lean
@@ -104,9 +104,9 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _started(self, start: Motion) -> bool:
-        """Set the state to an initial motion; return whether the model can have it.
+        """Set the state to an initial motion; return False if that is impossible.
 
-        Its arrays are those of the first interval of a changing speed.
+        It is if one sector is integrated and the motion differs between sectors.
         """
         self._refresh(None)
         return self.scheme.begin(start)
@@ -145,17 +145,17 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set the arrays for the interval of speed in which a restored state lies."""
+        """Set the kernel's arrays for the interval of speed of a restored state."""
         self._refresh(None)
 
     def put(self, state: Iterable[Floats]) -> None:
-        """Set the state to a given one of the same scene, perhaps at another step."""
+        """Set the march to a given state of the same scene, perhaps at another step."""
         for target, array in zip(self.state, state, strict=True):
             target[...] = array
         self.recall()
 
     def _coast(self) -> FreeDecay | None:
-        """Return the free decay in closed form; None if no certificate is possible."""
+        """Return an object that computes free decay; None if it cannot be certified."""
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -170,7 +170,7 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Start again with all sectors if the integrated one had too much contact.
+        """Restart with all sectors if the one that is integrated had too much contact.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
         grow from it: one sector represents all sectors only while this is negligible.
@@ -184,16 +184,20 @@ class March:
             self.unfold()
 
     def unfold(self) -> None:
-        """Start again with all sectors."""
+        """Restart the march with all sectors instead of one."""
         self._begin(self.case.whole)
 
     def fold(self) -> None:
-        """Start again with those sectors that the plan integrates."""
+        """Restart the march with the sectors that the plan integrates: one or all."""
         lean = self.case.lean
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return the number of steps, up to `size`, to the next `_look` or `_watch`."""
+        """Return how many steps, up to `size`, can be taken without a stop.
+
+        The march must stop to search for a certificate (`_look`) and to check how much
+        contact the one sector integrated for all has had (`_watch`).
+        """
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
             size = min(size, max(left, 1))
@@ -299,14 +303,14 @@ class March:
 
     @property
     def evidence_columns(self) -> int:
-        """Number of columns of evidence, larger for a rotor whose speed changes."""
+        """Number of values in each sample of evidence, larger if the speed changes."""
         rotor = self.scheme.arrays.rotor
         driven = isinstance(rotor, CoupledBody) and len(rotor.force) > 0
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 
     @property
     def counter(self) -> Any:
-        """The kernel's counters, indexed as in `kernels.contact`."""
+        """The kernel's counters: steps, contacts, samples and others, see `contact`."""
         return self.state.counter
 
     @property
@@ -324,7 +328,7 @@ class March:
 
     @property
     def last_row(self) -> int:
-        """Last step with evidence, up to which a longer run has the same states.
+        """Last step with a row of evidence, up to which a longer run is the same.
 
         After it, jumps of scheme exact depend on the end of the run.
         """
@@ -336,9 +340,9 @@ class March:
         return self.steps >= self.total or self.counter[contact.STOP] != 0
 
     def displacements(self) -> tuple[Floats, Floats]:
-        """Return the displacements of rotor (n,) and casing (m,), m.
+        """Return the displacements, m, of rotor, (n,), and casing, (c,).
 
-        They are in the coordinates of the model.
+        They are those of the n and c coordinates of the model.
         """
         now = self.scheme.motion(self.state, self.steps)
         return now.rotor, now.casing
@@ -401,7 +405,7 @@ class March:
         state.ledger[contact.PULSE] += self.scheme.balance(state).energy - before
 
     def _call(self, steps: int) -> None:
-        """Call the kernel for some steps."""
+        """Take `steps` steps with the kernel of the scheme."""
         scene = self.lean.scene
         self.scheme.kernel(
             steps,
@@ -418,26 +422,38 @@ class March:
 
     @property
     def kind(self) -> tuple[str | int, ...]:
-        """Key, equal for marches with the same kernel and similar time per step."""
+        """Key that is equal for marches with the same kernel and similar time per step.
+
+        It is the scheme and the numbers of blades, rotor modes and casing modes.
+        """
         lean = self.lean
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
         modes = len(lean.model.rotor.omega), len(ring.omega) if ring else 0
         return scheme, lean.model.blades, *modes
 
     def warm(self) -> None:
-        """Compile the kernels of a run; no step is taken, and `seconds` stays."""
+        """Compile the kernels of a run without taking a step.
+
+        The wall time of this is not added to `seconds`.
+        """
         self._call(0)
         self.scheme.balance(self.state)
 
     def run(self, between_slices: Callable[[], None] | None = None) -> History:
-        """Integrate to the end in slices of about 10 ms, and return the history."""
+        """Integrate to the end in slices of about 10 ms, and return the history.
+
+        between_slices : function that is called after each slice
+        """
         self.reach(self.total, between_slices)
         return self.history()
 
     def reach(
         self, goal: int, between_slices: Callable[[], None] | None = None
     ) -> None:
-        """Integrate in slices of about 10 ms up to step `goal`, or to the end."""
+        """Integrate in slices of about 10 ms up to step `goal`, or to the end.
+
+        between_slices : function that is called after each slice
+        """
         kind = self.kind
         size = _slices.get(kind, FIRST_SLICE)
         while not self.done and self.steps < goal:

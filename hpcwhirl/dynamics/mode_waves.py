@@ -72,13 +72,18 @@ class ModeWaves:
 
     @property
     def moves(self) -> Complexes:
-        """Changes of modes over two free steps for unit amplitudes after them, (m,)."""
+        """Ratio of (x_{n+1} - x_{n-1}) to the amplitude at step n + 1, (m,).
+
+        It is that of free motion, x the displacement of a mode.
+        """
         return np.asarray(self.rise * (1 + 1 / (1 + self.ahead)))
 
     def amplitudes(self, q: Floats, moved: Floats, of: Complexes) -> Complexes:
-        """Return amplitudes a, (m,), with Re(a) = q and Re(of a) = moved.
+        """Return the complex amplitudes a, (m,), with Re(a) = q and Re(of a) = moved.
 
-        q, moved, of : (m,), modal amplitudes; other values; their factors for unit a
+        q, moved : (m,), real amplitudes of the modes, and their increments or
+            velocities
+        of : (m,), factors that give the latter, for example `rise` or `rates`
         """
         return np.asarray(q + 1j * (of.real * q - moved) / of.imag)
 
@@ -110,7 +115,10 @@ def mode_waves(body: ModalModel, step: float) -> ModeWaves:
 
 
 def uncoupled_rotor(model: Model, scene: Scene, waves: ModeWaves) -> UncoupledRotor:
-    """Return the arrays of `kernels.whole` for a rotor without terms of rotation."""
+    """Return the arrays of `kernels.whole` for a rotor without terms of rotation.
+
+    waves : the rotor's modes as waves
+    """
     blades, mu = model.blades, friction_with_sign(scene)
     radial, along = reads_of(model)
     size = -(-len(waves.omega) // (2 * EIGHT)) * 2 * EIGHT

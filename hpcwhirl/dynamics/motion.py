@@ -94,12 +94,18 @@ class FreeSteps:
     step: float
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities (d + d') / 2 dt."""
+        """Return the velocities (d + d') / 2 dt, with d' = keep d - pull x.
+
+        x, d : (n,), displacements, and their increments in the last step
+        """
         ahead = _times(self.keep, d) - _times(self.pull, x)
         return np.asarray((d + ahead) / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments d that solve (1 + keep) d = 2 dt v + pull x."""
+        """Return the last increments d, which solve (1 + keep) d = 2 dt v + pull x.
+
+        x, v : (n,), displacements and velocities
+        """
         right = 2 * self.step * v + _times(self.pull, x)
         if self.keep.ndim == 1:
             return np.asarray(right / (1 + self.keep))
@@ -117,11 +123,17 @@ class FreeFlow:
     of_x: Floats
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return the velocities at the step's end."""
+        """Return the velocities at the end of a step.
+
+        x, d : (m,), amplitudes of the modes, and their increments in the step
+        """
         return self.of_d * d + self.of_x * x
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return the increments of the step that ended."""
+        """Return the increments x_n - x_{n-1} in the last step, (m,).
+
+        x, v : (m,), amplitudes of the modes, and their velocities
+        """
         return (v - self.of_x * x) / self.of_d
 
 
@@ -130,7 +142,11 @@ def _times(matrix: Floats, x: Floats) -> Floats:
 
 
 def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
-    """Return the `Steps` of a body's modes without terms of rotation; step : dt, s."""
+    """Return the conversion between velocities and increments of a body's modes.
+
+    body, step : modes without terms of rotation; dt, s
+    exact : whether steps are those of the exact flow, else of central differences
+    """
     omega = body.omega if body else np.zeros(0)
     ratios = body.ratios if body else np.zeros(0)
     if not exact:
@@ -254,7 +270,11 @@ def turned(model: Model, motion: Motion) -> Motion:
 
 
 def _back(x: Floats, angle: float, width: int) -> Floats:
-    """Return harmonics (r width,) of r displacements in axes turned by an angle."""
+    """Return the harmonics of displacements in axes turned by an angle, rad.
+
+    x : flat, rows of `width` values: harmonic 0, then cosine and sine of each further
+        one; the result has the same layout
+    """
     out = x.reshape(-1, width).copy()
     h = np.arange(1, out.shape[1] // 2 + 1)
     waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
@@ -264,6 +284,8 @@ def _back(x: Floats, angle: float, width: int) -> Floats:
 
 def _back_elements(x: Floats, angle: float) -> Floats:
     """Return nodal displacements (4 elements,) in axes turned by an angle, rad.
+
+    x : those in the axes that are not turned, four of each node
 
     They are turned by a Fourier transform. Matrices of a ring of equal elements are
     circulant, so that no energy is lost, except for that of the shortest wave if the

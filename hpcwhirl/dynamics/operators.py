@@ -114,12 +114,12 @@ def rotor_compliance(model: Model, scene: Scene) -> Floats:
 
 
 def contact_operators(model: Model, scene: Scene) -> Contact:
-    """Return the contact of rotor and casing: the rotor's W, ring compliance, points.
+    """Return the constants of contact: the rotor's W, ring compliance, contact points.
 
     W, the rotor's part of the Delassus matrix, and compliance, m/N, give the radial
     displacements, in the same step, due to a unit multiplier and its friction (the
-    corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 = Phi diag(give) Phi^T. A row of
-    the compliance belongs to the loaded coordinate.
+    corrections of Algorithm 1), by (M/dt^2 + D/2dt)^-1 = Phi diag(give) Phi^T. Row i
+    of the compliance has all displacements due to a load on coordinate i.
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     w_rotor, lost = rotor_compliance(model, scene), scene.engine.rotor.lost_blade
@@ -147,7 +147,10 @@ def points_of(model: Model) -> Points:
 def lobe_load(
     ring: RingOperator | FourierOperator, lobes: int, direction: str
 ) -> Floats:
-    """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes."""
+    """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes.
+
+    direction : "squeeze", inward where cos k theta = 1, or "stretch"
+    """
     sign = -1.0 if direction == "squeeze" else 1.0
     return sign * ring.lobes(lobes)
 
@@ -160,7 +163,11 @@ def pulse_load(model: Model, scene: Scene) -> Floats:
 
 
 def ring_kind(model: Model) -> Ring:
-    """Return kind of casing, number of elements or highest harmonic, element length."""
+    """Return how a casing is discretised.
+
+    The result has the kind, the number of elements or the highest harmonic, and the
+    length of an element, m.
+    """
     if model.ring is None:
         return Ring(RIGID, 0, 1.0)
     if isinstance(model.ring, FourierOperator):

@@ -39,7 +39,7 @@ from hpcwhirl.structure import FourierOperator
 def _rows_of_casing(model: Model, angle: float) -> tuple[Floats, Floats]:
     """Return radial and tangential displacements w, u of the casing at all points.
 
-    They are (P, m) each, for unit modal amplitudes.
+    They are (points, m) each, for unit modal amplitudes.
 
     angle : rad, of blade 0
     """
@@ -93,7 +93,7 @@ class _Reads:
     friction: float
 
     def read(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return r displacements for unit waves, (r, w), from those for unit modes.
+        """Return r displacements for unit waves, (r, waves), from those for unit modes.
 
         rotor, casing : (r, m) each
         """
@@ -101,7 +101,7 @@ class _Reads:
         return np.hstack([rotor @ b.shapes, casing @ c.shapes])
 
     def moved(self, rotor: Floats, casing: Floats) -> Complexes:
-        """Return r motions over two steps for unit waves without forces, (r, w).
+        """Return r motions over two steps for unit waves without forces, (r, waves).
 
         rotor, casing : as in `read`
         """
@@ -109,35 +109,43 @@ class _Reads:
         return np.hstack([rotor @ b.moves, casing @ c.moves])
 
     def change(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return the change of r displacements by unit forces, (r, P + 2)."""
+        """Return the change of r displacements by unit forces, (r, points + 2).
+
+        rotor, casing : (r, m) each, the displacements for unit modes
+        """
         b, c = self.waves.rotor, self.waves.casing
         return np.asarray(
             rotor @ b.give @ self.forces[0] + casing @ c.give @ self.forces[1]
         )
 
     def numbers(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return changes of r displacements by unit forces, see `change`, but padded.
+        """Return changes of r displacements by unit forces, (r, padded).
 
         Forces change a motion over two steps by the same amount as a displacement.
+
+        rotor, casing : (r, m) each, the displacements for unit modes
         """
         points = len(self.out)
         extra = padded_blades(points + 2) - points - 2
         return np.pad(self.change(rotor, casing), ((0, 0), (0, extra)))
 
     def long(self, rotor: Floats, casing: Floats) -> Floats:
-        """Return motions over two steps by unit amplitudes and forces, (r, width)."""
+        """Return motions over two steps for unit amplitudes and forces, (r, width).
+
+        rotor, casing : (r, m) each, the motions for unit modes
+        """
         moved = self.waves.spread(self.moved(rotor, casing))
         return np.hstack([moved, self.numbers(rotor, casing)])
 
     def before(self) -> Complexes:
-        """Return the gaps two steps before, for unit waves at present, (P, w)."""
+        """Return the gaps two steps before for unit waves now, (points, waves)."""
         b, c = self.waves.rotor, self.waves.casing
         return np.hstack(
             [self.out @ (b.shapes - b.moves), self.past @ (c.shapes - c.moves)]
         )
 
     def push(self) -> Complexes:
-        """Return the change of the amplitudes by unit forces, (P + 2, w)."""
+        """Return the change of the amplitudes by unit forces, (points + 2, waves)."""
         bodies = self.waves.rotor, self.waves.casing
         given = (b.gives @ f for b, f in zip(bodies, self.forces, strict=True))
         return np.hstack([one.T for one in given])
@@ -146,7 +154,7 @@ class _Reads:
         """Return z - 1, re then im, and two bounds of any gap's motion in a step.
 
         z is the factor of a wave in a step. The bounds are per unit amplitude, (half,),
-        and per unit multiplier, (P,).
+        and per unit multiplier, (points,).
         """
         waves = self.waves
         turned = np.append(waves.rotor.ahead, waves.casing.ahead)
@@ -172,7 +180,7 @@ class _Reads:
 
         None if the sectors are unequal, or fewer than `FEWEST`.
 
-        Waves of negative nodal diameter are replaced by their conjugates.
+        Waves of nodal diameter below 0 are replaced by their conjugates.
         """
         if blades < FEWEST:
             return None
@@ -215,7 +223,7 @@ class _Reads:
     def _told(self) -> Complexes:
         """Return gaps, and casing motion past the tips, of all points for unit waves.
 
-        They are (2 P, w), two rows for each point.
+        They are (2 points, waves), two rows for each point.
         """
         both = [
             self.read(rotor, casing)
@@ -224,7 +232,7 @@ class _Reads:
         return np.stack(both, axis=1).reshape(2 * len(self.out), -1)
 
     def _moves(self) -> Complexes | None:
-        """Return the ratio of motion over two steps to displacement of each wave, (w,).
+        """Return each wave's ratio of motion over two steps to displacement, (waves,).
 
         None if these are not proportional for some wave.
         """
@@ -243,7 +251,7 @@ class _Reads:
 def _is_turned(rows: Complexes, diameter: Integers, blades: int) -> bool:
     """Return whether each blade's rows are those of blade 0 times e^{i n theta_j}.
 
-    diameter : (w,), n of each wave; theta_j = 2 pi j / N is the angle of blade j
+    diameter : (waves,), n of each wave; theta_j = 2 pi j / N is the angle of blade j
     """
     each = rows.reshape(blades, -1, rows.shape[1])
     angle = 2 * np.pi * (np.outer(np.arange(blades), diameter) % blades) / blades
@@ -300,6 +308,8 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
     The third result is the number of the rotor's products. Entries that are 0 are left
     out; those of the rotor come first.
+
+    waves : waves of both bodies
     """
     pairs, values, count = [], [], []
     for place, body in zip(waves.places(), (waves.rotor, waves.casing), strict=True):
@@ -312,7 +322,10 @@ def _entries(waves: PointWaves) -> tuple[Integers, Floats, int]:
 
 
 def _casing_entries(waves: PointWaves) -> tuple[Integers, Floats]:
-    """Return indices and factors, (c, 2), of the amplitudes in each casing mode."""
+    """Return the two amplitudes that give each of the casing's c modes.
+
+    They are indices and factors, (c, 2) each; waves : waves of both bodies
+    """
     rows, place = real_rows(waves.casing.shapes), waves.places()[1]
     index, shares = np.zeros((len(rows), 2), np.int64), np.zeros((len(rows), 2))
     for m, row in enumerate(rows):

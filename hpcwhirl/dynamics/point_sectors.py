@@ -127,7 +127,7 @@ class Sectors:
     blades: int
 
     def matrix(self, matrix: Floats) -> Floats:
-        """Return the mean of a matrix (m, m) over all rotations."""
+        """Return the mean of a matrix (m, m) over all rotations by whole sectors."""
         out = np.zeros_like(matrix)
         for block in self.blocks.values():
             twice = 1.0 + np.iscomplexobj(block)
@@ -138,7 +138,10 @@ class Sectors:
         return out
 
     def rows(self, rows: Floats) -> Floats:
-        """Return the mean of the points' rows (P, m) over all rotations."""
+        """Return the mean of the points' motions over all rotations by whole sectors.
+
+        rows : (P, m), motion of P contact points in each of m modes
+        """
         out, blade = np.zeros_like(rows), np.arange(self.blades)
         for n, block in self.blocks.items():
             waves = (rows @ block).reshape(self.blades, -1, block.shape[1])
@@ -152,7 +155,10 @@ class Sectors:
     def even(
         self, given: Sequence[Floats], mean: Callable[[Floats], Floats]
     ) -> list[Floats] | None:
-        """Return means of arrays; None if one differs from its mean by over `EQUAL`."""
+        """Return means of arrays; None if one differs from its mean by over `EQUAL`.
+
+        given, mean : the arrays; `matrix` or `rows`, which returns the mean of one
+        """
         out = [mean(one) for one in given]
         apart = (
             np.abs(a - b).max(initial=0.0) for a, b in zip(out, given, strict=True)
@@ -172,7 +178,10 @@ def nearly_equal(model: Model) -> Sectors | None:
 
 
 def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
-    """Return the nearest orthonormal blocks of waves, with all their conjugates."""
+    """Return the nearest orthonormal blocks to given blocks of waves (m, c).
+
+    Waves of different blocks, and the conjugates of complex ones, are orthogonal, too.
+    """
     left, _, right = np.linalg.svd(np.hstack(with_conjugates(blocks)))
     every, out, at = left @ right, [], 0
     for block in blocks:
@@ -183,14 +192,14 @@ def _orthonormal(blocks: Sequence[Any]) -> list[Any]:
 
 
 def with_conjugates(blocks: Iterable[Any]) -> list[Any]:
-    """Return blocks and the conjugates of those that are complex."""
+    """Return blocks of waves (m, c); a complex block is followed by its conjugate."""
     return [c for b in blocks for c in ([b, b.conj()] if np.iscomplexobj(b) else [b])]
 
 
 def diameters_of(rows: Complexes, blades: int) -> Integers:
     """Return the nodal diameter n of each wave, -N/2 < n <= N/2.
 
-    rows : (P, w), motion of the points in each wave
+    rows : (points, waves), motion of the points in each wave
     """
     tips = rows.reshape(blades, -1, rows.shape[1])
     product = (tips.conj() * np.roll(tips, -1, axis=0)).sum(axis=(0, 1))
@@ -205,9 +214,9 @@ class Slots:
     Attributes
     ----------
     blades : N
-    diameter, row : (w,), slot of each wave, and its row
+    diameter, row : (waves,), slot of each wave, and its row
     single, pairs : numbers of rows of single waves, and of pairs
-    other : (w,), the other wave of a wave's pair, or -1
+    other : (waves,), the other wave of a wave's pair, or -1
     """
 
     blades: int
@@ -224,7 +233,7 @@ class Slots:
 
     @property
     def index(self) -> Integers:
-        """Places (w,) of the waves among the kernel's complex amplitudes."""
+        """Places (waves,) of the waves among the kernel's complex amplitudes."""
         return np.asarray(self.row * self.k + self.diameter)
 
     @property
@@ -233,7 +242,11 @@ class Slots:
         return (self.single + 2 * self.pairs) * self.k
 
     def laid(self, values: Complexes, rows: int) -> Floats:
-        """Return values (r, w) of waves by row and slot, (r, rows, 2, k) flat."""
+        """Return values of waves in the kernel's order: by row and slot, flat.
+
+        values : (r, waves), complex; the result has re and im of each, (r, rows, 2, k)
+        rows : number of rows of waves; waves of further rows are left out
+        """
         out = np.zeros((len(values), rows, 2, self.k))
         there = self.row < rows
         place = self.row[there], slice(None), self.diameter[there]
@@ -248,10 +261,11 @@ class BladeRows:
 
     Attributes
     ----------
-    read, slide, before : (n_c, w), for unit waves: gaps, motion of the casing relative
-        to the tip along the rotation, gaps two steps before
-    push : (n_c, w), change of the waves by unit multipliers with friction
-    move : (w,), ratio of a wave's motion over two steps, d' + d, to its displacement
+    read, slide, before : (n_c, waves), for unit waves: gaps, motion of the casing
+        relative to the tip along the rotation, gaps two steps before
+    push : (n_c, waves), change of the waves by unit multipliers with friction
+    move : (waves,), ratio of a wave's motion over two steps, d' + d, to its
+        displacement
     friction : mu, with the sign of the speed
     """
 
@@ -263,9 +277,10 @@ class BladeRows:
     friction: float
 
     def gives(self) -> Complexes:
-        """Return the ratio of `push` to conj(read + mu slide) for each wave, (w,).
+        """Return each wave's change by a multiplier over its motion there, (waves,).
 
-        It is taken at the point where the denominator is largest.
+        The ratio is push / conj(read + mu slide), at the point where the denominator is
+        largest.
         """
         force = (self.read + self.friction * self.slide).conj()
         most = np.abs(force).argmax(axis=0), np.arange(force.shape[1])
@@ -273,16 +288,22 @@ class BladeRows:
         return np.where(there, self.push[most] / np.where(there, force[most], 1.0), 0.0)
 
     def by_rows(self) -> NDArray[np.bool_]:
-        """Return whether a wave's ratio `gives` is the same at all points, (w,)."""
+        """Return whether `gives`, a ratio for each wave, is the same at all points.
+
+        If it is (True in the result, (waves,)), a multiplier's effect on the wave
+        follows from the wave's motion of the points.
+        """
         told = self.gives() * (self.read + self.friction * self.slide).conj()
         miss = np.abs(self.push - told).max(axis=0)
         return np.asarray(miss <= ALIKE * np.abs(self.push).max(axis=0))
 
     def twin(self, i: int, others: Integers) -> int:
-        """Return which of other waves forms a pair with wave i, or -1.
+        """Return which of some waves forms a pair with wave i, or -1.
 
         Both waves of a pair move the points with equal coefficients, and their factors
         `move` and `gives` are conjugates.
+
+        others : indices of the waves to compare with wave i
         """
         told = np.vstack([self.read, self.slide])
         factors = np.vstack([self.move, self.gives()])
@@ -296,7 +317,7 @@ class BladeRows:
 def slots_of(blades: int, diameter: Integers, blade: BladeRows) -> Slots:
     """Return the slot (nodal diameter) and the row of each wave, as `Slots`.
 
-    diameter : (w,), nodal diameter of each wave
+    diameter, blade : (waves,), nodal diameter of each wave; motion of blade 0's points
     """
     other, plain = np.full(len(diameter), -1), blade.by_rows()
     moving = np.abs(blade.read).max(axis=0) > 0.0
@@ -332,8 +353,9 @@ def sector_rows(
 ) -> SectorRows:
     """Return the coefficients of equal sectors for the kernel `points`.
 
-    numbers : (P, padded) each, motions over two steps by unit forces, of gaps and along
-        the casing
+    slots, blade : place of each wave; motion of the points of blade 0 by the waves
+    numbers : (points, padded) each, motions over two steps by unit forces, of gaps and
+        along the casing
     """
     single, pairs, k, blades = slots.single, slots.pairs, slots.k, slots.blades
     alike, groups = single + pairs, -(-blades // FOUR)

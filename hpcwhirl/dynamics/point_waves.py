@@ -32,9 +32,9 @@ Rows = tuple[Floats, Floats]
 
 
 def real_rows(rows: Complexes) -> Floats:
-    """Return real rows (r, 2 w), which give Re(rows a) from re, then im of a.
+    """Return real rows (r, 2 waves), which give Re(rows a) from re, then im of a.
 
-    rows : (r, w), factors of the complex amplitudes a (w,)
+    rows : (r, waves), factors of the complex amplitudes a (waves,)
     """
     return np.hstack([rows.real, -rows.imag])
 
@@ -65,7 +65,7 @@ class BodyWaves:
 
     @cached_property
     def rates(self) -> Complexes:
-        """Velocities of the modes, (m, w), for unit amplitudes in free motion."""
+        """Velocities of the modes, (m, waves), for unit amplitudes in free motion."""
         static = self.moves - self.rises  # d of a step earlier: rises / z
         with np.errstate(divide="ignore", invalid="ignore"):
             z = np.where(static != 0.0, self.rises / static, 0.0)
@@ -74,7 +74,7 @@ class BodyWaves:
     def conjugated(self, which: NDArray[np.bool_]) -> BodyWaves:
         """Return the same waves, some of them with the conjugate amplitude.
 
-        which : (w,), whether to conjugate the amplitude of a wave
+        which : (waves,), whether to conjugate the amplitude of a wave
         """
         sign = np.concatenate([np.ones(len(which)), np.where(which, -1.0, 1.0)])
 
@@ -94,14 +94,14 @@ class BodyWaves:
     def apart(self, diameter: Integers) -> BodyWaves:
         """Return the same waves, without energy from products of different diameters.
 
-        diameter : (w,), nodal diameter of each wave; these products are round-off
+        diameter : (waves,), nodal diameter of each wave; these products are round-off
         """
         twice = np.tile(diameter, 2)
         same = np.equal.outer(twice, twice)
         return replace(self, form=np.where(same, self.form, 0.0))
 
     def write(self, q: Floats, rate: Floats) -> Floats:
-        """Return re and im, (2 w,), of the waves in a motion of the modes.
+        """Return re and im, (2 waves,), of the waves in a motion of the modes.
 
         q, rate : (m,), amplitudes and velocities of the modes. The imaginary part is 0
             for waves without a conjugate.
@@ -114,9 +114,11 @@ class BodyWaves:
 
 
 def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats:
-    """Return the energy of the modes, J, as a form (2 w, 2 w) of re and im of waves.
+    """Return the energy of the modes, J, as a quadratic form of re and im of waves.
 
-    rises, places : (m, 2 w), increments in a step, and amplitudes, of the modes for
+    The form is a symmetric matrix (2 waves, 2 waves).
+
+    rises, places : (m, 2 waves), increments in a step, and amplitudes, of the modes for
         unit re and im of the waves
     """
     twice = rises.T @ rises / step**2
@@ -127,9 +129,10 @@ def _energy(rises: Floats, places: Floats, omega: Floats, step: float) -> Floats
 def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
     """Return waves of a body that are combinations of the waves of its modes.
 
-    mixed : (m, w), amplitudes of the modes' waves in each wave, orthogonal columns
-    turns : (w,), rad, by which a step turns the amplitudes, in addition to the factor z
-        of the modes
+    waves : those of the modes, `mode_waves`
+    mixed : (m, waves), amplitudes of the modes' waves in each wave, orthogonal columns
+    turns : (waves,), rad, by which a step turns the amplitudes, in addition to the
+        factor z of the modes
     """
     unmixed = mixed.conj().T / (np.abs(mixed) ** 2).sum(axis=0)[:, None]
     which = np.argmax(np.abs(mixed), axis=0)
@@ -149,7 +152,10 @@ def _of_modes(waves: ModeWaves, mixed: Complexes, turns: Floats) -> BodyWaves:
 
 
 def _of_whole(waves: WholeWaves) -> BodyWaves:
-    """Return the waves of a rotor with terms of rotation."""
+    """Return the waves of a rotor with terms of rotation as `BodyWaves`.
+
+    waves : the same waves, with amplitudes in the order of `whole_waves`
+    """
     size, width = len(waves.give), len(waves.ahead)
     places = np.append(np.arange(width), width + np.flatnonzero(waves.paired))
     form, gives = np.zeros((2 * width, 2 * width)), np.zeros((2 * width, size))
@@ -168,8 +174,9 @@ def _of_whole(waves: WholeWaves) -> BodyWaves:
 
 
 def rotor_waves(model: Model, scene: Scene) -> tuple[BodyWaves, Rows] | None:
-    """Return the rotor's waves, and radial and tangential motion by its modes, (P, m).
+    """Return the rotor's waves, and the points' motion by its modes.
 
+    The latter is (radial, tangential), (points, m) each, for unit modal amplitudes.
     None where two waves nearly coincide.
     """
     rows, body = contact_rows(model.rotor, model.blades), model.rotor
@@ -215,8 +222,8 @@ class PointWaves:
     """Both bodies' waves, and their places among the kernel's amplitudes.
 
     rotor, casing : the waves of each body
-    rows : radial and tangential motion of the points by the rotor's modes, (P, m)
-    index : (w,), places of the amplitudes of both among `size` complex numbers
+    rows : radial and tangential motion of the points by the rotor's modes, (points, m)
+    index : (waves,), places of the amplitudes of both among `size` complex numbers
     """
 
     rotor: BodyWaves
@@ -231,7 +238,10 @@ class PointWaves:
         return -(-self.size // EIGHT) * EIGHT
 
     def places(self) -> tuple[Integers, Integers]:
-        """Return indices of re and im of the waves of rotor and casing, (2 w,) each."""
+        """Return indices of re and im of the waves of rotor and of casing.
+
+        They are (2 waves,) each, into the kernel's amplitudes.
+        """
         own, beside = np.split(self.index, [len(self.rotor.ahead)])
         return (
             np.concatenate([own, self.half + own]),
@@ -241,7 +251,8 @@ class PointWaves:
     def spread(self, rows: Complexes) -> Floats:
         """Return rows (r, 2 half) for the kernel's amplitudes, all re, then all im.
 
-        rows : (r, w), factors of the complex amplitudes a; the results are Re(rows a)
+        rows : (r, waves), factors of the complex amplitudes a; the results are Re(rows
+            a)
         """
         out = np.zeros((len(rows), 2 * self.half))
         out[:, self.index], out[:, self.half + self.index] = rows.real, -rows.imag
@@ -249,7 +260,10 @@ class PointWaves:
 
 
 def point_waves(model: Model, scene: Scene) -> PointWaves | None:
-    """Return the waves of both bodies; None where they are no basis of the motion."""
+    """Return the waves of both bodies; None where they are no basis of the motion.
+
+    Waves that nearly coincide are no basis.
+    """
     found, casing = rotor_waves(model, scene), casing_waves(model, scene)
     if found is None or casing is None:
         return None

@@ -65,7 +65,7 @@ def distance(march: March, a: Any, b: Any) -> float:
     E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
     of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, with
     the kinetic energy T in the rotating frame and the strain energy U of x, which may
-    be negative: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
+    be below 0: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
     kinetic energy of the motion in the rotating frame and the strain energy, both
     positive.
 
@@ -144,7 +144,8 @@ class SideBySide:
     Parameters
     ----------
     ended : march to be continued; all its sectors must be integrated
-    interval : s, time between two distances, rounded to whole intervals of evidence
+    interval : s, time between two measurements of the distance, rounded to whole
+        intervals of evidence
     seconds : s, longest time by which the march can be continued
     delta : initial distance, relative to the size of the motion
     between : function that is called between slices
@@ -190,9 +191,9 @@ class SideBySide:
 
     @property
     def ended(self) -> bool:
-        """Whether one of the two has stopped.
+        """Whether the march or its twin has stopped.
 
-        It stops at the amplitude limit, with non-finite numbers, or for a contact
+        Either stops at the amplitude limit, with non-finite numbers, or for a contact
         problem without a solution.
         """
         stops = [march.counter[contact.STOP] for march in (self.one, self.other)]
@@ -219,7 +220,7 @@ class SideBySide:
 
 
 def _longer(ended: March, seconds: float) -> Case:
-    """Return the case of a march that continues for a number of seconds."""
+    """Return the case of an ended march with a duration longer by `seconds`, s."""
     settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
     settings["duration"] = ended.steps * ended.scene.solver.time_step + seconds
     settings["output.traces"] = "summary"
@@ -244,7 +245,10 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return the state's arrays of the casing's motion (the rotor's, if rigid)."""
+    """Return the arrays of a state that have the casing's motion, or the rotor's.
+
+    The rotor's motion is taken if the casing is rigid.
+    """
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:
         found = [getattr(state, n) for n in some if hasattr(state, n)]

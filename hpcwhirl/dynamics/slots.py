@@ -48,7 +48,10 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
-    """Return e^{2 pi i kappa j / N} for blades j and nodal diameters kappa, (N, K)."""
+    """Return e^{2 pi i kappa j / N}, (N, N // 2 + 1), for blades j.
+
+    kappa = 0 .. N // 2 are the nodal diameters.
+    """
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
     return np.asarray(np.exp(2j * np.pi * steps / blades))
 
@@ -123,10 +126,13 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the coefficients (ITEMS,) of a step of one mode, in its body's frame.
+    """Return the coefficients (ITEMS,) of a step of one mode, see `kernels.passes`.
 
-    They are the items of `kernels.passes`. Items of contact forces, which depend on
-    friction, are 0; see `_pushed`.
+    Those of contact forces, which depend on friction, are 0 here; see `_pushed`.
+
+    flow : the mode's step
+    gamma, sigma : radial and tangential displacement at blade 0 for unit amplitude;
+        of a rotor, times -1
     """
     out = np.zeros(passes.ITEMS)
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
@@ -151,6 +157,7 @@ def _pushed(items: Floats, mu: float) -> Floats:
     `kernels.passes`.
 
     mu : friction with the sign of the speed
+    items : (ITEMS, ...), coefficients without contact, results of `_items`
     """
     out = items.copy()
     give, real, imaginary = (items[i] for i in (passes.GIVE, passes.SR, passes.SI))
@@ -219,7 +226,7 @@ class _Round(NamedTuple):
 
 
 def _round(model: Model) -> _Round:
-    """Return a model's casing ring and number of blades, a key of cached arrays."""
+    """Return a model's casing ring and number of blades, by which arrays are cached."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         msg = "only a ring of harmonics has slots"
@@ -229,7 +236,11 @@ def _round(model: Model) -> _Round:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
-    """Return the part of a ring's arrays that is independent of speed and friction."""
+    """Return the part of a ring's arrays that is independent of speed and friction.
+
+    given, step : ring and number of blades; dt, s
+    flies : whether the scheme is exact, else central differences
+    """
     body, operator, blades = given
     (slots, _), flow_of = widths(blades), exact_flow if flies else central_differences
     places, ratios = _modes_in_slots(body, blades), body.ratios
@@ -250,7 +261,11 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
-    """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes."""
+    """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes.
+
+    given, diameter : ring and number of blades; k
+    direction : "squeeze", a load inward where cos k theta = 1, or "stretch"
+    """
     load = lobe_load(given.operator, diameter, direction)
     return np.asarray(load @ given.body.shapes)
 
@@ -259,13 +274,17 @@ def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
 def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
     """Return the coefficients of a ring's modes, also those that depend on friction.
 
+    given, flies : as for `_ring`
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
     return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
 
 
 def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
-    """Return the kernel's arrays of the pulse and of a ring; empty ones if rigid."""
+    """Return the kernel's arrays of the pulse and of a ring of harmonics.
+
+    They are empty if the casing is rigid.
+    """
     items, load = _ring_arrays(model, scene)
     _, sign = fold(scene.nodal_diameter, model.blades)
     loading = Load(scene.force, scene.pulse, load)
@@ -273,9 +292,10 @@ def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
 
 
 def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return coefficients (ITEMS size,) of a ring's modes and their load (size,).
+    """Return coefficients of a ring's modes, and their forces by a pulse of unit force.
 
-    Both are empty if the casing is rigid.
+    They are flat, (ITEMS, rows, slots) and (rows, slots), in rows of modes for each
+    slot (nodal diameter); both are empty if the casing is rigid.
     """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(0), np.zeros(0)
@@ -298,6 +318,8 @@ def turn_ring(
     model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
 ) -> None:
     """Set the packed coefficients of a ring's modes to another speed, rad/s.
+
+    items, state : packed coefficients; the march's state, or None. Both are changed.
 
     The state is adapted: the kernel completes the pending step with the new items. So
     the previous increments in the state are turned such that this step still has its
@@ -361,7 +383,10 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
 
 
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from the kernel's, (2 rows slots,)."""
+    """Return the rotor's modal amplitudes (m,) from the kernel's, (2 rows slots,).
+
+    values : the latter, re and im in rows of slots (nodal diameters)
+    """
     slots, _ = widths(model.blades)
     rotor = values.reshape(-1, 2, slots)
     q_b = np.zeros(len(model.rotor.omega))
@@ -372,7 +397,10 @@ def rotor_amplitudes(model: Model, values: Floats) -> Floats:
 
 
 def rotor_slots(model: Model, q_b: Floats) -> Floats:
-    """Return the kernel's amplitudes of the rotor, (2 rows slots,), from modal ones."""
+    """Return the kernel's amplitudes of the rotor, (2 rows slots,), from modal ones.
+
+    q_b : (m,), amplitudes of the m modes; the results are re and im by row and slot
+    """
     modes, (slots, _) = _rotor_modes(model), widths(model.blades)
     out = np.zeros((1 + max(mode.row for mode in modes), 2, slots))
     for mode in modes:
@@ -385,6 +413,8 @@ def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
     """Return the kernel's amplitudes of the ring, (2 rows slots,), from modal ones.
 
     They are for the rotor at angle 0, where both frames coincide.
+
+    q_c, rows : (m,), amplitudes in the static frame; number of rows of modes
     """
     out = np.zeros((2, rows, widths(model.blades)[0]))
     for place in ring_modes(model):
@@ -480,7 +510,10 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _ring_column(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N, cached."""
+    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N.
+
+    given, flies : as for `_ring`; mu : friction as for `_rubbed_ring`
+    """
     symbol = _symbol(_rubbed_ring(given, step, mu, flies=flies))
     waves = blade_waves(given.blades)
     return np.asarray((waves @ symbol[: waves.shape[1]]).real)

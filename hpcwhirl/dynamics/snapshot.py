@@ -50,7 +50,11 @@ def fingerprint(march: March) -> str:
 
 
 def _feed(digest: Any, part: Any) -> None:
-    """Add the bytes of an array, a number or a tuple of them to a digest."""
+    """Add the bytes of a kernel argument to a digest.
+
+    digest : hash object, which is updated
+    part : array, number, or tuple of such parts; of a `Flight` without the run's length
+    """
     if isinstance(part, Flight):
         part = part._replace(total=0)
     if isinstance(part, tuple):
@@ -80,7 +84,10 @@ def _state(march: March) -> Arrays:
 
 
 def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
-    """Return the written rows of each track of a march with these counters."""
+    """Return {name: rows written so far} for each array of samples of a march.
+
+    counter : counters of the state, which have the numbers of these rows
+    """
     counts = {"evidence": counter[contact.JUDGED], "closed": contact.CLOSED}
     tracks = march.tracks._asdict()
     if march.stresses.size:
@@ -95,7 +102,10 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
 
 
 def restore(march: March, arrays: Arrays) -> bool:
-    """Set a new march to a snapshot's state; if it misfits, only return False."""
+    """Set a new march to a snapshot's state; if it does not fit, only return False.
+
+    arrays : result of `snapshot`, perhaps of another process
+    """
     if arrays.keys() != snapshot(march).keys() or not may_last(arrays, march):
         return False
     targets = _state(march)
@@ -112,7 +122,10 @@ def restore(march: March, arrays: Arrays) -> bool:
 
 
 def steps_of(arrays: Arrays) -> tuple[int, int]:
-    """Return the number of steps in a snapshot, and that of its whole run."""
+    """Return the number of steps taken up to a snapshot, and that of the whole run.
+
+    arrays : result of `snapshot`
+    """
     return int(arrays["state.counter"][contact.STEP]), int(arrays["total"][0])
 
 
@@ -121,6 +134,8 @@ def may_last(arrays: Arrays, march: March) -> bool:
 
     If the lengths differ, it does so up to the last row of evidence of both, and only
     before a certificate, after which the rest of the run was computed at once.
+
+    arrays : result of `snapshot`
     """
     (steps, total), counter = steps_of(arrays), arrays["state.counter"]
     if total == march.total:
@@ -130,6 +145,9 @@ def may_last(arrays: Arrays, march: March) -> bool:
 
 
 def _fit(arrays: Arrays, targets: Arrays) -> bool:
-    """Return whether arrays have the types and shapes of their targets."""
+    """Return whether the arrays of a snapshot can be copied to a march's arrays.
+
+    That is so if types and shapes are equal. arrays, targets : {name: array} of each
+    """
     pairs = [(arrays[name], target) for name, target in targets.items()]
     return all((a.dtype, a.shape) == (b.dtype, b.shape) for a, b in pairs)

@@ -106,7 +106,8 @@ def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
 def _normal(draw: float, part: str, name: str) -> float:
     """Return a normally distributed number, the same for equal draw, part and name.
 
-    part : "place" or "rate"; name : label of a mode
+    draw, part : the input start_draw; "place" or "rate"
+    name : label of a mode
     """
     told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
     whole = int.from_bytes(told[:8]) >> (64 - BITS)
@@ -137,6 +138,8 @@ def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
 
     A label is a mode's name and its number among the modes of this name, of which a
     pair has two.
+
+    names : body, family and nodal diameter of each mode
     """
     parts = _parts(modes)
     met = Counter[Name]()
@@ -152,7 +155,10 @@ def _parts(modes: str) -> list[set[str]]:
 
 
 def _check(modes: str, names: list[Name]) -> None:
-    """Raise InputError if a part of the text `modes` chooses no mode."""
+    """Raise InputError if a part of the text `modes` chooses no mode.
+
+    names : body, family and nodal diameter of each mode
+    """
     if all(p and any(p <= {*name} for name in names) for p in _parts(modes)):
         return
     known = sorted({f"{body} {family}" for body, family, _ in names})
@@ -162,11 +168,13 @@ def _check(modes: str, names: list[Name]) -> None:
 
 
 def energy_of(model: Model, speed: float, state: Amplitudes) -> float:
-    """Return the energy of a motion about its steady one, J, as the ledger has it.
+    """Return the energy, J, of a motion relative to the steady one, as in the ledger.
 
     It is the sum of 1/2 (dq/dt)^2 + 1/2 omega^2 q^2 over the modes of both bodies and,
     of a rotor with terms of rotation, 1/2 x^T (K(Omega) - K) x with its displacement x,
     and the energy of its supports.
+
+    speed, state : Omega, rad/s; the motion in modal amplitudes
     """
     total = 0.0
     pairs = (model.rotor, state[:2]), (model.casing, state[2:])

@@ -121,6 +121,9 @@ def _loss(
     q' is the amplitude at the end of the step, d' its increment in the step. The loss
     is the integral of 2 xi omega v^2, v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+ +
     omega^2 q) s(t)), by Gauss's rule: steps are short against the period.
+
+    after : coefficients of d' and of q, the amplitude at the start, in the velocity v+
+        after the impulse at the start
     """
     t = 0.5 * step * (POINTS + 1.0)
     omega_d = omega * math.sqrt(1.0 - damping**2)

@@ -33,6 +33,8 @@ def _items(body: ModalModel, step: float, mu: float, size: int) -> Floats:
     Where the cyclic kernel multiplies the spectrum of the multipliers by displacements
     of a tip in a mode, the general one has the modal forces themselves: those of normal
     forces, then those of friction over mu. So the coefficients RADIAL and SI are 1.
+
+    mu, size : friction with the sign of the speed; number of modes, padded
     """
     modes = len(body.omega)
     keep, pull, give = recursion(body.omega, body.ratios, step)

@@ -132,13 +132,13 @@ def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
 
 
 def _circle(march: March, time: Floats) -> Floats:
-    """Return the centre's motion without contact, 0 for a balanced rotor.
+    """Return the centre's motion without contact, which unbalance causes, else 0.
 
     time : (b,), s
 
     Returns
     -------
-    (b, 2), m, rotating frame
+    (b, 2), m, x_o, y_o in the rotating frame
     """
     if march.evidence_columns > contact.COLUMNS:
         beside = slice(contact.BESIDE_X, contact.OF_WHOLE)
@@ -154,13 +154,19 @@ def _circle(march: March, time: Floats) -> Floats:
 
 
 def _blur(march: March) -> tuple[float, float]:
-    """Return `History.blur` after the steps taken."""
+    """Return the energy, J, and squared distance of the centre, m^2, due to round-off.
+
+    They are those after the steps taken so far, see `History.blur`.
+    """
     energy, squared = march.scheme.jitter
     return march.steps * energy, march.steps * squared
 
 
 def _free_growth(march: March) -> float:
-    """Return `History.free_growth`, which only the terms of rotation can make > 0."""
+    """Return the growth rate of the rotor's fastest growing free motion, 1/s.
+
+    It is 0 unless the terms of rotation make a motion grow, see `History`.
+    """
     scene, rotor = march.scene, march.model.rotor
     if scene.engine.rotation != "full" or law_of(scene) is not None:
         return 0.0
@@ -181,10 +187,10 @@ def _judged(march: March) -> Evidence:
 
 
 def _closing(march: March) -> dict[str, float]:
-    """Return the ledger of all sectors at the current step.
+    """Return the ledger of all sectors, {term: J}, at the current step.
 
-    If it is not finite, the ledger at the last row of evidence, which is always
-    finite.
+    If that is not finite, return the ledger at the last row of evidence, which is
+    always finite.
     """
     with np.errstate(all="ignore"):
         now, entries = march.scheme.balance(march.state), march.state.ledger

@@ -45,7 +45,9 @@ EPSILON = float(np.finfo(float).eps)
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
     """Return an unbalanced rotor's modes, with added ones that represent its orbit.
 
-    The circle is x_s, see `case.unbalance`.
+    body : the rotor's modes without them
+
+    On equal supports the orbit is a circle, x_s, see `case.unbalance`.
     """
     rows, count = read_by(model, scene), 2 * model.blades
     radial, tangential = (rows[:, places] for places in model.places)
@@ -67,9 +69,11 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
 
 
 def read_by(model: Model, scene: Scene) -> Floats:
-    """Return the displacements of the rotor for unit amplitudes of the added modes, m.
+    """Return the rotor's displacement in each mode that represents its orbit.
 
-    They are (1, n); (3, n) on supports that differ by direction; (0, n) if balanced.
+    The orbit is that of an unbalanced rotor without contact. The result, m, for unit
+    amplitudes, is (1, n); (3, n) on supports that differ by direction; (0, n) if
+    balanced.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -80,16 +84,20 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return (2 - 2 cos a, sin a) of the step of an unbalanced rotor's ellipse.
+    """Return the coefficients of a step of the orbit's modes: (2 - 2 cos a, sin a).
 
-    The ellipse turns by a = 2 Omega dt in a step, rotating frame.
+    On supports that differ by direction the orbit of an unbalanced rotor is an ellipse,
+    which turns by a = 2 Omega dt in a step in the rotating frame.
     """
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (amplitudes, increments) at step 0 of the modes of `circling_modes`."""
+    """Return (amplitudes, increments) at step 0 of the modes of an unbalanced orbit.
+
+    count : number of these modes, see `circling_modes`: 0, 1 or 3
+    """
     pull, sine = swings(scene)
     q, d = np.array([1.0, 1.0, 0.0]), np.array([0.0, pull / 2, sine])
     return q[:count], d[:count]
@@ -176,7 +184,10 @@ class Turning(NamedTuple):
 
 
 def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Terms:
-    """Return the matrices of a rotor with terms of rotation; basis: see `turning`."""
+    """Return the matrices of a rotor with terms of rotation.
+
+    basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
+    """
     body = model.rotor
     matrices = [body.mass, *turning_matrices(body, scene.speed, model.blades)]
     if basis is not None:

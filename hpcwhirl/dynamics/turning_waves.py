@@ -56,8 +56,8 @@ class _Diameter:
     k, step : nodal diameter; dt, s
     ahead : (w,), z - 1, z the factor of a wave in a step without forces
     shapes, rises : (m, w), x for unit amplitudes, and d or, for the exact flow, x'
-    radial, along : (m,), change of the gap, and tangential displacement of the tip with
-        negative sign, for unit x
+    radial, along : (m,), change of the gap, and -1 times the tangential displacement of
+        the tip, for unit x
     hub : (m,), x_o + i y_o for unit x; zero if the centre does not move
     energy : (w, w), Hermitian form of a, J
     rate, push : (m, m), D and S
@@ -91,7 +91,7 @@ class _Diameter:
 
     @cached_property
     def inverse(self) -> Complexes:
-        """Matrix (w, 2 m) to amplitudes of waves from x and d or, for the flow, x'.
+        """Matrix (waves, 2 m) to amplitudes of waves from x and d or, for the flow, x'.
 
         x are amplitudes of the modes at rest, d their increments, x' their velocities.
         """
@@ -101,11 +101,11 @@ class _Diameter:
 
     @property
     def before(self) -> Complexes:
-        """Return the factors (w,), 1 / z, that undo a step without forces."""
+        """Return the factors (waves,), 1 / z, that undo a step without forces."""
         return np.asarray(1 / (1 + self.ahead))
 
     def amplitudes(self, x: Complexes, rate: Complexes) -> Complexes:
-        """Return the amplitudes (w,) of the waves in a motion of the modes at rest.
+        """Return the amplitudes (waves,) of the waves in a motion of the modes at rest.
 
         x, rate : (m,) each, amplitudes and velocities of these modes
         """
@@ -135,31 +135,38 @@ class Differences(_Diameter):
     give: Complexes
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (w,), what a unit Lambda adds to the amplitudes after a step.
+        """Return beta (waves,), what a unit Lambda adds to the amplitudes after a step.
 
-        It changes the amplitudes of the modes and their increments equally.
+        Lambda, the spectrum of the multipliers, changes the amplitudes of the modes and
+        their increments equally; mu : friction with the sign of Omega
         """
         more = self.passed(mu)
         return np.asarray(self.inverse @ np.concatenate([more, more]))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
 
-        v- and v+ are the velocities before and after the impulse at the step's start;
-        of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
+        v- and v+ are the velocities of the m modes before and after the impulse at the
+        step's start; of central differences dt (v- + v+) is x_{n+1} - x_{n-1}.
         """
         return np.asarray(self.rises * (1 + self.before))
 
     def passed(self, mu: float) -> Complexes:
-        """Return what a unit Lambda adds to x_{n+1}, and so to dt (v- + v+), (m,)."""
+        """Return what a unit Lambda adds to the amplitudes x_{n+1} of the modes, (m,).
+
+        It adds the same to dt (v- + v+), v- and v+ the velocities before and after it.
+        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        """
         return np.asarray(self.give @ self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
-        """Return (row (w,), number) for the energy and loss that Lambda adds, J.
+        """Return (row (waves,), number) for the energy and loss that Lambda adds, J.
 
         In a step Lambda adds Re(conj(Lambda) row a) + number |Lambda|^2 to the energy
         of the waves and to their damping loss together, with the amplitudes a after the
         step without Lambda.
+
+        mu : friction with the sign of Omega
         """
         beta, more = self.pushed(mu), self.passed(mu).conj()
         row = 2 * beta.conj() @ self.energy
@@ -172,32 +179,48 @@ class Differences(_Diameter):
 
 @dataclass(frozen=True)
 class Flow(_Diameter):
-    """Waves of the exact flow; Lambda, v- and v+ as in `Differences`."""
+    """Waves of the exact flow.
+
+    Lambda is the spectrum of the multipliers, v- and v+ are velocities before and after
+    their impulse.
+    """
 
     def _struck(self, mu: float) -> Complexes:
-        """Return the change of amplitudes, (w,), by the impulse of a unit Lambda."""
+        """Return the change of amplitudes, (waves,), by a unit impulse Lambda.
+
+        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        """
         impulse = self.step * self.force(mu)
         return np.asarray(self.inverse @ np.concatenate([0 * impulse, impulse]))
 
     def pushed(self, mu: float) -> Complexes:
-        """Return beta (w,), what a unit Lambda adds to amplitudes after the step."""
+        """Return beta (waves,), what a unit Lambda adds to amplitudes after a step.
+
+        Lambda is the spectrum of the multipliers; mu : friction with the sign of Omega
+        """
         return np.asarray((1 + self.ahead) * self._struck(mu))
 
     def passing(self) -> Complexes:
-        """Return the matrix (m, w) from amplitudes after a free step to dt (v- + v+).
+        """Return the matrix (m, w) from w waves after a free step to dt (v- + v+).
 
-        Without an impulse v+ = v-, so that this is 2 dt v-.
+        v- and v+ are the velocities of the m modes before and after the impulse at the
+        step's start. Without an impulse v+ = v-, so that this is 2 dt v-.
         """
         return np.asarray(2 * self.step * self.rises * self.before)
 
     def passed(self, mu: float) -> Complexes:
-        """Return dt (v+ - v-), what a unit Lambda adds to dt (v- + v+), (m,)."""
+        """Return what a unit Lambda adds to dt (v- + v+), (m,): dt (v+ - v-).
+
+        Lambda is the spectrum of the multipliers, v- and v+ are the velocities of the
+        modes before and after its impulse; mu : friction with the sign of Omega
+        """
         return np.asarray(self.step**2 * self.force(mu))
 
     def work(self, mu: float) -> tuple[Complexes, float]:
         """Return the result of `Differences.work` for the exact flow.
 
-        It is the change of the energy at the step's start, by the impulse of Lambda.
+        It is the change of the energy at the step's start, by the impulse of
+        Lambda, the spectrum of the multipliers.
         """
         struck = self._struck(mu)
         row = 2 * (struck.conj() @ self.energy) * self.before
@@ -281,7 +304,10 @@ class Circle:
 
 
 def circle_of(model: Model, scene: Scene, diameters: list[Diameter]) -> Circle | None:
-    """Return the circular orbit of a rotor with unbalance; None if it is balanced."""
+    """Return the circular orbit of a rotor with unbalance; None if it is balanced.
+
+    diameters : the rotor's waves of each nodal diameter
+    """
     places, body = circle(model, scene), model.rotor
     if places is None:
         return None
@@ -299,7 +325,10 @@ def is_basis(diameters: list[Diameter]) -> bool:
 def wave_arrays(
     model: Model, scene: Scene, diameters: list[Diameter], beat: int
 ) -> Arrays:
-    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence."""
+    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence.
+
+    diameters : the rotor's waves of each nodal diameter
+    """
     blades, mu = model.blades, friction_with_sign(scene)
     loading, casing = casing_arrays(model, scene)
     steady = circle_of(model, scene, diameters)
@@ -318,7 +347,12 @@ def wave_arrays(
 def _rotor(
     diameters: list[Diameter], slots: int, mu: float, steady: Circle | None
 ) -> WaveRotor:
-    """Return the kernel's arrays of a rotor; its circle `steady` is the last wave."""
+    """Return the kernel's arrays of a rotor as waves.
+
+    diameters, slots : waves of each nodal diameter; number of slots (padded diameters)
+    mu, steady : friction with the sign of Omega; the circle of an unbalanced rotor,
+        which becomes the last row of waves, or None
+    """
     rows = max(len(own.ahead) for own in diameters) + (steady is not None)
     flow = isinstance(diameters[0], Flow)
     items = np.zeros((waves.FLOW_ITEMS if flow else waves.ITEMS, rows, slots))
@@ -365,7 +399,7 @@ def _rotor(
 def _read_hub(centre: Any) -> Floats:
     """Return the factors of re and im of amplitudes in x_o and y_o, (2, ..., 2).
 
-    centre : complex displacement for unit amplitudes, (...)
+    centre : (...), complex, displacement of the centre for unit amplitudes
     """
     x = np.stack([centre.real, -centre.imag], axis=-1)
     return np.stack([x, np.stack([-centre.imag, -centre.real], axis=-1)])
@@ -376,7 +410,10 @@ def _parts(values: Any) -> tuple[Any, Any]:
 
 
 def packed(items: Floats) -> Floats:
-    """Return coefficients (ITEMS, rows, slots) in the order of the kernel, flat."""
+    """Return coefficients of waves, (ITEMS, rows, slots), flat as kernels read them.
+
+    Those of four neighbouring waves are contiguous.
+    """
     apart = items.reshape(len(items), -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
@@ -384,13 +421,17 @@ def packed(items: Floats) -> Floats:
 def unpacked(items: Floats, count: int) -> Floats:
     """Return the coefficients that `packed` flattened, (count, rows * slots), a copy.
 
-    count : number of coefficients of a wave
+    items, count : result of `packed`; number of coefficients of a wave
     """
     return items.reshape(-1, count, FOUR).transpose(1, 0, 2).reshape(count, -1)
 
 
 def amplitudes_of(state: Floats, own: Diameter, slots: int) -> Complexes:
-    """Return the amplitudes (w,) of a nodal diameter's waves in the kernel's state."""
+    """Return the amplitudes (waves,) of a nodal diameter's waves in the kernel's state.
+
+    state, slots : amplitudes by row and slot, flat; number of slots
+    own : the waves of the nodal diameter
+    """
     parts = state.reshape(-1, 2, slots)[: len(own.ahead), :, own.k]
     return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
@@ -422,7 +463,10 @@ def modes_of(model: Model, k: int, q: Floats) -> Complexes:
 
 
 def _members(model: Model, k: int, phase: int) -> Indices:
-    """Return the indices of the modes of a nodal diameter and phase, by rank."""
+    """Return the indices of the modes of nodal diameter k, sorted by rank.
+
+    phase : 0 or 1, the first or the second mode of each pair
+    """
     body = model.rotor
     members = np.flatnonzero((body.diameter == k) & (body.phase == phase))
     return members[np.argsort(body.rank[members])]

@@ -71,7 +71,7 @@ class DrivenRotor:
     shapes : (n, m), shapes of the modes in this order
     alike : (r,), indices of the modes that f_0 moves, block by block; f_0 are the
         forces of the unbalance and Euler's forces
-    begun : (a + 1,), index in `alike` of the first mode of each block, and r
+    begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
     force : (m,), f_0 in the present interval
     """
 
@@ -175,6 +175,7 @@ class DrivenRotor:
     def compliance(self, body: CoupledBody, mu: float) -> Floats:
         """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
+        body : the kernel's arrays of the rotor at the present speed
         mu : friction coefficient with the sign of the speed
         """
         out = np.zeros((len(self.radial), len(self.radial)))
@@ -188,6 +189,8 @@ class DrivenRotor:
 
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
         """Return the matrices of a step, and its increment by `force`.
+
+        body : the kernel's arrays of the rotor at the present speed
 
         They are keep and pull, (m, m), as in `turning.Turning`, with the force
         -(dOmega/dt) C x in pull; the increment is (m,).
@@ -207,7 +210,10 @@ class DrivenRotor:
 
 
 def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
-    """Return a rotor's arrays for a changing speed, 0 until `DrivenRotor.set`."""
+    """Return the kernel's arrays of a rotor whose speed changes.
+
+    Those that depend on the speed are 0 until `DrivenRotor.set` is called.
+    """
     size = int((np.diff(rotor.begun) ** 2).sum())
     starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
     names = ("keep", "pull", "give", "stiffness", "damping", "push", "swerve")

@@ -81,7 +81,9 @@ class WholeWaves:
     def parts(self, rows: Complexes) -> Floats:
         """Return real rows (r, 2 m), whose product with q is Re(rows a).
 
-        rows : (r, w), factors of the complex amplitudes a
+        q are the 2 m real amplitudes of the waves.
+
+        rows : (r, waves), factors of the complex amplitudes a
         """
         return np.hstack([rows.real, -rows.imag[:, self.paired]])
 
@@ -105,7 +107,7 @@ class WholeWaves:
 
     @property
     def rates(self) -> Complexes:
-        """Velocities (x_{n+1} - x_{n-1}) / 2 dt, (m, w), for unit amplitudes."""
+        """Velocities (x_{n+1} - x_{n-1}) / 2 dt, (m, waves), for unit amplitudes."""
         return np.asarray(self.rises * (2 + self.ahead) / (2 * self.step))
 
     @cached_property
@@ -129,22 +131,34 @@ class WholeWaves:
         return bool(size and self.condition < WORST)
 
     def amplitudes(self, x: Floats, d: Floats) -> Floats:
-        """Return q, (2 m, ...), for modal amplitudes x and increments d, (m, ...)."""
+        """Return the waves' real amplitudes q, (2 m, ...), in a motion of the modes.
+
+        x, d : (m, ...), modal amplitudes, and their increments in the last step
+        """
         return np.linalg.solve(self.basis, np.concatenate([x, d / self.scale]))
 
     @property
     def before(self) -> Floats:
-        """Matrix, (m, 2 m), from q after a free step to modal amplitudes before it."""
+        """Matrix, (m, 2 m), from q after a free step to modal amplitudes before it.
+
+        q are the 2 m real amplitudes of the waves.
+        """
         return self.parts(self.shapes / (1 + self.ahead))
 
     @property
     def passing(self) -> Floats:
-        """Matrix, (m, 2 m), from q after a free step to x_{n+1} - x_{n-1} of modes."""
+        """Matrix, (m, 2 m), from q after a free step to x_{n+1} - x_{n-1}.
+
+        q are the 2 m real amplitudes of the waves, x the amplitudes of the modes.
+        """
         return self.parts(self.rises * (1 + 1 / (1 + self.ahead)))
 
     @cached_property
     def form(self) -> Floats:
-        """Symmetric matrix F, (2 m, 2 m), J: q^T F q is Jacobi's energy."""
+        """Symmetric matrix F, (2 m, 2 m), J: q^T F q is Jacobi's energy.
+
+        q are the 2 m real amplitudes of the waves.
+        """
         moved, place = self.parts(self.rises), self.parts(self.shapes)
         twice = moved.T @ moved / self.step**2 + place.T @ self.stiffness @ self.before
         return np.asarray((twice + twice.T) / 4)
@@ -215,9 +229,9 @@ class _Part(NamedTuple):
     Attributes
     ----------
     block : (m, c), orthonormal combinations of the m modes at rest, see `whole_waves`
-    ahead : (w,), z - 1 of each wave
-    shapes : (c, w), waves of unit amplitudes, as coefficients of the combinations
-    paired : (w,), whether a wave has a conjugate, which is not listed
+    ahead : (waves,), z - 1 of each wave
+    shapes : (c, waves), waves of unit amplitudes, as coefficients of the combinations
+    paired : (waves,), whether a wave has a conjugate, which is not listed
     """
 
     block: Any
@@ -234,6 +248,7 @@ def _condition(parts: list[_Part], scale: float) -> float:
     the shapes Y and amplitudes a of its waves.
 
     scale : by which the basis divides the increments
+    parts : the waves of each block
     """
     sizes = []
     for block, ahead, shapes, paired in parts:
@@ -249,12 +264,12 @@ def _condition(parts: list[_Part], scale: float) -> float:
 
 
 def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
-    """Return a bound of any tip's motion in a step per unit amplitude, (w,).
+    """Return a bound of any tip's motion in a step per unit amplitude, (waves,).
 
     It holds for each of `LOOK_EVERY` steps, in which a wave may grow.
 
-    reads, ahead : (N, w), displacements of the tips for unit amplitudes; (w,), z - 1, z
-        the factor of a wave in a step
+    reads, ahead : (N, waves), displacements of the tips for unit amplitudes; (waves,),
+        z - 1, z the factor of a wave in a step
     """
     growth = np.maximum(np.abs(1 + ahead), 1.0) ** LOOK_EVERY
     moved = np.abs(reads).max(axis=0) * np.abs(ahead)
@@ -262,7 +277,10 @@ def drift_of(reads: Matrix, ahead: Complexes) -> Floats:
 
 
 def reads_of(model: Model) -> tuple[Floats, Floats]:
-    """Return negative radial and tangential displacements of tips in modes, (N, m)."""
+    """Return the tips' displacements, radial and tangential, in each mode, times -1.
+
+    They are (N, m) each, for unit amplitudes: a tip that moves outward closes its gap.
+    """
     radial, along = tip_rows(model.rotor, model.blades)
     return -radial, -along
 
@@ -276,6 +294,8 @@ def coupled_rotor(model: Model, scene: Scene, waves: WholeWaves) -> WholeRotor:
     """Return the kernel's arrays of a rotor whose modes rotation couples.
 
     The last wave is constant, the circle of an unbalanced rotor.
+
+    waves : the rotor's waves with terms of rotation
     """
     body, blades, mu = model.rotor, model.blades, friction_with_sign(scene)
     radial, along = reads_of(model)
@@ -332,7 +352,10 @@ def opened_by_ring(model: Model, scene: Scene) -> Floats:
 
 
 def _upper(waves: WholeWaves) -> Floats:
-    """Return the triangle U of the energy q^T U q, flat, see `WholeRotor.form`."""
+    """Return the energy q^T U q of the waves' amplitudes q as a triangle U, flat.
+
+    `WholeRotor.form` tells the order.
+    """
     size = 2 * waves.half
     form = np.zeros((size, size))
     form[np.ix_(waves.places, waves.places)] = waves.form
@@ -341,7 +364,10 @@ def _upper(waves: WholeWaves) -> Floats:
 
 
 def unpacked_form(upper: Floats, size: int) -> Floats:
-    """Return the triangle U (size, size) of the energy q^T U q, from `_upper`."""
+    """Return the triangle U, (size, size), of the energy q^T U q of amplitudes q.
+
+    upper : the same triangle, flat, as `_upper` returns it
+    """
     form, at = np.zeros((size, size)), 0
     for i in range(size):
         first = i - i % FOUR

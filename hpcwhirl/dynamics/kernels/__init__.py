@@ -1,4 +1,4 @@
-"""All compiled code.
+"""Code of the time integration that numba compiles, and its cache on disk.
 
 Terms used in these modules, besides those of the manual:
 
@@ -78,7 +78,11 @@ def _own() -> str:
 
 
 def save_apart(cache: Any, key: Any, data: Any) -> None:
-    """Save compiled code as `IndexDataCacheFile.save` does, but under a unique name."""
+    """Save compiled code as `IndexDataCacheFile.save` does, but under a unique name.
+
+    cache : numba's index of one function
+    key, data : signature and target; compiled code
+    """
     overloads = cache._load_index()
     name = overloads.get(key)
     if name is not None:  # the cache has code for this key already

@@ -66,7 +66,7 @@ NOWHERE = 1.0  # m, gap of a lost blade
 
 @njit(cache=True)
 def flush(motion):
-    """Set amplitudes and their increments to 0 where both are below 1e-150.
+    """Set a body's amplitudes and increments to 0 where both are below 1e-150.
 
     Their products would be denormal numbers, which are slow.
     """
@@ -82,7 +82,8 @@ def place_blades(ring, turned, points, index, shape):
     """Find the ring coordinates that move each contact point, and their weights.
 
     turned : rad, angle of blade 0
-    index, shape : (N, w), out: these coordinates and weights
+    index, shape : (N, w), out: the w coordinates that move each point, and weights
+    ring, points : `kernel_types.Ring`, `kernel_types.Points`
     """
     kind, size, length = ring
     if kind == ELEMENTS:
@@ -96,7 +97,8 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
     """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest gap.
 
     u, radial : (N,) or more, m, radial displacements of tips; the ring's coordinates
-    turned : rad, angle of blade 0
+    index, shape : results of `place_blades`
+    turned, time : rad, angle of blade 0; s
     lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)
@@ -126,7 +128,7 @@ def farthest(tips):
 def pulse_work(push, modal, ahead, increments):
     """Return the work of the pulse in a step, J.
 
-    push, modal : force, N; modal forces (n,) of a unit force
+    push, modal : force of the pulse, N; modal forces (n,) of a unit force
     ahead, increments : (n,), increments of the amplitudes in this and in the last step
     """
     total = 0.0
@@ -137,7 +139,10 @@ def pulse_work(push, modal, ahead, increments):
 
 @njit(cache=True)
 def motion_of(q, d, loss):
-    """Return the `Motion` of a body: its arrays of the state and new work space."""
+    """Return the arrays of a body in a step: those of its state, and work space.
+
+    q, d, loss : arrays of the state, see `verbs.Motion`
+    """
     return Motion(
         q, d, loss, np.zeros_like(q), np.zeros_like(q), np.zeros_like(q),
         np.zeros_like(q),
@@ -155,7 +160,10 @@ def layer_space(blades):
 
 @njit(cache=True)
 def energies_of(rotor, casing, state, step):
-    """Return (energy of the rotor, energy of the casing), J."""
+    """Return (energy of the rotor, energy of the casing), J, in a state.
+
+    step : dt, s
+    """
     return (
         energy(rotor, state.q_b, state.d_b, step),
         energy(casing, state.q_c, state.d_c, step),

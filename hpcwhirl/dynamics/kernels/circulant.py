@@ -73,6 +73,8 @@ def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> Consta
 
     The inverse in them is 0 until `recall` computes it.
 
+    blades, wide : N; half the length of a row of gaps
+    known : array of the state that lists the active blades
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
     padded = -(-blades // FOUR) * FOUR
@@ -94,6 +96,7 @@ def circulant_space(
 ) -> ConstantSpace:
     """Return the work arrays of the contact problem with a circulant Delassus matrix.
 
+    known : array of the state that lists the active blades
     column : (N,), m/N, column 0 of the Delassus matrix W; wave : see `passes.to_gaps`
     """
     space = constant_space(blades, wide, column[_apart(blades)], known)
@@ -121,7 +124,7 @@ def _apart(blades: int) -> Indices:
 
 @inlined
 def penetrating(gaps, row, blades, wide, where):
-    """Set `where` to the blades with negative gaps; return their number.
+    """Set `where` to the blades with gaps below 0; return their number.
 
     gaps, row : array, and index in it where the gaps begin, in the order of `folded`
     """
@@ -137,11 +140,12 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set space.push to multipliers, N, that close the gaps of blades known[:size].
+    """Set space.push to multipliers, N, that close the gaps of the active blades.
 
     gaps, row : as in `penetrating`
+    size : number of active blades, which are space.known[:size]
 
-    Return the lowest multiplier, N; 0 if none is negative.
+    Return the lowest multiplier, N; 0 if none is below 0.
     """
     push, known, inverse, close = space.push, space.known, space.inverse, space.work
     padded, lowest = len(push), 0.0
@@ -171,18 +175,20 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether the effect of `size` multipliers on gaps is computed by spectra.
+    """Return whether gaps under `size` multipliers are computed from their spectrum.
 
-    A circulant Delassus matrix multiplies each entry of the spectrum by a number.
+    That is so if there are many and the Delassus matrix is circulant: it multiplies
+    each entry of the spectrum by a number.
     """
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Set space.again (2 wide,) to the gaps under multipliers, m, by means of spectra.
+    """Set space.again (2 wide,) to the gaps, m, with multipliers acting, by spectra.
 
-    Return four numbers, of which the least is the lowest gap, or one above 0.
+    Arguments are those of `openings`. Return four numbers: the least of them is the
+    lowest gap, or 0 if no gap is below 0.
     """
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
     k, least = len(symbol) // 2, broadcast(0.0)
@@ -202,9 +208,13 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again (2 wide,) to the gaps, m, under the multipliers space.push.
+    """Set space.again to the gaps, m, with the multipliers space.push acting.
 
-    Return the lowest of these gaps; 0 if none is negative.
+    Return the lowest of these gaps; 0 if none is below 0.
+
+    space.again : (2 wide,), gaps of all blades in the order of `folded`
+    gaps, row : gaps without multipliers, as in `penetrating`
+    size : number of active blades, which are space.known[:size]
     """
     if by_slots(size, space):
         return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
@@ -229,10 +239,12 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Accept a solution: copy its gaps to a row of gaps, its blades to space.where.
+    """Accept a solution: copy its gaps to `gaps`, its active blades to space.where.
 
     The gaps, in space.again, of the active blades space.known[:size] become exactly 0.
     Return `size`.
+
+    gaps, row : array, and index at which the gaps of the step begin
     """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
@@ -247,11 +259,12 @@ def settle(gaps, row, size, blades, wide, space):
 def guess(gaps, row, lowest, blades, wide, space):
     """Solve the contact problem with the active blades of the last solution.
 
-    Sets the folded row to the corrected gaps, and `push` to the multipliers; returns
-    the number of active blades. Returns -1, and leaves the row as it is, if that set
-    does not give the solution, which is unique.
+    Set the gaps to the corrected ones and space.push to the multipliers; return the
+    number of active blades. Return -1, and leave the gaps as they are, if these blades
+    do not give the solution, which is unique.
 
-    lowest : lowest of the gaps, m, < 0
+    gaps, row : predicted gaps, m, from index `row` on, in the order of `folded`
+    lowest : lowest of these gaps, m, < 0
     """
     size = space.known[blades + SIZE]
     if not is_usable(blades, space.known):
@@ -269,6 +282,8 @@ def first_set(gaps, row, blades, wide, space):
 
     If few blades touch, or the wheel has at most `SMALL`, these are the penetrating
     blades, and no other set is tried. Else they are those of the last step, corrected.
+
+    gaps, row : predicted gaps, m, from index `row` on, in the order of `folded`
     """
     known, where = space.known, space.where
     penetrate = penetrating(gaps, row, blades, wide, where)
@@ -284,13 +299,19 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether there is an accurate inverse for the active blades in `known`."""
+    """Return whether `known` lists active blades whose inverse is accurate.
+
+    The inverse is that of their part of the Delassus matrix, see `keep_inverse`.
+    """
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 
 
 @inlined
 def correct(limit, blades, wide, space):
-    """Drop active blades with multipliers < 0; add those with gaps below `limit`, m."""
+    """Correct the set of active blades, space.known, by the last solution tried.
+
+    Blades with multipliers below 0 leave it; blades with gaps below `limit`, m, enter.
+    """
     known, active = space.known, space.fallback.active
     for j in range(blades):
         active[j] = space.again[place_of(j, blades, wide)] < limit
@@ -325,6 +346,8 @@ def solved(gaps, row, lowest, blades, wide, space):
     """Solve the contact problem of all blades by `guess`, `seek`, or `solve_any`.
 
     Results are those of `guess`, except that -1 means that no solution was found.
+
+    gaps, row, lowest : as in `guess`
     """
     size = guess(gaps, row, lowest, blades, wide, space)
     if size < 0:

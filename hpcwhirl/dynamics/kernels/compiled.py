@@ -75,27 +75,27 @@ class PartLibrary(KernelLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Return this library, of which numba then calls `set_env`."""
+        """Return this library itself; numba then calls its `set_env`."""
         return self
 
     def set_env(self, *_: Any) -> None:
-        """Ignore the environment: functions of this library are never called."""
+        """Do nothing: numba sets an environment for calls, and there are none."""
 
     def get_pointer_to_function(self, _: str) -> int:
-        """Return 0, the address of no function."""
+        """Return 0, since callers link the code and need no address."""
         self._ensure_finalized()
         return 0
 
 
 class RareLibrary(PartLibrary):
-    """Code of a part that does not run every step."""
+    """Code of a part that runs in few steps, compiled for size instead of speed."""
 
     def _is_rare(self, _: str) -> bool:
         return True
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
-    """Numba's compiler, which makes libraries of the type `library`."""
+    """Numba's compiler, with its code in a library of the type `library`."""
 
     library: type[JITCodeLibrary] = KernelLibrary
 
@@ -128,7 +128,7 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         raise TypeError(msg)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return numba's template of a call, the same for all values of a literal."""
+        """Return what numba needs to type a call; of constants only the type counts."""
         return super().get_call_template([unliteral(arg) for arg in args], kws)
 
 
@@ -143,11 +143,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return numba's template of a call by compiled code."""
+        """Return what numba needs to type a call by compiled code: that of `twin`."""
         return self.twin.get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the compiled twin for a signature, which compiled code calls."""
+        """Return the machine code of `twin` for a signature: compiled code calls it."""
         return self.twin.get_overload(sig)
 
 
@@ -157,15 +157,15 @@ class Verb(Part):
     kinds: dict[type, Any]
 
     def __call__(self, first: Any, *rest: Any) -> Any:
-        """Call the implementation for the type of `first`."""
+        """Call the implementation for the type of `first`, the first argument."""
         return self.kinds[type(first)](first, *rest)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return numba's template of a call, by the type of the first argument."""
+        """Return what numba needs to type a call: that of the chosen implementation."""
         return self._of(args).get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the compiled part for the type of the first argument."""
+        """Return the machine code of the implementation for a signature."""
         return self._of(sig).get_overload(sig)
 
     def _of(self, args: Any) -> Any:
@@ -224,7 +224,10 @@ def verb(function: Any) -> Any:
 
 
 def does(named: Any, kind: type) -> Callable[[Any], Any]:
-    """Register the decorated part as a verb's implementation for a type `kind`."""
+    """Register the decorated part as an implementation of the verb `named`.
+
+    kind : type of the first argument for which it is used
+    """
 
     def register(made: Any) -> Any:
         named.kinds[kind] = made

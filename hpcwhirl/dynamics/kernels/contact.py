@@ -107,7 +107,11 @@ def place_on_waves(turned, size, angles, weight, index, shape):
 
 @kernel
 def read_ring(radial, index, shape, j):
-    """Return the ring's displacement, m, at point j from its radial coordinates."""
+    """Return the ring's radial displacement, m, at contact point j.
+
+    radial : (R,), m, the ring's R radial coordinates
+    index, shape : (N, w), indices of the w of them that move each point, and weights
+    """
     total = 0.0
     for a in range(index.shape[1]):
         total += shape[j, a] * radial[index[j, a]]
@@ -116,7 +120,10 @@ def read_ring(radial, index, shape, j):
 
 @inlined
 def gap_at(wall, time):
-    """Return the gap of a round casing at a time, m; it changes at a constant rate."""
+    """Return the gap, m, of a casing without lobes or profile at a time, s.
+
+    It changes at a constant rate, wall.opening.
+    """
     return wall.gap + wall.opening * (time - wall.since)
 
 
@@ -129,7 +136,10 @@ def angle_at(wall, speed, time):
 
 @kernel
 def pulse_of(time, force, pulse):
-    """Return F(t) = F sin(pi t / tau) for 0 < t < tau, else 0, N."""
+    """Return the force of the pulse at a time: F sin(pi t / tau) up to t = tau, else 0.
+
+    force, pulse : F, N; tau, s
+    """
     if 0.0 < time < pulse:
         return force * math.sin(math.pi * time / pulse)
     return 0.0
@@ -139,9 +149,12 @@ def pulse_of(time, force, pulse):
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
     """Set w[j], the opening of every gap by a unit multiplier on blade j, m/N.
 
-    It is column j of the Delassus matrix, stored as a row of its transpose. A row of
-    `compliance` (R, R) has the radial coordinates due to a unit load, with its
-    friction, on one radial coordinate; `response` (R,) is work space.
+    It is column j of the Delassus matrix, stored as a row of its transpose. Row i of
+    `compliance` (R, R) has the ring's R radial coordinates due to a unit load, with its
+    friction, on radial coordinate i; `response` (R,) is work space.
+
+    w_rotor : (N, N), m/N, the rotor's part of the matrix
+    index, shape : (N, w), the w radial coordinates that move each point, and weights
     """
     for i in range(len(w_rotor)):
         w[j, i] = w_rotor[i, j]
@@ -196,7 +209,10 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
 
 @njit(cache=True)
 def contact_space(blades, coordinates):
-    """Return the work space of `complementarity`."""
+    """Return the work space of `complementarity`.
+
+    blades, coordinates : N; number R of the ring's radial coordinates
+    """
     return ContactSpace(
         np.zeros(coordinates),
         np.zeros((blades, blades)),
@@ -256,7 +272,10 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the last step had contact and is one whose slip is checked."""
+    """Return whether the slip of the last step is to be checked.
+
+    It is checked in every eighth step with contact.
+    """
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
 
@@ -306,7 +325,10 @@ def write_sample(
 
 @inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
-    """Write one sample of the traces that are stored, see `write_sample`."""
+    """Write one sample of the traces that are stored, see `write_sample`.
+
+    Arguments are those of `write_sample`; energy : J, of both bodies
+    """
     s, blades = counter[SAMPLE], len(impulse)
     tracks.centre[s, 0], tracks.centre[s, 1] = tips[blades, 0], tips[blades, 1]
     tracks.energy[s] = energy
@@ -326,7 +348,10 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
 
 @inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
-    """Write one row of tracks.evidence; set tracks.closed to the present ledger."""
+    """Write one row of tracks.evidence; set tracks.closed to the present ledger.
+
+    Arguments are those of `write_sample`.
+    """
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed
     row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]
     row[OF_ROTOR], row[OF_CASING] = energies[0], energies[1]

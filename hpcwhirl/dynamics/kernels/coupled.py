@@ -40,10 +40,10 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_blocks(matrix, starts, vector, sign, out):
-    """Add sign * matrix @ vector to out.
+    """Add sign * matrix @ vector to out; of the matrix only diagonal blocks are given.
 
-    matrix, starts : its diagonal blocks, flat, each by columns; first row of each
-        block, and the number of rows
+    matrix : the blocks, flat, each by columns
+    starts : first row of each block, and the number of rows
     """
     at = 0
     for b in range(len(starts) - 1):
@@ -59,7 +59,10 @@ def apply_blocks(matrix, starts, vector, sign, out):
 
 @njit(cache=True)
 def form(matrix, starts, left, right):
-    """Return left @ matrix @ right; matrix, starts : as in `apply_blocks`."""
+    """Return left @ matrix @ right; of the matrix only diagonal blocks are given.
+
+    matrix, starts : as in `apply_blocks`
+    """
     total, at = 0.0, 0
     for b in range(len(starts) - 1):
         first, size = starts[b], starts[b + 1] - starts[b]
@@ -74,7 +77,10 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Predict a step without contact: set increments motion.ahead, motion.following."""
+    """Predict a body's step without contact: increments, and amplitudes after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_blocks(body.keep, body.starts, d, 1.0, ahead)
@@ -85,7 +91,10 @@ def predict(body, motion):
 
 @does(verbs.read, CoupledBody)
 def read(body, values, out):
-    """Set out (r,), m, to radial displacements of tips, and x_o, y_o, by modes."""
+    """Set out (N + 2,), m, to radial displacements of N tips, then x_o, y_o.
+
+    values : (m,), amplitudes of the modes, from which they are summed
+    """
     rows = body.read
     out[:] = 0.0
     for m in range(len(values)):
@@ -109,6 +118,8 @@ def meet(body, motion, mu, ledger):
     represent a circle or an ellipse nor on those of the motion without contact.
     The loss in motion.loss is that of damping and circulatory forces. motion.following
     is used as work space.
+
+    mu : friction with the sign of the speed
     """
     _, d, _, ahead, push, normal, drag = motion
     push[:] = 0.0
@@ -158,7 +169,8 @@ def energy(body, values, increments, step):
 def stand(body, motion, time, force):
     """Add to motion.ahead and .following the increments by forces of changing speed.
 
-    At constant speed the forces are those of the supports.
+    At constant speed the forces are those of supports that differ by direction or have
+    a film, at `time`, s; they are stored in force (2,), N.
 
     motion.normal is used as work space; `collect` sets it later.
     """
@@ -177,7 +189,11 @@ def stand(body, motion, time, force):
 
 @does(verbs.yielded, CoupledBody)
 def yielded(body, motion, force, ledger):
-    """Enter the work, J, of the forces of `stand` on the motion that contact causes."""
+    """Enter the work, J, of forces of changing speed on the motion that contact causes.
+
+    The body's `stand` has added the increments due to these forces. At constant speed
+    `force` (2,), N, of the supports does the work.
+    """
     if len(body.force) == 0:
         standing.yielded(body, motion, force, ledger)
         return
@@ -192,6 +208,8 @@ def note_beside(body, motion, step, row):
 
     These are x_o, y_o, m, and the energy of the motion with and without contact, J. At
     constant speed nothing is written: that motion is known in closed form.
+
+    row : row of evidence
     """
     if len(body.force) == 0:
         return

@@ -4,7 +4,7 @@ At the N blades, harmonic h of the ring has the values of nodal diameter kappa =
 N, or N - (h mod N) if that is less (then conjugated), kappa = 0 .. N // 2. It is
 computed with the rotor's modes of that nodal diameter, in the slot kappa. In the
 rotating frame no coefficient depends on the position of the blades: with gamma the
-radial displacement (of tips with negative sign) for unit amplitude y of each mode, the
+radial displacement (of tips times -1) for unit amplitude y of each mode, the
 sum of gamma y over the modes of each slot is a spectrum G of the gaps,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N},
@@ -98,7 +98,10 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def turn_quarter(lam, k):
-    """Set the second half of lam (4 k,) to -i times the spectrum in its first half."""
+    """Set the second half of lam (4 k,) to -i times the spectrum in its first half.
+
+    There are k slots, one for each nodal diameter, padded.
+    """
     for v in range(0, k, FOUR):
         store(lam, 2 * k + v, load(lam, k + v))
         store(lam, 3 * k + v, broadcast(0.0) - load(lam, v))
@@ -108,6 +111,7 @@ def turn_quarter(lam, k):
 def to_spectrum(push, where, size, turns, width, lam):
     """Set lam (2 width,) to the multipliers' spectrum, as (re, im), then (im, -re).
 
+    width : length of a spectrum, re, then im of each slot (nodal diameter)
     push, where, size : multipliers of the blades where[:size]; turns : (N, width) flat
     """
     half, whole = width // 2, width - width % (6 * FOUR)
@@ -187,7 +191,7 @@ def own_sizes(arrays: Arrays, state: CyclicState) -> Wanted:
 
 
 def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
-    """Return the work space of a march, which need not be saved to resume it."""
+    """Return the work space of the cyclic kernel, which is no part of a saved march."""
     check_sizes("cyclic", arrays, state, own_sizes(arrays, state))
     blades = len(state.impulse)
     k, wide = widths(blades)
@@ -209,7 +213,10 @@ def space_of(arrays: Arrays, state: CyclicState) -> CyclicSpace:
 
 @inlined
 def sizes_of(rotor, state):
-    """Return the `Sizes` that the arrays of a rotor and a state imply."""
+    """Return the numbers of blades, rows and slots that the lengths of arrays imply.
+
+    rotor, state : arrays of a rotor; state of the cyclic kernel
+    """
     k, blades = len(state.lam) // 4, len(state.impulse)
     rows, ring_rows = rotor.hub.shape[1] // (2 * k), len(state.ring) // k
     return Sizes(blades, rows, ring_rows // RING_STATE, k, len(state.gaps) // 6)
@@ -226,8 +233,10 @@ def predict(out_b, out_c, wall, time, speed, spectrum, sizes):
     """Set the spectrum (2 k,) of all gaps less the clearance, m, from both bodies.
 
     It is the sum of those of rotor, ring and the casing's departure from the circle.
+    There are k slots, one for each nodal diameter, padded.
 
     out_b, out_c : (2 k,), m, spectra of rotor and ring
+    time, sizes : s; `wave_types.Sizes`
     """
     for c in range(0, 2 * sizes.k, FOUR):
         store(spectrum, c, load(out_b, c) + load(out_c, c))
@@ -240,9 +249,12 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
     """Return the largest magnitude of a tip's displacement (radial, tangential), m.
 
     If a bound for all tips is below `NEAR` times the limit, the bound is returned.
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
 
     q, out_b : predicted amplitudes; spectrum of the tips' radial displacements, m
     work : work space: (2 k,) and two of (2 wide,)
+    wave, sizes : see `passes.to_gaps`; `wave_types.Sizes`
     """
     _, rows, _, k, wide = sizes
     spectrum, outward, along = work
@@ -262,8 +274,12 @@ def farthest(rotor, limit, q, out_b, wave, sizes, work):
 def note_slips(slips, turns, known, last, step, k, work, counter, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
 
+    There are k slots, one for each nodal diameter, padded.
+
     slips : (slip_b, slip_c), arguments of `passes.slip_of`
-    known, work : see `ConstantSpace`; (2 k,), work space
+    turns : (N, 2 k) flat, cos and -sin of each slot at each blade
+    known, last : active blades, see `ConstantSpace`; step of each last contact
+    work : (2 k,), work space
     """
     slip_of(slips[0], slips[1], k, work)
     for s in range(known[len(last)]):
@@ -287,7 +303,10 @@ def read_before(gaps, row, where, active, blades, wide, before):
 
 @inlined
 def prepare(step, speed, wall, state, sample):
-    """Copy the state's sums, and the spectrum of the casing's shape, m, to `sample`."""
+    """Set `sample` up: copy the sums of works to it; compute the casing's spectrum.
+
+    The spectrum, m, is that of the departure from the circle at the present step.
+    """
     copy_to(sample.sums_b, state.sums_b)
     copy_to(sample.sums_c, state.sums_c)
     for c in range(len(sample.wall)):
@@ -297,16 +316,19 @@ def prepare(step, speed, wall, state, sample):
 
 
 def sampling(passes):
-    """Return the function that writes a sample of a state.
+    """Return the compiled function that writes a sample of a state.
 
-    passes : module whose states it samples, `differences` or `flow`
+    passes : module with the steps of the state: `differences` or `flow`
     """
 
     def sample_step(
         step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
         tracks,
     ):  # fmt: skip
-        """Write a sample of a copy of the state with all contact forces applied."""
+        """Write a sample of a copy of the state with all contact forces applied.
+
+        keep, judge : as in `contact.write_sample`
+        """
         c_c, _ = casing
         counter, wide = state.counter, len(state.gaps) // 6
         t_b, t_c, sums_b, sums_c = (
@@ -337,6 +359,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
     """Jump over steps if no blade can touch for a while; return whether it did.
 
     between : whether to write the samples of the traces within the jump
+    outs : work space for spectra, see `flight.fly`, as are the other arguments
     """
     counter = state.counter
     begun = counter[STEP]
@@ -357,7 +380,7 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
 
 
 def marching(passes):
-    """Return the time loop of the cyclic kernel.
+    """Return the compiled time loop of the cyclic kernel.
 
     passes : module of the functions that take its steps, `differences` or `flow`
     """

@@ -23,7 +23,10 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @njit(cache=True)
 def beside(still, values, out):
-    """Set out (n,) to coordinates less those at rest, see `DenseBody.still`."""
+    """Set out (n,) to a body's coordinates less those on its circle, see `DenseBody`.
+
+    still, values : (n,), coordinates on the circle, or (0,); coordinates
+    """
     out[:] = values
     for i in range(len(still)):
         out[i] -= still[i]
@@ -31,7 +34,10 @@ def beside(still, values, out):
 
 @does(verbs.predict, DenseBody)
 def predict(body, motion):
-    """Predict a step without contact: set increments motion.ahead, motion.following."""
+    """Predict a body's step without contact: increments, and coordinates after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
     apply_dense(body.keep, d, 1.0, ahead)
@@ -42,7 +48,10 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse, push * modal (n,), to a predicted step."""
+    """Add the increments due to the pulse to a predicted step of a body.
+
+    push, modal : force, N; modal forces (n,) of a unit force
+    """
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
     for i in range(len(q)):
@@ -51,7 +60,10 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,), m, to those of the coordinates `values` (n,) that are radial."""
+    """Set out (r,), m, to a body's r radial displacements.
+
+    values : (n,), its coordinates, from which the radial ones are taken
+    """
     places = body.radial
     for r in range(len(places)):
         out[r] = values[places[r]]
@@ -59,7 +71,10 @@ def read(body, values, out):
 
 @does(verbs.read_tips, DenseBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial and tangential coordinates, then x_o, y_o."""
+    """Set tips (N + 1, 2), m, to radial and tangential displacements; last row: centre.
+
+    values, radial : (n,), coordinates of the body; (N + 2,), result of `read`
+    """
     along, centre = body.tangential, body.centre
     for j in range(len(along)):
         tips[j, 0], tips[j, 1] = radial[j], values[along[j]]
@@ -72,6 +87,9 @@ def collect(body, motion, lam, index, shape):
     """Set motion.normal and motion.drag (n,), N, to the multipliers' forces.
 
     `normal` are the normal forces on all coordinates, `drag` is friction over mu.
+
+    lam : (N,), multipliers of the tips, N
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
@@ -89,6 +107,9 @@ def slide(body, motion, lam, index, shape, out):
     """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
+
+    lam : (N,), multipliers, N; tips with lam > 0 are in contact
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
@@ -100,7 +121,10 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+
+    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    """
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
     for c in range(len(ahead)):
@@ -118,7 +142,8 @@ def meet(body, motion, mu, ledger):
 def accept(body, motion, step):
     """Set coordinates and increments to those after the step; add the loss, J.
 
-    motion.following and motion.normal are used as work space.
+    The loss of damping and circulatory forces is added to motion.loss. motion.following
+    and motion.normal are used as work space.
     """
     q, d, lost, ahead, work, apart, _ = motion
     for i in range(len(q)):

@@ -52,6 +52,7 @@ def end_rotor(c, at, q, d, old, push, touched, loss, works):
 
     The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
 
+    push, touched : as in `passes.push_rotor`; whether the step had contact
     q, d, old : amplitudes; their increments in this step, and in the step before
     c, at : coefficients of all modes, packed, and where those of these four begin
     """
@@ -87,7 +88,9 @@ def end_ring(c, at, y, d, old, push, touched, loss, works):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
                   slip):  # fmt: skip
-    """Take the step that `pass_modes` describes for all modes of a rotor.
+    """Predict the next step of all modes of a rotor, after contact forces, if any.
+
+    Arguments not listed are those of `pass_modes`.
 
     now, then, touched : results of `places`; whether the last step had contact
     """
@@ -118,7 +121,9 @@ def rotor_columns(s, c, lam, rows, width, now, then, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, touched, out, sums,
                  slip):  # fmt: skip
-    """Take the step that `pass_ring` describes for all modes of the casing ring.
+    """Predict the next step of all modes of the ring, after contact forces, if any.
+
+    Arguments not listed are those of `pass_ring`.
 
     now, then, touched : as in `rotor_columns`
     """
@@ -162,11 +167,12 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 
     Parameters
     ----------
-    s : (3 size,), state: amplitudes q, their increments in the last even step, and
-        those in the last odd step
+    s : (3 rows width,), state: amplitudes q, their increments in the last even step,
+        and those in the last odd step
     c : packed coefficients of the modes, see `passes`
     lam : (2 width,), spectrum of the multipliers as (re, im), then as (im, -re)
     counter : counters of the pending step
+    rows, width : the state has `rows` rows of `width` real numbers, re and im by slot
     out : (width,), out: spectrum of the gaps, the sum over the modes of each slot of q
         times the gap for unit q
     sums : (3 width,), in and out, J, for re and im of each slot: twice the work of
@@ -183,7 +189,11 @@ def pass_modes(s, c, lam, rows, width, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Implement `pass_rotor` (contact, next step) for modes by nodal diameter."""
+    """Apply the last contact forces to the rotor's modes; predict their next step.
+
+    The implementation of `pass_rotor` for equal sectors, with modes by nodal diameter.
+    Arguments are those of `pass_modes`.
+    """
     pass_modes(s, rotor.items, lam, rows, 2 * k, counter, out, sums, slip)
 
 
@@ -209,6 +219,8 @@ def settle_rotor(s, t, c, lam, width, counter, sums):
     """Copy the rotor's state s to t; apply the last step's contact forces to t.
 
     The works and the loss of this step are added to sums, J.
+
+    c, lam, width : as in `pass_modes`
     """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // ROTOR_STATE
@@ -233,6 +245,7 @@ def settle_ring(s, t, c, lam, k, counter, sums):
     """Copy the casing ring's state s to t; apply the last step's contact forces to t.
 
     t : must be 0 at slots without modes, which are not copied
+    c, lam, sums : as in `pass_ring`
     """
     touched, zero = counter[LAST] == counter[STEP], broadcast(0.0)
     size = len(s) // RING_STATE
@@ -259,13 +272,19 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
     States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c; works and
     losses of the last step are added to sums_b and sums_c, J.
+
+    c_c, lam : coefficients of the ring's modes; spectrum of the multipliers
     """
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `end_step` (copies with contact forces) for modes by nodal diameter."""
+    """Copy the states of both bodies; apply the last contact forces to the copies.
+
+    The implementation of `end_step`, which explains the arguments, for equal sectors,
+    with modes by nodal diameter.
+    """
     k = len(sums_c) // 4
     settle_rotor(s_b, t_b, rotor.items, lam, 2 * k, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, k, counter, sums_c)
@@ -279,6 +298,7 @@ def energy_of(s, c, place, increment, size, step):
 
     place, increment : first index in s of the amplitudes q_{n+1}, and of their
         increments q_{n+1} - q_n = v dt
+    s, c : state of the body; coefficients of its modes, packed
     """
     total = 0.0
     for m in range(size):
@@ -291,7 +311,11 @@ def energy_of(s, c, place, increment, size, step):
 
 @inlined
 def energies_of_four(q, d, stiff, step):
-    """Return (kinetic, potential) energies of four modes, J, as in `energy_of`."""
+    """Return the kinetic and the potential energies of four modes, J, four each.
+
+    q, d : amplitudes q_{n+1}, and their increments in the step, q_{n+1} - q_n
+    stiff, step : omega^2 / 2 of each mode; dt, s
+    """
     half, speed = broadcast(0.5), d / broadcast(step)
     return half * speed * speed, stiff * q * (q - d)
 
@@ -301,6 +325,7 @@ def energy_of_ring(t, c, now, step):
     """Return the energy of the casing ring, J, from a state t without pending forces.
 
     now : step number mod 2
+    c : coefficients of the ring's modes, packed
 
     The sums over re and im are those of `energy_of`, computed side by side for speed.
     """
@@ -326,6 +351,7 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return energies of rotor and casing ring, J, from states without pending forces.
 
     now : step number mod 2, by which the state has the increments of this step
+    t_b, t_c : states of rotor and ring; c_c : coefficients of the ring's modes
     """
 
 
@@ -333,14 +359,19 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of rotor, given by its modes, and ring (`energies_of`)."""
+    """Return the energies of a rotor's modes and of the ring, J, from their states.
+
+    Arguments are those of `energies_of`, of which this is one implementation.
+    """
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now, step)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m, step), ring
 
 
 @rare_kernel
 def column_sums(sums_b, sums_c, _):
-    """Return works of rotation, impact, friction over mu, and damping, J, so far.
+    """Return works, J, so far: of rotation, impact, friction over mu, and damping.
+
+    sums_b, sums_c : works and losses by slot, see `pass_modes` and `pass_ring`
 
     Impact losses are 0 here: `contact.book_contacts` enters them in the ledger.
     """

@@ -75,7 +75,9 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
     """Return the rotor's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
     They bound the second derivative of every gap, and the displacement of every tip.
+    There are k slots, one for each nodal diameter, padded.
 
+    bound : coefficients of the bounds, see `dynamics.flights`
     rate : (2 k,), out: spectrum of the rotor's part of the gaps' rates, m/s
     """
 
@@ -83,7 +85,11 @@ def bound_rotor(rotor, s, bound, rows, k, counter, rate):
 @does(bound_rotor, CyclicRotor)
 @kernel
 def bound_modes(rotor, s, bound, rows, k, counter, rate):
-    """Implement `bound_rotor` (bounds of a flight) for modes by nodal diameter."""
+    """Return the parts of a rotor's modes in two bounds: acceleration, displacement.
+
+    The implementation of `bound_rotor`, with its arguments, for modes by nodal
+    diameter, m/s^2 and m.
+    """
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, _ = places(counter, size)
     bend, reach = broadcast(0.0), broadcast(0.0)
@@ -117,8 +123,10 @@ def bound_modes(rotor, s, bound, rows, k, counter, rate):
 def bound_ring(s, c, bound, rows, k, counter, rate):
     """Return the ring's parts of two bounds: acceleration, m/s^2, and displacement, m.
 
-    They bound the second derivative of every gap, and the ring's displacement.
+    They bound the second derivative of every gap, and the ring's displacement. There
+    are k slots, one for each nodal diameter, padded.
 
+    c, bound : coefficients of the modes, packed; of the bounds, see `dynamics.flights`
     rate : (2 k,), in and out: the ring's part of the gaps' rates, m/s, is added
     """
     size = rows * k
@@ -153,7 +161,10 @@ def bound_ring(s, c, bound, rows, k, counter, rate):
 
 @kernel
 def open_until(gap, rate, bend):
-    """Return a time up to which gap + rate t - bend t^2 / 2 > 0, s."""
+    """Return a time, s, up to which gap + rate t - bend t^2 / 2 is above 0.
+
+    gap, rate, bend : of one blade: m, m/s; m/s^2
+    """
     if gap <= 0.0 and rate <= 0.0:
         return 0.0
     if bend <= 0.0:
@@ -167,6 +178,7 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
     """Return the number of steps, at most `longest`, in which no blade can touch.
 
     gaps, rates, bend : m and m/s of `count` blades; m/s^2, bound of second derivatives
+    row : index in `gaps` at which the gaps of this step begin
     """
     time = longest * step
     for i in range(count):
@@ -181,6 +193,8 @@ def free_steps(gaps, row, rates, count, bend, step, longest):
 def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
     """Move the rotor's state s to the end of a jump; add the damping loss to sums, J.
 
+    There are k slots, one for each nodal diameter, padded.
+
     out : (2 k,), out: spectrum of the body's part of the gaps at the jump's end, m
     table : coefficients of the jump, (JUMP_ITEMS size,)
     now, then : step number mod 2, before and after the jump
@@ -190,7 +204,10 @@ def jump_rotor(rotor, s, table, rows, k, now, then, out, sums):
 @does(jump_rotor, CyclicRotor)
 @part
 def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
-    """Implement `jump_rotor` (state after a flight) for modes by nodal diameter."""
+    """Move the amplitudes of the rotor's modes to the end of a jump.
+
+    The implementation of `jump_rotor`, with its arguments, for modes by nodal diameter.
+    """
     c, width, size = rotor.items, 2 * k, 2 * k * rows
     now, then = (1 + now) * size, (1 + then) * size
     for col in range(0, width, FOUR):
@@ -214,7 +231,10 @@ def jump_modes(rotor, s, table, rows, k, now, then, out, sums):
 
 @part
 def jump_ring(s, c, table, rows, k, now, then, out, sums):
-    """Move the ring's state s, rotating frame, to a jump's end, see `jump_rotor`."""
+    """Move the ring's state s, rotating frame, to a jump's end, see `jump_rotor`.
+
+    c : coefficients of the ring's modes; other arguments as in `jump_rotor`
+    """
     size = rows * k
     now, then = 2 * (1 + now) * size, 2 * (1 + then) * size
     for col in range(0, k, FOUR):
@@ -252,9 +272,13 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
                ring_rows, k, wide):  # fmt: skip
     """Apply the last contact forces; return how many steps a jump may have at most.
 
-    If contact cannot recur, enter the certificate in counter and ledger.
+    If contact cannot recur, enter the certificate in counter and ledger. There are k
+    slots, one for each nodal diameter, padded. Folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     rate, rates : (2 k,), (2 wide,), out: rates of the gaps as spectrum, and folded, m/s
+    rows, ring_rows : numbers of rows of modes of rotor and ring
+    c_c, wave, flight : as in `fly`
     """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
     end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
@@ -276,7 +300,10 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
 def leap(count, rotor, c_c, flight, state, out_b, out_c, rows, ring_rows, k):
     """Move both bodies over `count` steps by up to `PASSES` jumps; return steps moved.
 
+    There are k slots, one for each nodal diameter, padded.
+
     out_b, out_c : (2 k,), out: spectra of rotor and ring at the end, m
+    rows, ring_rows : numbers of rows of modes of rotor and ring
     """
     counts, jumps_b, jumps_c = flight.counts, flight.jumps_b, flight.jumps_c
     counter, left = state.counter, count
@@ -306,7 +333,9 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     """Jump over steps if no blade can touch for a while; return whether it did.
 
     A jump ends at the next row of evidence at the latest, and one step before a blade
-    might touch, since contact requires the gaps of the two steps before it.
+    might touch, since contact requires the gaps of the two steps before it. There are k
+    slots, one for each nodal diameter, padded. Folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     Parameters
     ----------
@@ -315,6 +344,7 @@ def fly(beat, step, speed, wall, load, rotor, c_c, wave, flight, state, outs, si
     flight, sizes : `wave_types.Flight`, `wave_types.Sizes`
     outs : out: spectra of rotor, ring and gaps, (2 k,); folded rates of the gaps, (2
         wide,)
+    c_c, wave : coefficients of the ring's modes, packed; see `passes.to_gaps`
     """
     counter, (_, rows, ring_rows, k, wide) = state.counter, sizes
     out_b, out_c, spectrum, rates = outs

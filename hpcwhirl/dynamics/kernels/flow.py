@@ -59,6 +59,7 @@ from hpcwhirl.dynamics.kernels.wave_types import CyclicRotor
 def lose_rotor(c, at, q, d, loss):
     """Return `loss` plus the damping loss, J, of a step of four modes.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     q, d : amplitudes at the end of the step, and their increments in it
     """
     part = load(c, at + LOSS_DQ * FOUR) * q
@@ -71,7 +72,9 @@ def lose_rotor(c, at, q, d, loss):
 def lose_ring(c, at, y, d, loss):
     """Return `loss` plus the damping loss, J, of a step of four modes of the ring.
 
-    y, d : (re, im) of the amplitudes at the end of the step, and of their increments
+    c, at : coefficients of all modes, packed, and where those of the four begin
+    y, d : (re, im) of the amplitudes at the end of the step, and of their increments in
+        it
     """
     part = fma(d[0], d[0], d[1] * d[1])
     loss = fma(load(c, at + LOSS_DD * FOUR), part, loss)
@@ -87,7 +90,9 @@ def end_rotor(c, at, q, d, s, old, push, touched, loss, works):
 
     The sums `loss`, J, and `works`, see `passes.work_rotor`, include these modes then.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     q, d : amplitudes, and their increments in this step
+    push, touched : as in `passes.push_rotor`; whether the step had contact
     s, old : state, and index in it of their increments in the step before
     """
     if touched:
@@ -108,6 +113,7 @@ def mean_ring(c, at, y, d, old):
 
     v- and v+ are the velocities before and after the step's impulse.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     y, d, old : (re, im) of the amplitudes; of their increments in this step, and in the
         step before
     """
@@ -129,8 +135,11 @@ def end_ring(c, at, y, d, s, size, old, push, touched, loss, works, passing):
     step n - 1 from its place at that step to its place at n + 1, and so, at second
     order, by twice the way that `passing` gives at its place at step n.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     y, d : (re, im) of the amplitudes, and of their increments in this step
     passing : (re, im), rate at which the deformed ring passes the blades
+    s, size, old : as s, old of `end_rotor`; number of modes, padded
+    push, touched : as in `passes.push_ring`; whether the step had contact
     """
     if touched:
         cr, ci = push_ring(c, at, push)
@@ -163,7 +172,9 @@ def book_passing(sums, k, col, push, passing):
 @inlined
 def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
                   slip):  # fmt: skip
-    """Take the step that `pass_rotor` describes for all modes of a rotor.
+    """Predict the next step of all modes of a rotor, after contact forces, if any.
+
+    Arguments not listed are those of `differences.rotor_columns`.
 
     ended, touched : whether the last step is still to be completed; had contact
     """
@@ -195,7 +206,9 @@ def rotor_columns(s, c, lam, rows, width, now, then, ended, touched, out, sums,
 @inlined
 def ring_columns(s, c, lam, filled, k, now, then, ended, touched, out, sums,
                  slip):  # fmt: skip
-    """Take the step that `pass_ring` describes for all modes of the casing ring.
+    """Predict the next step of all modes of the ring, after contact forces, if any.
+
+    Arguments not listed are those of `differences.ring_columns`.
 
     ended, touched : as in `rotor_columns`
     """
@@ -238,7 +251,11 @@ def pass_rotor(rotor, s, lam, rows, k, counter, out, sums, slip):
 @does(pass_rotor, CyclicRotor)
 @inlined
 def pass_cyclic(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Implement `pass_rotor` (contact, next step) for modes by nodal diameter."""
+    """Apply the last contact forces to the rotor's modes; predict their next step.
+
+    The implementation of `pass_rotor` for equal sectors, with modes by nodal diameter.
+    Arguments are those of `differences.pass_modes`.
+    """
     c, width = rotor.items, 2 * k
     now, then = places(counter, rows * width)
     if counter[ENDED] == counter[STEP]:
@@ -254,7 +271,7 @@ def pass_ring(s, c, lam, filled, k, counter, out, sums, slip):
     """Apply the last step's contact forces, if any, to the ring; predict the next step.
 
     See `differences.pass_ring`; the fourth part of sums (4 k,) is that of
-    `book_passing`.
+    `book_passing`. There are k slots, one for each nodal diameter, padded.
     """
     now, then = places(counter, len(s) // RING_STATE * 2)
     if counter[ENDED] == counter[STEP]:
@@ -271,20 +288,26 @@ def end_step(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
 
     States s_b of the rotor, s_c of the casing ring are copied to t_b, t_c. If the last
     step is not yet completed, its works and losses are added to sums_b, sums_c, J.
+
+    c_c, lam : coefficients of the ring's modes; spectrum of the multipliers
     """
 
 
 @does(end_step, CyclicRotor)
 @kernel
 def end_cyclic(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `end_step` (copies with contact forces) for modes by nodal diameter."""
+    """Copy the states of both bodies; apply the last contact forces to the copies.
+
+    The implementation of `end_step`, which explains the arguments, for equal sectors,
+    with modes by nodal diameter.
+    """
     settle_rotor(s_b, t_b, rotor.items, lam, counter, sums_b)
     settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @inlined
 def waiting(counter):
-    """Return (whether the last step is still to be completed, whether with contact)."""
+    """Return two flags: the last step is still to be completed; it had contact."""
     ended, touched = counter[ENDED] != counter[STEP], counter[LAST] == counter[STEP]
     return ended, touched and ended
 
@@ -294,6 +317,8 @@ def settle_rotor(s, t, c, lam, counter, sums):
     """Copy the rotor's state s to t; apply the last contact forces to t.
 
     Works and losses of that step are added to sums, J.
+
+    c, lam : coefficients of the modes, packed; spectrum of the multipliers
     """
     ended, touched = waiting(counter)
     size, width, zero = len(s) // ROTOR_STATE, len(sums) // 3, broadcast(0.0)
@@ -319,6 +344,8 @@ def settle_ring(s, t, c, lam, counter, sums):
     """Copy the casing ring's state s to t; apply the last contact forces to t.
 
     Works and losses of that step are added to sums, J.
+
+    c, lam : coefficients of the modes, packed; spectrum of the multipliers
     """
     ended, touched = waiting(counter)
     size, k, zero = len(s) // RING_STATE, len(sums) // 4, broadcast(0.0)
@@ -343,8 +370,9 @@ def settle_ring(s, t, c, lam, counter, sums):
 
 @rare
 def energy_of(s, c, place, increment, size):
-    """Return the energy of `size` modes, J.
+    """Return the energy of `size` modes of a body, J, at the end of a step.
 
+    s, c : state of the body; coefficients of its modes, packed
     place, increment : first index in s of the amplitudes, and of their increments in
         the step that has ended
     """
@@ -362,6 +390,7 @@ def energy_of_ring(t, c, now):
     """Return the energy of the casing ring, J, from a state t without pending forces.
 
     now : step number mod 2
+    c : coefficients of the ring's modes, packed
     """
     n = len(t) // RING_STATE
     at = 2 * n * (1 + now)
@@ -373,23 +402,29 @@ def energies_of(rotor, t_b, t_c, c_c, now, step):
     """Return energies of rotor and casing ring, J, from states without pending forces.
 
     now : step number mod 2, by which the state has the increments of this step
+    t_b, t_c : states of rotor and ring; c_c : coefficients of the ring's modes
     """
 
 
 @does(energies_of, CyclicRotor)
 @rare_kernel
 def energies_of_modes(rotor, t_b, t_c, c_c, now, _):
-    """Return the energies of rotor, given by its modes, and ring (`energies_of`)."""
+    """Return the energies of a rotor's modes and of the ring, J, from their states.
+
+    Arguments are those of `energies_of`, of which this is one implementation.
+    """
     m, ring = len(t_b) // ROTOR_STATE, energy_of_ring(t_c, c_c, now)
     return energy_of(t_b, rotor.items, m - m, (1 + now) * m, m), ring
 
 
 @rare_kernel
 def column_sums(sums_b, sums_c, step):
-    """Return works of rotation, impact, friction over mu, and damping, J, so far.
+    """Return works, J, so far: of rotation, impact, friction over mu, and damping.
 
     The rotation's work is that of contact forces moved along the deformed ring; the
     impact loss is the remaining work of the normal forces.
+
+    sums_b, sums_c : works and losses by slot of rotor and ring, see `pass_ring`
     """
     n = len(sums_c) // 4
     normal, drag, loss = sums_of(sums_b, sums_c)

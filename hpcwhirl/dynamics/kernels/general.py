@@ -4,7 +4,7 @@ In the frame of the blades the ring is the same at every angle, for any rotor: i
 harmonics are in slots (nodal diameters of the blades) as in `cyclic`, and the Delassus
 matrix W = W_rotor + W_ring is constant. The m modes of the rotor are real and not in
 slots; with gamma and sigma (N, m) the radial and tangential displacements of the tips
-with negative sign,
+times -1,
 
 g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
@@ -112,11 +112,13 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @inlined
 def read_tips(q, gamma, out):
-    """Set out (2 wide,), folded, to negative radial displacements of the tips, m.
+    """Set out (2 wide,), folded, to radial displacements of the tips times -1, m.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     q : (m,) or more, amplitudes of the modes, m % 8 == 0
-    gamma : negative displacements of the tips for unit amplitudes, (2 wide / 8, m, 8)
-        flat, in groups of eight blades, read in this order
+    gamma : the same for unit amplitudes, (2 wide / 8, m, 8) flat, in groups of eight
+        blades, read in this order
     """
     modes = len(gamma) // len(out)
     for v in range(0, len(out), EIGHT):
@@ -136,9 +138,12 @@ def read_tips(q, gamma, out):
 
 @inlined
 def close_gaps(tips, gaps, row):
-    """Add the rotor's part to a row of gaps; return (least gap, largest |tip|), m.
+    """Add the rotor's part to the gaps; return (least gap, largest |tip|), m.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     tips : (2 wide,), folded, the rotor's part of the gaps
+    gaps, row : gaps without this part, and index at which those of the step begin
     """
     least, most = load(gaps, row) + load(tips, 0), broadcast(0.0)
     for v in range(0, len(tips), FOUR):
@@ -158,6 +163,8 @@ def to_modes(push, where, active, radial, tangential, lam):
     """Set lam (2 m,) to the multipliers' modal forces: normal, then friction over mu.
 
     push, where : multipliers of the blades where[:active]
+    radial, tangential : (N, m) flat, displacements of tips for unit amplitudes, times
+        -1
     """
     modes = len(lam) // 2
     for v in range(0, modes, EIGHT):
@@ -177,6 +184,7 @@ def to_modes(push, where, active, radial, tangential, lam):
 def settle_general(c_b, c_c, state, copies):
     """Copy the state to `copies`; apply the last step's contact forces to these.
 
+    c_b, c_c : coefficients of the modes of rotor and ring, packed
     copies : arrays like rotor, ring, sums_b, sums_c of the state
     """
     t_b, t_c, end_b, end_c = copies
@@ -190,9 +198,9 @@ def settle_general(c_b, c_c, state, copies):
 
 @inlined
 def tip_of(rows, blade, q, modes):
-    """Return a blade's displacement, m: its row of `rows` times amplitudes q[:modes].
+    """Return a displacement, m: row number `blade` of `rows` times amplitudes q.
 
-    rows : (N, modes) flat, displacements for unit amplitudes
+    rows : (N, modes) flat, displacement of each blade's tip for unit amplitudes
     """
     at, even, odd = blade * modes, broadcast(0.0), broadcast(0.0)
     for m in range(0, modes, EIGHT):
@@ -207,7 +215,7 @@ def farthest(limit, q, rotor):
 
     If a bound for all tips is below `NEAR` times the limit, the bound is returned.
 
-    q : predicted amplitudes
+    q : predicted amplitudes of the rotor; limit : m
     """
     reach, modes = broadcast(0.0), len(rotor.reach)
     for m in range(0, modes, FOUR):
@@ -227,9 +235,13 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
                ledger):  # fmt: skip
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in the last step.
 
+    There are k slots, one for each nodal diameter, padded.
+
+    last : step of each blade's last contact; known : active blades
     slip_b : (2 m,), its second half has q_{n+1} - q_{n-1} of the modes' amplitudes, on
         which friction does work
     slip_c : (2 k,), see `passes.slip_of`
+    tangential, turns : the tips' motion by the modes; see `CyclicContact`
     """
     modes, width = len(slip_b) // 2, len(slip_c)
     own = slip_b[modes:]
@@ -245,7 +257,11 @@ def note_slips(slip_b, slip_c, tangential, turns, known, last, step, counter,
 
 @rare
 def write_tips(rotor, q, whole, tips):
-    """Set the last row of tips (N + 1, 2), m, to the centre's; if `whole`, all rows."""
+    """Write the displacement of the centre to tips[N]; if `whole`, of all tips, too.
+
+    tips : (N + 1, 2), m, out: radial and tangential of each tip, then x_o, y_o
+    q : amplitudes of the rotor
+    """
     blades, modes = len(tips) - 1, len(q)
     for axis in range(2):
         tips[blades, axis] = tip_of(rotor.hub, axis, q, modes)
@@ -269,6 +285,7 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
         `wall`, and after a step with contact the tips of the copies in `out`
     energies : energies of the copies, J
     less : J, subtracted from the summed loss: for waves the rotor's energy, else 0
+    keep, judge : as in `contact.write_sample`
     """
     counter, ledger = state.counter, state.ledger
     _, _, _, _, _, _, t_b, t_c, end_b, end_c, wall, out, again, tips, whole, _, _ = (
@@ -296,7 +313,7 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
 
 
 def general_space(arrays: Arrays, state: CyclicState) -> GeneralSpace:
-    """Return the work space of a march, which need not be saved to resume it."""
+    """Return the work space of the general kernel, no part of a saved march."""
     check_sizes("general", arrays, state, own_sizes(arrays, state))
     blades, wide = len(state.last), len(state.gaps) // 6
     modes, width = len(arrays.rotor.hub) // 2, len(state.sums_c) // 2

@@ -35,8 +35,8 @@ def length_of_known(blades: int) -> int:
 def invert(a, stride, size):
     """Invert a[:size, :size] (flat, rows of length `stride`) in place.
 
-    Gauss-Jordan elimination without pivoting. Return whether the inverse is accurate:
-    all pivots are positive, as those of a P-matrix are, and not too small.
+    It uses Gauss-Jordan elimination without pivoting. Return whether the inverse is
+    accurate: all pivots are positive, as those of a P-matrix are, and not too small.
     """
     sound, least = True, REGULAR * a[0]
     for c in range(size):
@@ -76,6 +76,8 @@ def blade_at(i, blades, wide):
 def remember(where, size, blades, wide, known, inverse, rows, stride):
     """Invert the Delassus matrix of blades where[:size]; note these in `known`.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     Parameters
     ----------
     known : out: these blades, their number, whether the inverse is accurate, no changes
@@ -97,7 +99,7 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 def note_change(change, sound, blades, known):
     """Note in `known` that a blade enters or leaves the inverse of the Delassus matrix.
 
-    change : j if blade j enters, N (p + 1) + j if blade j leaves place p
+    change : j if blade j enters; N (p + 1) + j if blade j leaves, at place p of `known`
     sound : whether the inverse is still accurate after it
     """
     known[blades + LOG + known[blades + CHANGED]] = change
@@ -108,7 +110,10 @@ def note_change(change, sound, blades, known):
 
 @rare
 def leave(p, blades, known, inverse, stride):
-    """Remove the blade at place p from the kept inverse; the last takes its place."""
+    """Remove the blade at place p from the kept inverse; the last blade moves to p.
+
+    known, stride : list of blades; length of a row of `inverse`
+    """
     last = known[blades + SIZE] - 1
     pivot = inverse[p * stride + p]
     for r in range(last + 1):
@@ -135,6 +140,7 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
     its blades to blade j, in column j and in row j.
 
     work : (4 stride,), out: b, c, M b, c M, each followed by zeros
+    known, size : list of the blades of the inverse; their number
     """
     for r in range(stride):
         inside = r < size
@@ -159,7 +165,13 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
 
 @rare
 def enter(j, blades, wide, known, inverse, rows, stride, work):
-    """Add blade j to the kept inverse, at the last place; work : (4 stride,)."""
+    """Add blade j to the kept inverse, at the last place.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
+    rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W, folded
+    work : (4 stride,), work space
+    """
     size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
     for r in range(size):  # the vectors' lanes beyond the last blade must be 0
         for s in range(size, -(-size // FOUR) * FOUR):
@@ -181,7 +193,10 @@ def enter(j, blades, wide, known, inverse, rows, stride, work):
 
 @inlined
 def undo(blades, known):
-    """Restore in `known` the blades of the last full inversion; return their number."""
+    """Restore in `known` the active blades at the last inversion; return how many.
+
+    known : list of the present blades and of all changes since then
+    """
     size = known[blades + SIZE]
     for i in range(known[blades + CHANGED] - 1, -1, -1):
         change = known[blades + LOG + i]
@@ -197,7 +212,10 @@ def undo(blades, known):
 
 @rare
 def recall(blades, wide, space):
-    """Recompute the kept inverse from `known`, which is part of the state."""
+    """Recompute the kept inverse, in `space`, from the list `known` of the state.
+
+    `known` has the active blades, and how they have changed since the last inversion.
+    """
     known, inverse, rows, stride = (
         space.known, space.inverse, space.rows, len(space.push),
     )  # fmt: skip
@@ -217,9 +235,10 @@ def recall(blades, wide, space):
 
 @inlined
 def missing(active, blades, known):
-    """Return the number of blades that leave the kept inverse, and of those that enter.
+    """Return how many blades must leave the kept inverse, and how many must enter it.
 
     active : (N,), 1 for blades that the inverse must have, 0 for the others
+    known : blades that it has, see `ConstantSpace`
     """
     leaving, staying, wanted = 0, 0, 0
     for p in range(known[blades + SIZE]):

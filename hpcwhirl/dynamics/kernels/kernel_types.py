@@ -57,7 +57,10 @@ class Wall(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A pulse: amplitude, N; duration, s; modal forces (nc,) of 1 N on the casing."""
+    """A pulse on the casing: amplitude, N; duration, s; modal forces of a unit force.
+
+    The modal forces are (modes,) for the casing's modes.
+    """
 
     force: float
     pulse: float
@@ -89,11 +92,12 @@ class Tracks(NamedTuple):
     energy, impulse, fed, lost : (samples,), J, N s, J, J, as in `history.History`
     tips, blade_impulse : (samples, N, 2), m; (samples, N), N s; (0, ...) if not kept
     rubbed : (samples,), J, cumulative work of friction
-    casing : (samples, width), the scheme's casing coordinates; (0, width) if not kept
+    casing : (samples, width), the `width` scheme's casing coordinates; (0, width) if
+        not kept
     evidence : (rows, COLUMNS), see `contact`; for a changing speed with the further
         columns of `verbs.note_beside`
     closed : (CLOSED,), J, the ledger at the last row of evidence, see `contact.CLOSED`
-    worn : (samples, M), m, worn depth of each rod of a layer; (0, M) if not kept
+    worn : (samples, rods), m, worn depth of each rod of a layer; (0, rods) if not kept
     """
 
     centre: Floats
@@ -142,6 +146,9 @@ class BodiesState(NamedTuple):
 
 class CyclicState(NamedTuple):
     """State of the kernels `cyclic` and `general`, in the rotating frame.
+
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
 
     Attributes
     ----------
@@ -272,7 +279,8 @@ class ContactSpace(NamedTuple):
 
     Attributes
     ----------
-    response : (R,), m/N, radial displacements of the ring due to a unit multiplier
+    response : (R,), m/N, the R radial displacements of the ring due to a unit
+        multiplier
     w : (N, N), m/N, the Delassus matrix W, transposed
     have : (N,), 1 if a row of `w` has been computed, else 0
     small, right : (N, N + 1), (N,), matrix and right side of the equations of the
@@ -296,7 +304,9 @@ class ContactSpace(NamedTuple):
 class ConstantSpace(NamedTuple):
     """Work arrays of contact with a constant Delassus matrix, see `circulant`.
 
-    `padded` is N, rounded up to a multiple of four.
+    `padded` is N, rounded up to a multiple of four. There are k slots, one for each
+    nodal diameter, padded. Folded arrays, (2 wide,), list all blades in the order of
+    `circulant.folded`.
 
     Attributes
     ----------
@@ -344,7 +354,8 @@ class ModalBody(NamedTuple):
     keep, pull, give : (m,), coefficients of a step, see `timestep.recursion`
     rate : (m,), damping loss of a step over (q_{n+1} - q_{n-1})^2
     omega : (m,), rad/s
-    read : (m, r), radial coordinates for unit amplitudes; of the rotor: tips, x_o, y_o
+    read : (m, r), the r radial coordinates for unit amplitudes; of the rotor: tips,
+        x_o, y_o
     radial, tangential : (r, m), coordinates on which multipliers act, for unit
         amplitudes; of the rotor: tips
     """

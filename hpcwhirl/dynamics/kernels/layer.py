@@ -36,7 +36,7 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
     points : `kernel_types.Points`
-    worn : (3, M), see `kernel_types.BodiesState`
+    worn : (3, rods), see `kernel_types.BodiesState`
     under : number of rods under a tip
     space : `kernel_types.LayerSpace`; out: `rod`, `left`
     gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
@@ -74,7 +74,11 @@ def covers(first, rod, size, under):
 
 @inlined
 def highest(worn, first, under):
-    """Return the least worn depth, m, of the rods under a tip; `first` is the first."""
+    """Return the worn depth, m, of the least worn of the rods under a tip.
+
+    worn : (3, rods), see `kernel_types.BodiesState`
+    first, under : the first of these rods, and their number
+    """
     least = worn[DEPTH, first]
     for i in range(1, under):
         least = min(least, worn[DEPTH, (first + i) % worn.shape[1]])
@@ -83,7 +87,10 @@ def highest(worn, first, under):
 
 @inlined
 def limit_of(layer, depth):
-    """Return the force beyond which a rod with worn depth `depth`, m, wears, N."""
+    """Return the force, N, beyond which a rod of worn depth `depth`, m, wears.
+
+    layer : `kernel_types.Layer`, which has the limit of an unworn rod
+    """
     return layer.limit + layer.growth * depth
 
 
@@ -106,7 +113,12 @@ def rod_force(layer, softness, depth, sunk):
 
 @rare
 def tip_force(layer, softness, worn, first, sunk):
-    """Return P(s), the force on a tip, N, and its slope, N/m."""
+    """Return P(s), the force of the rods on a tip, N, and its derivative by s, N/m.
+
+    softness : m/N, wear of a step by force beyond a limit
+    first, sunk : first rod under the tip; s, m, its depth below the unworn surface
+    worn : (3, M), see `kernel_types.BodiesState`, for M rods
+    """
     force, slope = 0.0, 0.0
     for i in range(layer.under):
         rod = (first + i) % worn.shape[1]
@@ -128,7 +140,7 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
     Parameters
     ----------
     layer, softness : `kernel_types.Layer`; m/N, wear of a step by force beyond a limit
-    worn : (3, M), see `kernel_types.BodiesState`
+    worn : (3, rods), see `kernel_types.BodiesState`
     gaps : (N,), m, predicted, to the unworn surface
     lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface, m
     own : `kernel_types.LayerSpace`; out: `sunk`
@@ -157,6 +169,8 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 
     Its depth is s = lam / (dP/ds) + own.shifted - g, P(s) the force of its rods. If it
     touches none of them, dP/ds is that of the highest rod alone.
+
+    Arguments are those of `press`; j : number of the tip
     """
     force, slope = tip_force(layer, softness, worn, own.rod[j], own.sunk[j])
     offset = own.sunk[j]
@@ -173,9 +187,9 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
     """Return whether the solution of the linearised problem satisfies lam = P(s).
 
-    P(s) is the force of the rods on a tip at the depth s. If so, set own.sunk to the
-    solution's s and `opened` (N,) to -s, m; else change own.sunk towards that s, by
-    `share` of the difference.
+    Arguments are those of `press`. P(s) is the force of the rods on a tip at the depth
+    s. If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else change
+    own.sunk towards that s, by `share` of the difference.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):
@@ -203,6 +217,7 @@ def wear(layer, softness, worn, lam, last, ledger, own):
     The entry IMPACT includes WEAR.
 
     last : (N,), m, gaps to the unworn surface at the start of the step
+    softness, own : as in `press`; lam : (N,), multipliers, N
     """
     size = worn.shape[1]
     for j in range(len(lam)):
@@ -240,7 +255,9 @@ def leave(layer, worn, last, ledger, own):
 
 @rare
 def turn(work, worn, rod, ledger):
-    """Add the rotation's work on a rod, J, to worn[CUT] and to the ledger.
+    """Enter the work of the rotation on a rod, J: in worn[CUT] and in the ledger.
+
+    work, rod : J, of pushing rod number `rod` in
 
     The ledger's entries ROTATION and IMPACT both contain this work.
     """
@@ -251,7 +268,10 @@ def turn(work, worn, rod, ledger):
 
 @rare
 def work_to_push(layer, depth, way):
-    """Return the work, J, of pushing a rod in by `way`, m, without wear by sliding."""
+    """Return the work, J, of pushing a rod in by `way`, m, without wear by sliding.
+
+    depth : m, worn depth of the rod
+    """
     limit = limit_of(layer, depth)
     elastic = way if layer.growth == 0.0 else min(way, layer.flex * limit)
     tangent = layer.growth / (1.0 + layer.growth * layer.flex)
@@ -261,7 +281,10 @@ def work_to_push(layer, depth, way):
 
 @rare
 def keep_depth(worn, sample, track):
-    """Write the worn depth of all rods, m, to track[sample]; track may have no rows."""
+    """Write the worn depth of all rods, m, to row `sample` of `track`.
+
+    track : (samples, rods), or without rows if the depths are not stored
+    """
     if sample < len(track):
         for rod in range(worn.shape[1]):
             track[sample, rod] = worn[DEPTH, rod]
@@ -269,6 +292,9 @@ def keep_depth(worn, sample, track):
 
 @rare
 def closed_by(older, opened, out):
-    """Set out (N,), m, to the decrease of the gaps from step n - 1 to n + 1."""
+    """Set out (N,), m, to the decrease of the gaps from step n - 1 to n + 1.
+
+    older, opened : (N,), m, gaps at step n - 1 and at step n + 1
+    """
     for j in range(len(out)):
         out[j] = older[j] - opened[j]

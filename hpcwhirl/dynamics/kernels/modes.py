@@ -42,8 +42,8 @@ def modal_energy(values, increments, omega, step):
 def collect_modes(lam, index, shape, rows, out):
     """Set out (m,) to the modal forces of the multipliers lam (N,).
 
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
-    rows : (r, m), coordinates for unit amplitudes
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    rows : (r, m), the r coordinates for unit amplitudes of m modes
     """
     out[:] = 0.0
     for j in range(len(lam)):
@@ -57,7 +57,10 @@ def collect_modes(lam, index, shape, rows, out):
 
 @does(verbs.predict, ModalBody)
 def predict(body, motion):
-    """Predict a step without contact: set increments motion.ahead, motion.following."""
+    """Predict a body's step without contact: increments, and amplitudes after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
     for m in range(len(q)):
@@ -68,7 +71,10 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse, push * modal (m,), to a predicted step."""
+    """Add the increments due to the pulse to a predicted step of a body.
+
+    push, modal : force, N; modal forces (m,) of a unit force
+    """
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
         change = give[m] * push * modal[m]
@@ -78,13 +84,19 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Set out (r,), m, to a body's radial displacements: sums over its modes."""
+    """Set out (r,), m, to a body's r radial displacements.
+
+    values : (m,), amplitudes of its modes, over which the displacements are summed
+    """
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row: centre."""
+    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row: centre.
+
+    values, radial : (m,), amplitudes of the modes; (N + 2,), result of `read`
+    """
     tangential = body.tangential
     blades = len(tangential)
     for j in range(blades):
@@ -97,7 +109,13 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Set motion.normal, motion.drag (m,) to modal normal forces, friction over mu."""
+    """Set motion.normal and motion.drag (m,) to the modal forces of the multipliers.
+
+    `normal` are those of normal forces, `drag` those of friction over mu.
+
+    lam : (N,), multipliers of the tips, N
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    """
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
 
@@ -107,6 +125,9 @@ def slide(body, motion, lam, index, shape, out):
     """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
+
+    lam : (N,), multipliers, N; tips with lam > 0 are in contact
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
@@ -120,7 +141,10 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+
+    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    """
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
     for m in range(len(ahead)):
@@ -148,5 +172,8 @@ def accept(body, motion, _):
 
 @does(verbs.energy, ModalBody)
 def energy(body, values, increments, step):
-    """Return the energy of all modes, J, see `modal_energy`."""
+    """Return the energy of a body's modes between steps n and n + 1, J.
+
+    values, increments : q_{n+1} and q_{n+1} - q_n, as in `modal_energy`
+    """
     return modal_energy(values, increments, body.omega, step)

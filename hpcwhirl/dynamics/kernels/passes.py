@@ -62,18 +62,20 @@ ITEMS = 22
 
 
 def packed(items: Floats) -> Floats:
-    """Return modes' coefficients (ITEMS, size) packed as kernels read them, flat."""
+    """Return modes' coefficients (ITEMS, modes) packed as kernels read them, flat."""
     apart = items.reshape(ITEMS, -1, FOUR).transpose(1, 0, 2)
     return aligned(np.ascontiguousarray(apart).ravel())
 
 
 def unpacked(items: Floats) -> Floats:
-    """Return packed coefficients of modes as an array (ITEMS, size), a copy."""
+    """Return packed coefficients of modes as an array (ITEMS, modes), a copy."""
     return items.reshape(-1, ITEMS, FOUR).transpose(1, 0, 2).reshape(ITEMS, -1)
 
 
 def filled_rows(items: Floats, k: int) -> Integers:
     """Return the largest number of modes at each four neighbouring slots, (k/4,).
+
+    There are k slots, one for each nodal diameter, padded.
 
     items : packed; the modes of a slot are in its first rows
     """
@@ -84,7 +86,7 @@ def filled_rows(items: Floats, k: int) -> Integers:
 
 @inlined
 def holds(c, m):
-    """Return whether any of m .. m + 3 is a mode, not padding: its KEEP is not 0.
+    """Return whether one of the columns m .. m + 3 has a mode and is not padding.
 
     c : packed coefficients of all modes
     """
@@ -94,7 +96,10 @@ def holds(c, m):
 
 @inlined
 def item(c, which, m):
-    """Return coefficient number `which` of mode m from the packed coefficients c."""
+    """Return coefficient number `which` of mode m.
+
+    c : coefficients of all modes, packed as this module explains
+    """
     return c[(m - m % FOUR) * ITEMS + which * FOUR + m % FOUR]
 
 
@@ -102,8 +107,9 @@ def item(c, which, m):
 def places(counter, size):
     """Return where increments of this step and of the one before begin in a state.
 
-    The state (3 size,) has the amplitudes, then the increments of the last even step
-    and those of the last odd step.
+    counter : counters of the state, among them the step number The state (3 size,) of a
+        body has the amplitudes, then the increments of the last even step and those of
+        the last odd step.
     """
     odd = counter[STEP] & 1
     return (1 + odd) * size, (2 - odd) * size
@@ -113,6 +119,7 @@ def places(counter, size):
 def push_rotor(c, at, push):
     """Return what contact adds to amplitudes of four modes, and to their increments.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     push : two vectors, entries of the multipliers' spectrum at the slots of these modes
         as (re, im), and as (im, -re)
     """
@@ -126,6 +133,7 @@ def push_ring(c, at, push):
 
     It adds the same to their increments.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     push : two vectors, re and im of the multipliers' spectrum at the slots of the modes
     """
     a, b = load(c, at + NORMAL * FOUR), load(c, at + ALONG * FOUR)
@@ -134,7 +142,7 @@ def push_ring(c, at, push):
 
 @inlined
 def turn(er, ei, re, im):
-    """Return re and im of the product (er + i ei) (re + i im)."""
+    """Return re and im of four complex products (er + i ei) (re + i im)."""
     return fnma(ei, im, er * re), fma(er, im, ei * re)
 
 
@@ -142,6 +150,7 @@ def turn(er, ei, re, im):
 def ahead_rotor(c, at, q, d):
     """Return amplitudes q' and increments d' = q' - q of four modes after a free step.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     q, d : amplitudes, and their increments in the step before
     """
     d = fnma(load(c, at + PULL * FOUR), q, load(c, at + KEEP * FOUR) * d)
@@ -152,6 +161,7 @@ def ahead_rotor(c, at, q, d):
 def ahead_ring(c, at, y, d):
     """Return amplitudes and increments of four modes of the ring after a free step.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     y, d : (re, im) of the amplitudes, and of their increments in the step before; the
         results are pairs like them
     """
@@ -165,8 +175,9 @@ def ahead_ring(c, at, y, d):
 
 @inlined
 def work_rotor(c, at, both, works):
-    """Return `works`, sums for the work of contact forces, plus the part of four modes.
+    """Return the sums `works`, for the work of contact forces, with four modes added.
 
+    c, at : coefficients of all modes, packed, and where those of the four begin
     both : dt (v- + v+), v- and v+ the velocities before and after the step's impulse
     works : factors of the multipliers' spectrum in twice a step's work: normal; drag
         over mu, re and im
@@ -179,11 +190,12 @@ def work_rotor(c, at, both, works):
 
 @inlined
 def work_ring(c, at, br, bi, works):
-    """Return `works`, sums for the work of contact forces, plus the part of four modes.
+    """Return the sums `works`, for the work of contact forces, with four modes added.
 
+    c, at : as in `work_rotor`
     br, bi : re and im of `both` as in `work_rotor`
-    works : as there, four vectors, re and im for the normal force, re and im for the
-        drag
+    works : as in `work_rotor`, but four vectors: re and im for the normal force, re and
+        im for the drag
     """
     normal_re, normal_im, drag_re, drag_im = works
     psi = load(c, at + RADIAL * FOUR)
@@ -199,6 +211,7 @@ def book_rotor(sums, width, col, push, works):
 
     They are those at four nodal diameters, col .. col + 3; friction's is divided by mu.
 
+    sums, width : (3 width,), works and losses by slot, see `differences.pass_modes`
     push, works : as in `push_rotor` and `work_rotor`
     """
     normal, re, im = works
@@ -209,9 +222,11 @@ def book_rotor(sums, width, col, push, works):
 
 @inlined
 def keep_slip(slip, size, col, works):
-    """Store the last two of `works`, which give the slip, at four nodal diameters.
+    """Store the sums that give the slip, re and im, of four nodal diameters.
 
-    slip : (2 size,), see `slip_of`
+    slip : (2 size,), out, see `slip_of`; col : the first of the four
+    works : sums as in `work_rotor` or `work_ring`; the last two, for the drag, are
+        stored
     """
     store(slip, col, works[-2])
     store(slip, size + col, works[-1])
@@ -221,7 +236,8 @@ def keep_slip(slip, size, col, works):
 def slip_of(slip_b, slip_c, k, spectrum):
     """Set the spectrum (2 k,) of the slip, dt (v- + v+) of casing less tips, m.
 
-    v- and v+ are tangential velocities before and after the step's impulse.
+    v- and v+ are tangential velocities before and after the step's impulse. There are k
+    slots, one for each nodal diameter, padded.
 
     slip_b : (4 k,), factors of the multipliers' spectrum, as (re, im) and as (im, -re),
         in the drag's work on the rotor
@@ -238,7 +254,9 @@ def slip_of(slip_b, slip_c, k, spectrum):
 def book_ring(sums, k, col, push, works):
     """Add twice the works of normal forces and of friction to the ring's sums, J.
 
-    push, works : as in `push_ring` and `work_ring`; else see `book_rotor`
+    sums, k : (4 k,), works and losses by slot
+    col : first of the four nodal diameters, whose friction works are divided by mu
+    push, works : as in `push_ring` and `work_ring`
     """
     normal_re, normal_im, drag_re, drag_im = works
     work = fma(push[1], normal_im, load(sums, col))
@@ -255,7 +273,10 @@ def load_both(a, size, m):
 
 @inlined
 def store_both(a, size, m, value):
-    """Store four complex values (re, im) where `load_both` reads them."""
+    """Store four complex values (re, im) where `load_both` reads them.
+
+    a, size, m : as in `load_both`; value : (re, im)
+    """
     store(a, m, value[0])
     store(a, size + m, value[1])
 
@@ -278,9 +299,11 @@ def sum_of(values, first, last):
 
 @inlined
 def sums_of(sums_b, sums_c):
-    """Return works of normal forces and of friction over mu, and damping loss, J.
+    """Return three sums over rotor and ring, J, of works and losses so far.
 
-    sums_b, sums_c : sums of rotor and ring by slot, see `differences.pass_modes`
+    They are the works of normal forces and of friction over mu, and the damping loss.
+
+    sums_b, sums_c : works and losses by slot, see `differences.pass_modes`
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))
@@ -297,6 +320,7 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
     sign : -1 if the load's slot has the conjugate, else 1
     angle : rad, number of lobes times the rotor's angle
     counter : counters at the step that has been predicted
+    c : coefficients of the ring's modes, packed
     """
     then, _ = places(counter, 2 * size)
     for m in range(size):
@@ -313,7 +337,11 @@ def push_pulse(s, c, size, push, lobe, sign, angle, counter, out, k):
 
 @rare
 def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
-    """Return the work of the pulse on the ring in the last step, J (`push_pulse`)."""
+    """Return the work of the pulse on the ring in the last step, J.
+
+    lam : re and im of the multipliers' spectrum in its first 2 k
+    Arguments not listed are those of `push_pulse`.
+    """
     total, touched = 0.0, counter[LAST] == counter[STEP]
     now, then = places(counter, 2 * size)
     for m in range(size):
@@ -337,7 +365,10 @@ def pulse_work(s, c, lam, size, k, push, lobe, sign, angle, counter):
 
 @inlined
 def one_norm(spectrum, width):
-    """Return the sum of |re| + |im| of a spectrum (width,): a bound at every blade."""
+    """Return the sum of |re| + |im| of a spectrum: a bound of its value at every blade.
+
+    spectrum : its re and im, in the first `width` entries
+    """
     total = broadcast(0.0)
     for c in range(0, width, FOUR):
         part = load(spectrum, c)
@@ -349,7 +380,8 @@ def one_norm(spectrum, width):
 def at_four(spectrum, wave, gap, k, wide, j):
     """Return (even, odd), m, the parts of gaps by cos and by sin at blades j .. j + 3.
 
-    The gaps of these blades are even - odd, those of blades N - j even + odd.
+    Arguments are those of `to_gaps`. The gaps of these blades are even - odd, those of
+    blades N - j even + odd.
     """
     even, odd = broadcast(gap), broadcast(0.0)
     for c in range(k):
@@ -360,7 +392,10 @@ def at_four(spectrum, wave, gap, k, wide, j):
 
 @inlined
 def at_twelve(spectrum, wave, gap, k, wide, j):
-    """Return `at_four` at blades j, j + 4, j + 8, computed at once to hide latency."""
+    """Return `at_four` at blades j, j + 4, j + 8, computed at once to hide latency.
+
+    Arguments are those of `at_four`; the result has three pairs (even, odd).
+    """
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
     for c in range(k):
@@ -390,7 +425,7 @@ def unfold_four(parts, gaps, row, wide, j, least):
 
 @inlined
 def lowest_of(least, gap):
-    """Return the lowest of the four numbers `least`, and of `gap`."""
+    """Return the lowest of five numbers: the four of `least`, and `gap`."""
     lowest = gap
     for i in range(FOUR):
         lowest = min(lowest, element(least, i))
@@ -422,5 +457,8 @@ def to_gaps(spectrum, wave, gap, k, wide, gaps, row):
 
 @rare
 def to_gaps_seldom(spectrum, wave, gap, k, wide, gaps, row):
-    """Compute gaps from a spectrum, as `to_gaps`, for callers that run in few steps."""
+    """Compute gaps from a spectrum for callers that run in few steps, like `to_gaps`.
+
+    Arguments and result are those of `to_gaps`.
+    """
     return to_gaps(spectrum, wave, gap, k, wide, gaps, row)

@@ -86,11 +86,16 @@ def solve_active(gaps, w, where, size, opened, small, right):
 
 @part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Exchange `active` of blades that violate complementarity; return their number.
+    """Switch blades that violate complementarity in `active`; return how many do.
 
-    All of them are exchanged (block pivoting), or only the last one (Murty's rule).
+    An active blade does if its multiplier is below 0, another one if its gap is below
+    -tolerance. All of them are switched if `all_of_them` (block pivoting), else the
+    last one (Murty's rule).
 
-    right, tolerance : N, multipliers of where[:size]; m, penetration allowed
+    active, where : (N,), 1 for active blades, else 0; the blades where[:size] are
+        active
+    right, tolerance : N, multipliers of these; m, penetration allowed
+    opened : (N,), m, gaps with these multipliers
     """
     wrong, last = 0, -1
     for s in range(size):
@@ -112,7 +117,10 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 @inlined
 def begin(gaps, lam, active):
-    """Make the penetrating blades active, set lam to 0; return the largest |gap|, m."""
+    """Make the penetrating blades active, set lam to 0; return the largest |gap|, m.
+
+    gaps, lam : (N,), m and N; active : (N,), out: 1 for active blades, else 0
+    """
     largest = 0.0
     for i in range(len(gaps)):
         active[i] = 1 if gaps[i] < 0.0 else 0
@@ -123,7 +131,10 @@ def begin(gaps, lam, active):
 
 @part
 def gather(active, where):
-    """Set the first entries of `where` to the active blades; return their number."""
+    """List the active blades in `where`; return their number.
+
+    active, where : (N,), 1 for active blades, else 0; (N + 1,), out
+    """
     size = 0
     for i in range(len(active)):
         if active[i] == 1:
@@ -135,6 +146,10 @@ def gather(active, where):
 @inlined
 def improve(gaps, size, lam, opened, attempt, largest, space):
     """Try the first `size` blades of `where` as the active ones.
+
+    attempt : number of sets of blades tried before
+    largest : m, largest |gap|
+    gaps, lam, opened : as in `contact.complementarity`
 
     Return 0 if this solves the problem, and set `lam`; -1 if their part of the Delassus
     matrix is singular; else exchange blades, and return how many violate
@@ -186,7 +201,10 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange the variables of a row and a column of Lemke's table, see `set_out`."""
+    """Exchange the variables of a row and a column of Lemke's table in `space`.
+
+    The table is explained in `set_out`; size : number of its rows.
+    """
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
     for s in range(size + 1):
@@ -243,7 +261,7 @@ def carriers(size, space):
 
 @rare
 def settle(gaps, lam, opened, space):
-    """Close the gaps of the active blades, except those with negative multipliers.
+    """Close the gaps of the active blades, except those with multipliers below 0.
 
     Set `lam`, N, and `opened`, m, (N,) each; return the number of blades that stay
     active, or -1 if their part of the Delassus matrix is singular.
@@ -271,9 +289,12 @@ def settle(gaps, lam, opened, space):
 
 @rare
 def widen(gaps, opened, chosen, size, largest):
-    """Append blades that still penetrate to chosen[:size]; return the new length.
+    """Append blades that still penetrate to chosen[:size]; return the new number.
 
     Return -1 if one of the blades already chosen still penetrates.
+
+    gaps, opened : (N,), m, without multipliers and with them; largest : m, largest
+        |gap|
     """
     more = size
     for j in range(len(gaps)):

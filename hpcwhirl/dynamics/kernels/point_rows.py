@@ -23,6 +23,7 @@ from hpcwhirl.dynamics.kernels.whole import (
 def turn_points(rows, q, ahead, near, spectra):
     """Take a step without forces: multiply the amplitudes q of all waves by z.
 
+    q, ahead : (m,), re, then im: amplitudes; z - 1, z the factor of each in a step
     near : whether a call of `read_close` is likely; then `spectra` is prepared for it
     """
 
@@ -31,7 +32,10 @@ def turn_points(rows, q, ahead, near, spectra):
 def read_every(rows, q, points, tips, spectra):
     """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
 
-    spectra : work space
+    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
+
+    rows, q : coefficients of the points; (m,), amplitudes of the waves
+    points, spectra : number of contact points; work space
     """
 
 
@@ -66,20 +70,24 @@ def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before
 def push_points(rows, push, where, active, q, spectra):
     """Add to amplitudes q their change by multipliers push of points where[:active].
 
+    rows, q : coefficients of the points; (m,), amplitudes of the waves
     spectra : in: as set by `book_points`
     """
 
 
 @inlined
 def begin_moves(s, q, modes):
-    """Copy the amplitudes q[:modes], before any force acts, to s[:modes]."""
+    """Copy amplitudes q[:modes] to s[:modes] before any force of the step acts.
+
+    s : (width,), the copied amplitudes, then the forces
+    """
     for m in range(0, modes, FOUR):
         store(s, m, load(q, m))
 
 
 @inlined
 def clear_forces(s, modes):
-    """Set the forces in s (width,), its entries from `modes` on, to 0."""
+    """Set the forces in s to 0: its entries from number `modes` on."""
     for m in range(modes, len(s), FOUR):
         store(s, m, broadcast(0.0))
 
@@ -87,14 +95,23 @@ def clear_forces(s, modes):
 @does(turn_points, PointRows)
 @inlined
 def turn_rows(_rows, q, ahead, _near, _spectra):
-    """Implement `turn_points` (a step without forces) for unequal sectors."""
+    """Multiply the amplitudes q of all waves by z: a step without forces.
+
+    The implementation of `turn_points` for unequal sectors.
+
+    Arguments are those of `turn_points`.
+    """
     turn_waves(q, ahead)
 
 
 @does(read_every, PointRows)
 @inlined
 def read_every_row(rows, q, points, tips, _):
-    """Implement `read_every` (gaps due to waves) for unequal sectors."""
+    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
+
+    The implementation of `read_every` for unequal sectors. Folded arrays, (2 wide,),
+    list all points in the order of `circulant.folded`.
+    """
     read_all(rows.read, q, points, tips)
 
 
@@ -102,7 +119,10 @@ def read_every_row(rows, q, points, tips, _):
 @inlined
 def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
                     where):  # fmt: skip
-    """Implement `read_close` (gaps of points that might touch) for unequal sectors."""
+    """Compute the gaps of points that might touch; return the lowest, m, and a flag.
+
+    The implementation of `read_close`, which explains both, for unequal sectors.
+    """
     lowest = read_near(rows.read, q, points, gaps, row, known, tips, whole, where)
     return lowest, known[points] > 0
 
@@ -111,7 +131,10 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
 @inlined
 def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
               held, _):  # fmt: skip
-    """Implement `book_points` (works of contact forces) for unequal sectors."""
+    """Add the works of contact forces to `sums`; set the active points' earlier gaps.
+
+    The implementation of `book_points`, which has the arguments, for unequal sectors.
+    """
     points, width, modes = len(before), len(spare), len(q)
     wide, padded = len(gaps) // 6, len(held) // 4
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
@@ -133,5 +156,8 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
 @does(push_points, PointRows)
 @inlined
 def push_rows(rows, push, where, active, q, _):
-    """Implement `push_points` (change of amplitudes by contact) for unequal sectors."""
+    """Add to amplitudes q their change by multipliers push of points where[:active].
+
+    The implementation of `push_points` for unequal sectors.
+    """
     add_rows(rows.push, push, where, active, q, len(q))

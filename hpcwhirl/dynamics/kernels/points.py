@@ -82,7 +82,11 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def write_clear(clear, gap, gaps, row, wide):
-    """Set a row of gaps (2 wide,), m, to the gap plus further clearances `clear`."""
+    """Set the gaps of a step without motion of the bodies: `gap` plus clearances, m.
+
+    clear : (2 wide,), m, folded, clearance of each point beyond `gap`
+    gaps, row : array, and index at which the 2 wide gaps of the step begin
+    """
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(clear, v) + broadcast(gap))
 
@@ -91,7 +95,10 @@ def write_clear(clear, gap, gaps, row, wide):
 def add_shape(wall, time, speed, waves, gaps, row, wide):
     """Add the casing's departure from the circle, m, to a row of gaps of all points.
 
+    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
+
     waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
+    time, speed : s; Omega, rad/s. gaps, row : array, and index of the row's first gap
     """
     turned = angle_at(wall, speed, time) % (2.0 * math.pi)
     for r in range(len(wall.orders)):
@@ -109,6 +116,10 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 def open_tips(push, where, active, opening, tips):
     """Add to tips (2 wide,), folded, the change of all gaps due to the multipliers.
 
+    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
+
+    push, where, active : multipliers of the points where[:active], N
+    opening : (N, 2 wide) flat, m/N, folded change of all gaps by a unit multiplier
     tips : m, change of the gaps due to the waves, or lower bounds of it
     """
     width = len(tips)
@@ -124,6 +135,8 @@ def farthest_point(limit, q, rotor, points):
     """Return the largest magnitude of a point's displacement (radial, tangential), m.
 
     If a bound for all points is below `NEAR` times the limit, the bound is returned.
+
+    q, points : (m,), amplitudes of the waves; number of points
     """
     modes, bound = len(rotor.ahead), drift_of(q, rotor.reach)
     if not bound > NEAR * limit:
@@ -137,7 +150,10 @@ def farthest_point(limit, q, rotor, points):
 
 @rare_kernel
 def energies_of_points(rotor, q):
-    """Return energy of the rotor and energy of the casing, J, from amplitudes (m,)."""
+    """Return energy of the rotor and energy of the casing, J.
+
+    rotor, q : `wave_types.PointsRotor`; (m,), amplitudes of the waves of both bodies
+    """
     own, beside = 0.0, 0.0
     for i in range(rotor.split):
         own += rotor.form[i] * q[rotor.pairs[i, 0]] * q[rotor.pairs[i, 1]]
@@ -151,6 +167,7 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
     """Raise ledger[SLIP], m/s, to the slip of points in contact in the step `counted`.
 
     held : see `whole.push_waves`
+    known, last : active points; step of each point's last contact
     """
     for s in range(known[len(last)]):
         if last[known[s]] == counted:
@@ -196,7 +213,7 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
 
 
 def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
-    """Return the work space of a march, which need not be saved to resume it."""
+    """Return the work space of the kernel `points`, no part of a saved march."""
     rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     modes, width = len(rotor.ahead), len(rotor.kicked) // 2
     for name, rows, wanted in (
@@ -225,7 +242,10 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
 def sizes_of_rows(
     rows: PointRows | SectorRows, points: int, modes: int, width: int
 ) -> Wanted:
-    """Return (name, array, required number of values) of each array of `rows`."""
+    """Return (name, array, required number of values) of each array of `rows`.
+
+    points, modes, width : P, m and `width` of `wave_types.PointRows`
+    """
     if isinstance(rows, PointRows):
         short, long = points * modes, points * width
         wanted = [short, short, short, long, long]
@@ -248,7 +268,10 @@ def march_points(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
     tracks, space,
 ):  # fmt: skip
-    """Take `steps` steps, see `bodies.march_bodies` and `wave_types.PointsRotor`."""
+    """Integrate rotor and casing over `steps` steps, for several points a tip.
+
+    For the arguments see `bodies.march_bodies` and `wave_types.PointsRotor`.
+    """
     s_b, gaps, counter, last, ledger = (
         state.rotor, state.gaps, state.counter, state.last, state.ledger,
     )  # fmt: skip

@@ -63,6 +63,7 @@ ASIDE = ("rotor", "ring", "sums_b", "sums_c", "counter")  # changed by a jump
 def at_blade(spectrum, turns, j, width):
     """Return the value of a spectrum G at blade j, Re sum_k G_k e^{2 pi i k j / N}.
 
+    width : twice the number of slots (nodal diameters), padded
     spectrum : (width,), re, then im of G; turns : (N, width) flat, cos and -sin
     """
     total = 0.0
@@ -75,7 +76,8 @@ def at_blade(spectrum, turns, j, width):
 def read_tips(q, c, hub, turns, width, work, tips):
     """Set rows 0 .. N - 1 of tips (N + 1, 2), m: radial, tangential displacement.
 
-    q, c : amplitudes of cyclic modes, and their packed items, see `passes`
+    q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
+    turns : (N, width) flat, cos and -sin of each slot at each blade; work : (width,)
     """
     size = hub.shape[1]
     k, blades = width // 2, len(tips) - 1
@@ -98,13 +100,20 @@ def read_tips(q, c, hub, turns, width, work, tips):
 
 @verb
 def along_of(rotor, q, rows, k, out):
-    """Set out (2 k,) to the spectrum of the tips' negative tangential displacements."""
+    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+
+    q, rows : amplitudes of the rotor, in `rows` rows of k slots, re and im
+    """
 
 
 @does(along_of, CyclicRotor)
 @inlined
 def along_of_modes(rotor, q, rows, k, out):
-    """Implement `along_of` (tangential displacements of the tips) for modes."""
+    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+
+    The implementation of `along_of`, with its arguments, for a rotor's modes by nodal
+    diameter. There are k slots, one for each nodal diameter, padded.
+    """
     c = rotor.items
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -120,7 +129,11 @@ def along_of_modes(rotor, q, rows, k, out):
 
 @inlined
 def radial_bound(q, c, size, width):
-    """Return a bound of every tip's radial displacement, m; q, c as in `read_tips`."""
+    """Return a bound of the radial displacement of all tips, m.
+
+    q, c : amplitudes of modes by nodal diameter, and their coefficients, packed
+    size, width : number of real amplitudes; of slots, re and im
+    """
     total = broadcast(0.0)
     for col in range(0, width, FOUR):
         spectrum = broadcast(0.0)
@@ -136,7 +149,10 @@ def radial_bound(q, c, size, width):
 
 @inlined
 def read_centre(q, hub, tips):
-    """Set the last row of tips (N + 1, 2), m, to the centre's x_o, y_o."""
+    """Set the last row of tips (N + 1, 2), m, to the centre's x_o, y_o.
+
+    q, hub : amplitudes; (2, size), x_o and y_o for unit amplitudes
+    """
     for axis in range(2):
         total = 0.0
         for m in range(hub.shape[1]):
@@ -163,7 +179,11 @@ def sample_rotor(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 @rare
 def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `sample_rotor` (tips, centre) for modes by nodal diameter."""
+    """Write a sample of a rotor's modes, from a copy with all contact forces applied.
+
+    The implementation of `sample_rotor`, which explains the arguments, for modes by
+    nodal diameter.
+    """
     counter, ledger, impulse = state.counter, state.ledger, state.impulse
     t_b, t_c, (c_b, hub) = sample.rotor, sample.ring, rotor
     width, size = len(sample.columns), len(t_b) // ROTOR_STATE
@@ -179,9 +199,11 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 
 @rare
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
-    """Write a sample; its ledger is a copy of the state's, with `works` added.
+    """Write a sample of a state with `works` entered in a copy of its ledger.
 
     works, loss : result of `flow.column_sums` or its like; J, energy taken by damping
+    sample : `wave_types.SampleSpace`; its ledger becomes the copy
+    keep, judge : as in `contact.write_sample`
     """
     whole, (rotation, impact, drag, _) = sample.ledger, works
     copy_to(whole, state.ledger)
@@ -195,7 +217,7 @@ def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
 
 
 def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
-    """Return the work space of `sample_rotor`."""
+    """Return the work space for samples of a state, see `wave_types.SampleSpace`."""
     return SampleSpace(
         np.zeros(len(state.rotor)), np.zeros(len(state.ring)),
         np.zeros(len(state.sums_b)), np.zeros(len(state.sums_c)), np.zeros(width),
@@ -205,7 +227,10 @@ def sample_space(state: CyclicState, blades: int, width: int) -> SampleSpace:
 
 
 def aside_space(state: CyclicState) -> CyclicState:
-    """Return a state with copies of those arrays that a jump changes, `ASIDE`."""
+    """Return copies of those arrays of a state that a jump changes (`ASIDE`).
+
+    The other arrays of the result are those of the state itself.
+    """
     own = {name: getattr(state, name).copy() for name in ASIDE}
     return state._replace(**own)
 
@@ -230,6 +255,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     traces are kept.
 
     begun, stride : step at which the jump began; steps between samples
+    mu, gap : friction with the sign of the speed; m
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0
@@ -258,7 +284,7 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
 
 @njit(cache=True)
 def note_miss(actual, solved, u, gap, ledger):
-    """Raise ledger[MISS] to the largest relative error of the solved gaps.
+    """Raise ledger[MISS] to the largest error of the solved gaps, if this is larger.
 
     The error of a gap is |actual - solved| / (gap + |u| + |actual|).
 
@@ -276,10 +302,11 @@ def note_miss(actual, solved, u, gap, ledger):
 
 @rare
 def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
-    """Raise ledger[MISS] to the error of the solved gaps of a step, like `note_miss`.
+    """Raise ledger[MISS] to the largest error of solved gaps, as `note_miss` does.
 
     Both are folded: `again` (2 wide,), m, computed from the amplitudes, and `gaps`.
     Entries that repeat a blade are not compared, since pivoting does not correct them.
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     reach : bound of the tips' displacements, m
     gaps, row : corrected gaps in folded rows, and where the row of this step begins
@@ -297,6 +324,8 @@ def note_miss_folded(again, gaps, row, reach, gap, blades, ledger):
 def add_ring(t, c, k, spectrum):
     """Add the ring's displacement in a state t to a spectrum (2 k,), m.
 
+    There are k slots, one for each nodal diameter, padded.
+
     t, c : state without pending step; packed items of the modes, see `passes`
     """
     size = len(t) // RING_STATE
@@ -309,13 +338,18 @@ def add_ring(t, c, k, spectrum):
 @rare
 def note_miss_cyclic(t_b, c_b, t_c, c_c, wave, gap, reach, gaps, row, spectrum, again,
                      blades, ledger):  # fmt: skip
-    """Raise ledger[MISS] to the error of the solved gaps against states t_b, t_c.
+    """Raise ledger[MISS] to the error of the solved gaps of a step, if this is larger.
+
+    The gaps of the contact problem are compared with those computed from states. There
+    are k slots, one for each nodal diameter, padded; folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     t_b, t_c : states of rotor and ring of the cyclic kernel, without pending forces
+    c_b, c_c : coefficients of their modes, packed
     reach : bound of the tips' displacements, m
     gaps, row : as in `note_miss_folded`
     spectrum : (2 k,), in: that of the casing's shape; out: that of the gaps
-    again : (2 wide,), out: gaps of the states
+    again : (2 wide,), out: gaps computed from the states, m
     """
     width, size = len(spectrum), len(t_b) // ROTOR_STATE
     k, wide = width // 2, len(wave) // width

@@ -41,13 +41,19 @@ from hpcwhirl.dynamics.kernels.whole import put, turn_four, turn_waves
 
 @inlined
 def slots_of(rows):
-    """Return k, the number of slots: nodal diameters 0 .. N // 2, padded."""
+    """Return k, the number of slots: nodal diameters 0 .. N // 2, padded.
+
+    rows : `wave_types.SectorRows`, from whose sizes it follows
+    """
     return len(rows.move) // (2 * (rows.single + rows.pairs))
 
 
 @inlined
 def times(rows, at, k, re, im, total):
-    """Return total + r (re + i im), r four complex entries of rows from `at` on."""
+    """Return total + r (re + i im), for four complex coefficients r at once.
+
+    rows, at, k : coefficients, where re of the four begin; im follow k further
+    """
     a, b = load(rows, at), load(rows, at + k)
     real, imag = fma(a, re, total[0]), fma(a, im, total[1])
     return fnma(b, im, real), fma(b, re, imag)
@@ -69,7 +75,10 @@ def layout(rows):
 
 @inlined
 def groups_of(rows):
-    """Return the number of groups of four blades."""
+    """Return the number of groups of four neighbouring blades.
+
+    rows : `wave_types.SectorRows`, from whose sizes it follows
+    """
     return len(rows.lanes) // (2 * slots_of(rows) * FOUR)
 
 
@@ -83,7 +92,7 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Copy the waves' amplitudes to the start of `spectra`, those of a pair added."""
+    """Write the waves' amplitudes to the start of `spectra`; add those of a pair."""
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -100,7 +109,11 @@ def add_alike(rows, q, spectra):
 @does(turn_points, SectorRows)
 @inlined
 def turn_sectors(rows, q, ahead, near, spectra):
-    """Implement `turn_points` (a step without forces) for equal sectors."""
+    """Multiply the amplitudes q of all waves by z: a step without forces.
+
+    The implementation of `turn_points` for equal sectors; if `near`, the amplitudes are
+    also written to the start of `spectra`, those of a pair added.
+    """
     if not near:
         turn_waves(q, ahead)
         return
@@ -124,6 +137,8 @@ def move_alike(rows, q, spectra):
 
     A motion, from step n - 1 to n + 1, is the amplitude times `SectorRows.move`. The
     two motions of a pair are added; their factors are conjugates.
+
+    q : amplitudes of the waves at step n + 1, without forces
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -145,7 +160,10 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return four `sums` plus the products a re, b im, a im, b re of (re, im)."""
+    """Return the four `sums` plus the products a re, b im, a im, b re.
+
+    value : (re, im); a, b : re and im of a coefficient; each is four numbers
+    """
     re, im = value
     straight, across, crossed, along = sums
     straight, across = fma(a, re, straight), fma(b, im, across)
@@ -172,7 +190,10 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return zeros if `fresh`, else four complex numbers of `spectra` from `at` on."""
+    """Return the four complex numbers in `spectra` to which a sum is to be added.
+
+    They are those from `at` on, re and k further im; zeros if the sum is `fresh`.
+    """
     zero = broadcast(0.0)
     if fresh:
         return zero, zero
@@ -188,6 +209,7 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
     Parameters
     ----------
+    p, mu : number of the point on its tip; friction with the sign of the speed
     fresh : whether the change of waves by other points is still 0
     to, along, lam : where spectra of gaps, of motion along the casing and of
         multipliers begin
@@ -223,7 +245,10 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`."""
+    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`.
+
+    lanes : `SectorRows.lanes`, cos and -sin at four blades each
+    """
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
     for c in range(0, 2 * k, FOUR):
@@ -237,7 +262,10 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at a blade of the spectrum that begins at `at` in `spectra`."""
+    """Return the value at a blade of the spectrum that begins at `at` in `spectra`.
+
+    turns : `SectorRows.turns`, cos and -sin of each slot at each blade
+    """
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
         even = fma(load(turns, row + c), load(spectra, at + c), even)
@@ -247,9 +275,11 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Set the part of the waves in the gaps, m, of point p of blades 4 g .. 4 g + 3.
+    """Write the waves' part of four gaps, m, to `tips`: of blades 4 g .. 4 g + 3.
 
-    The spectrum begins at `at` in `spectra`, of which the last four are work space.
+    p : number of the contact point on each of these tips
+    at : where the spectrum of its gaps begins in `spectra`; its last four entries are
+        work space
     """
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
@@ -261,7 +291,11 @@ def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
 @does(read_every, SectorRows)
 @part
 def read_every_sector(rows, q, points, tips, spectra):
-    """Implement `read_every` (gaps due to waves) for equal sectors."""
+    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
+
+    The implementation of `read_every` for equal sectors. Folded arrays, (2 wide,), list
+    all points in the order of `circulant.folded`.
+    """
     k, each, wide = slots_of(rows), rows.each, len(tips) // 2
     alike, blades, (to, _) = rows.single + rows.pairs, points // each, layout(rows)
     add_alike(rows, q, spectra)
@@ -277,6 +311,8 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 
     These are the blades of its group of four. Return the lowest of these gaps, m;
     infinity if they were set before.
+
+    gaps, row, tips, whole : as in `whole.read_near`; points : number of points
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -305,7 +341,11 @@ def read_group(rows, j, points, gaps, row, tips, whole, spectra):
 @part
 def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spectra,
                       _):  # fmt: skip
-    """Implement `read_close` (gaps of points that might touch) for equal sectors."""
+    """Compute the gaps of points that might touch; return the lowest, m, and a flag.
+
+    The implementation of `point_rows.read_close`, which explains both, for equal
+    sectors.
+    """
     wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
     for i in range(flags, len(spectra) - FOUR):
         spectra[i] = 0.0
@@ -325,7 +365,10 @@ def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spec
 
 @inlined
 def gap_before(rows, p, blade, k, q):
-    """Return the waves' part of the gap of a blade's point p two steps before, m."""
+    """Return the waves' part of the gap of a blade's point p two steps before, m.
+
+    q : amplitudes of the waves before any force of the step acts
+    """
     half, waves, total = len(q) // 2, rows.single + 2 * rows.pairs, broadcast(0.0)
     for c in range(0, k, FOUR):
         term = broadcast(0.0), broadcast(0.0)
@@ -358,7 +401,10 @@ def by_forces(table, at, push, where, active, spare, modes, points):
 
 @inlined
 def turn_back(rows, push, where, active, k, spectra):
-    """Set the multipliers' spectra in `spectra`, and the flags of points in contact."""
+    """Set the multipliers' spectra in `spectra`, and the flags of points in contact.
+
+    push, where : multipliers of the points where[:active]; for the places see `layout`
+    """
     first, flags = layout(rows)
     lam = first + 4 * k * rows.each
     for m in range(lam, flags, FOUR):
@@ -376,7 +422,13 @@ def turn_back(rows, push, where, active, k, spectra):
 
 @inlined
 def act_on_all(rows, push, where, active, mu, spectra):
-    """Call `act_on` for each point number of a tip that is in contact on some blade."""
+    """Set the motions of contact points, and the change of waves by their forces.
+
+    It calls `act_on` for each of a tip's points that is in contact on some blade.
+
+    push, where : multipliers of the points where[:active]
+    spectra : see `layout`
+    """
     k, (first, flags) = slots_of(rows), layout(rows)
     turn_back(rows, push, where, active, k, spectra)
     fresh, apart = True, 2 * k * rows.each
@@ -391,7 +443,11 @@ def act_on_all(rows, push, where, active, mu, spectra):
 @inlined
 def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                  held, spectra):  # fmt: skip
-    """Implement `book_points` (works of contact forces) for equal sectors."""
+    """Add the works of contact forces to `sums`; set the active points' earlier gaps.
+
+    The implementation of `point_rows.book_points`, with its arguments, for equal
+    sectors.
+    """
     points, modes, each = len(before), len(q), rows.each
     wide, padded, k = len(gaps) // 6, len(held) // 4, slots_of(rows)
     now, then = padded * (1 + step % 3), padded * (1 + (step + 1) % 3)
@@ -420,7 +476,10 @@ def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, befor
 
 @inlined
 def add_wave(q, half, m, change):
-    """Add change (re, im), four complex numbers, to the amplitudes m .. m + 3 in q."""
+    """Add change (re, im), four complex numbers, to the amplitudes m .. m + 3 in q.
+
+    half : number of complex amplitudes in q, re, then im
+    """
     store(q, m, load(q, m) + change[0])
     store(q, half + m, load(q, half + m) + change[1])
 
@@ -428,9 +487,11 @@ def add_wave(q, half, m, change):
 @does(push_points, SectorRows)
 @inlined
 def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Implement `push_points` (change of amplitudes by contact) for equal sectors.
+    """Add the change by contact forces to the amplitudes q of the waves.
 
-    spectra : as set by `book_sectors`
+    The implementation of `point_rows.push_points` for equal sectors.
+
+    spectra : in: as set by `book_sectors`, with the change in it
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     alike = rows.single + pairs

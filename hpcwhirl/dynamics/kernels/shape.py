@@ -15,7 +15,7 @@ from hpcwhirl.dynamics.kernels.contact import angle_at
 
 @inlined
 def is_shaped(wall):
-    """Return whether a casing is not round."""
+    """Return whether a casing departs from the circle without elastic displacement."""
     return len(wall.orders) > 0
 
 
@@ -37,7 +37,10 @@ def faded(wall, r, time):
 
 @kernel
 def trace_shape(wall, times, out):
-    """Add (a, b), m, of a shape's harmonics at times (n,), s, to out (n, H + 1, 2)."""
+    """Add the harmonics of a casing's shape at some times to out (n, H + 1, 2), m.
+
+    times : (n,), s; out has the cosine and sine part of harmonics 0 .. H
+    """
     for n in range(len(times)):
         for r in range(len(wall.orders)):
             a, b = faded(wall, r, times[n])
@@ -47,7 +50,10 @@ def trace_shape(wall, times, out):
 
 @kernel
 def shape_at(wall, time, angle):
-    """Return the outward departure from the circle at an angle, static frame, m."""
+    """Return the outward departure from the circle at an angle, static frame, m.
+
+    time : s, on which growth and fading in of the shape depend
+    """
     total = 0.0
     for r in range(len(wall.orders)):
         a, b = faded(wall, r, time)
@@ -58,7 +64,10 @@ def shape_at(wall, time, angle):
 
 @rare
 def carried_by_shape(push, where, active, blades, wall, speed, time, step):
-    """Return the work -lambda dw/dt dt of a casing's shape on blades where[:active], J.
+    """Return the work of a casing's shape w on the blades in contact in a step, J.
+
+    It is the sum of -lambda dw/dt dt over blades where[:active], lambda the multipliers
+    `push`.
 
     The multipliers are those of the step that ends at `time`; they act at its start,
     where dw/dt, which includes the blade's motion past the shape, is the mean of the
@@ -76,7 +85,12 @@ def carried_by_shape(push, where, active, blades, wall, speed, time, step):
 
 @part
 def write_shape(wall, time, speed, spectrum):
-    """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps."""
+    """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps.
+
+    There are k slots, one for each nodal diameter, padded.
+
+    time, speed : s; Omega, rad/s
+    """
     turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
     for r in range(len(wall.orders)):
         angle = wall.orders[r] * turned
@@ -90,7 +104,10 @@ def write_shape(wall, time, speed, spectrum):
 def write_rates(wall, time, speed, spectrum):
     """Add the rate of a casing's shape, fully faded in, to the spectrum (2 k,), m/s.
 
-    Return a bound of the second derivative at every blade, m/s^2.
+    Return a bound of the second derivative at every blade, m/s^2. There are k slots,
+    one for each nodal diameter, padded.
+
+    time, speed : s; Omega, rad/s
     """
     turned, half, bend = (speed * time) % (2.0 * math.pi), len(spectrum) // 2, 0.0
     for r in range(len(wall.orders)):

@@ -34,6 +34,7 @@ def moved(spectrum, seen, width, row):
 
     The change is the sum of |change| over all real and imaginary parts.
 
+    width, row : length of a spectrum, re and im; number of the step mod 3
     seen : (4 width + 2 FOUR,), m: spectra of three steps; spectrum of the step that was
         transformed last, the change from it up to which no gap closes, and its
         clearance; clearances of the three steps
@@ -81,6 +82,7 @@ def catch_up(wave, k, wide, gaps, row, seen, skipped):
     """Compute the gaps of a step, if that was skipped.
 
     row : step number mod 3, by which the state has its gaps
+    wave, seen : see `passes.to_gaps`; see `moved`
     """
     if skipped[row] == 1:
         skipped[row] = 0

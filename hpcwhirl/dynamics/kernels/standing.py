@@ -35,7 +35,11 @@ CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this va
 
 @njit(cache=True)
 def at_centre(hub, values):
-    """Return x_o + i y_o for `values` of a body's coordinates, or of increments."""
+    """Return x_o + i y_o of the centre, m, or its increment.
+
+    hub : (2, n), x_o, y_o for unit coordinates of a body
+    values : (n,), these coordinates, or their increments
+    """
     x, y = 0.0, 0.0
     for m in range(hub.shape[1]):
         x += hub[0, m] * values[m]
@@ -76,9 +80,11 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports at the centre; add the increments due to it.
+    """Set force (2,), N, of supports at the centre; add its effect to a predicted step.
 
-    They are added to motion.ahead and motion.following.
+    The increments due to it are added to motion.ahead and motion.following.
+
+    time : s, at which the supports' directions are taken
     """
     own = body.stand
     if len(own.hub) == 0:
@@ -110,7 +116,10 @@ def stand(body, motion, time, force):
 
 @njit(cache=True)
 def yielded(body, motion, force, _):
-    """Subtract the work of the force of `stand` in a step, J, from the body's loss."""
+    """Subtract the work of the supports' force in a step, J, from the body's loss.
+
+    force : (2,), N, at the centre, as `stand` has set it
+    """
     own = body.stand
     if len(own.hub) == 0:
         return
@@ -120,7 +129,7 @@ def yielded(body, motion, force, _):
 
 @njit(cache=True)
 def note_beside(body, motion, step, row):
-    """Do nothing: at constant speed, motion without contact is known in closed form."""
+    """Do nothing: motion without contact at constant speed is known in closed form."""
 
 
 does(verbs.stand, DenseBody)(stand.py_func)
@@ -131,9 +140,12 @@ does(verbs.note_beside, ModalBody)(note_beside.py_func)
 
 @does(verbs.stand, ModalBody)
 def stand_alike(body, motion, time, force):
-    """Do nothing: supports differ by direction only with `rotation = "full"`."""
+    """Do nothing: a body in modes at rest has no forces of supports to add.
+
+    Supports that differ by direction or have a film require `rotation = "full"`.
+    """
 
 
 @does(verbs.yielded, ModalBody)
 def yielded_alike(body, motion, force, ledger):
-    """Do nothing: here constant matrices represent the supports, see `stand_alike`."""
+    """Do nothing: the supports of this body do no work beyond its constant matrices."""

@@ -67,6 +67,8 @@ def add_term(spectrum, wave, k, wide, c, v, sums):
 
     They are re cos, im sin, re sin, im cos at blades v .. v + 3: re, im are those of
     slot c, cos and sin those of 2 pi c v / N.
+
+    spectrum, wave : see `passes.to_gaps`
     """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
@@ -81,6 +83,8 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
     See this module for r, s and v of blades b s + v. The term is the sum over slots r,
     r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they are 0.
+
+    spectrum, wave : see `passes.to_gaps`
     """
     zero, back = broadcast(0.0), a - r
     here = there = zero, zero, zero, zero
@@ -124,7 +128,10 @@ def three_blades(wave, k, wide, half, b, s, gap, work):
 
 @inlined
 def put_four(value, gaps, row, wide, blades, j, count):
-    """Store the gaps of blades j .. j + count - 1, at most four, in a row of gaps."""
+    """Store the gaps of blades j .. j + count - 1, at most four, in a folded row.
+
+    value : the four gaps, m; gaps, row : array, and index at which the row begins
+    """
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
     elif count >= FOUR and 2 * j > blades:
@@ -137,7 +144,10 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Copy gaps to the places of a row of gaps that repeat a blade."""
+    """Copy gaps to those places of a folded row of gaps that repeat a blade.
+
+    gaps, row : array, and index at which the row begins; N blades
+    """
     first, middle = get(gaps, row), get(gaps, row + blades // 2)
     for i in range(blades // 2 + 1, wide):
         put(gaps, row + i, first)
@@ -192,7 +202,7 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
 
 @inlined
 def lay_out(factors, which, size, blades, spread):
-    """Set spread (N,) to the `factors` of blades which[:size], to 0 elsewhere."""
+    """Set spread (N,) to the `factors` of blades which[:size], to 0 for all others."""
     for j in range(blades):
         put(spread, j, 0.0)
     for s in range(size):
@@ -219,6 +229,7 @@ def slot_of(stages, wave, k, wide, b, c, r, sign):
     """Return (re, im) of slot c from term r in `stages`, conjugated if sign is -1.
 
     stages : re and im of each term r, at the b blades v, see `to_slots`
+    wave : table of cos and sin, see `passes.to_gaps`
     """
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
     for v in range(0, b, FOUR):
@@ -235,9 +246,11 @@ def to_slots(factors, which, size, wave, k, wide, spread, out):
     """Set the spectrum out (2 k,) to the sum over j of f_j e^{-2 pi i kappa j / N}.
 
     j are the blades which[:size], f_j their `factors`. It is the transpose of
-    `to_gaps_split`, in two stages; b must be a multiple of four.
+    `to_gaps_split`, in two stages; b must be a multiple of four. There are k slots, one
+    for each nodal diameter, padded.
 
     spread : (room_of(N),), work space
+    wave : table of cos and sin, see `passes.to_gaps`
     """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))

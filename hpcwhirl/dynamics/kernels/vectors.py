@@ -160,14 +160,17 @@ def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def lower_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the lower double of each of four pairs."""
+    """Return the lower double of each of four pairs, of `a` and `b`."""
     del typing, a, b
     return _intrinsic("minnum", 2)
 
 
 @intrinsic
 def higher_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the higher double of each of four pairs; if one is NaN, the other."""
+    """Return the higher double of each of four pairs, of `a` and `b`.
+
+    If one double of a pair is NaN, it is the other.
+    """
     del typing, a, b
     return _intrinsic("maxnum", 2)
 
@@ -317,7 +320,9 @@ def total_of(four):
 
 @inlined
 def add_six(factors, which, size, table, stride, v, six):
-    """Return `six` vectors plus the sum over s of factors[s] times row which[s].
+    """Return the vectors `six` plus a sum over rows s of a table, times factors.
+
+    The sum is that of factors[s] times row which[s], for s < size.
 
     table : flat, in rows of length `stride`; v : first of the 24 columns that are read
     """
@@ -335,7 +340,7 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return `two` vectors plus the sum over s of factors[s] times row which[s].
+    """Return the vectors `two` plus a sum over rows of a table, times factors.
 
     Arguments are those of `add_six`; 8 columns are read, from v on.
     """

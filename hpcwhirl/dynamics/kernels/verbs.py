@@ -38,7 +38,10 @@ class Motion(NamedTuple):
 
 
 def does(verb: Function, kind: type) -> Callable[[Function], Function]:
-    """Register the decorated function as a verb's implementation for a NamedTuple."""
+    """Register the decorated function as the implementation of a verb for a type.
+
+    verb, kind : function without body; a NamedTuple, the type of the first argument
+    """
 
     def register(function: Function) -> Function:
         @overload(verb, strict=False)
@@ -51,19 +54,26 @@ def does(verb: Function, kind: type) -> Callable[[Function], Function]:
 
 
 def predict(body, motion):
-    """Predict a body's step without contact: set motion.ahead and motion.following."""
+    """Predict a body's step without contact: increments, and amplitudes after it.
+
+    They are stored in motion.ahead and motion.following.
+    """
     raise NotImplementedError
 
 
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse, push * modal (n,), to a predicted step."""
+    """Add the increments due to the pulse to a predicted step of a body.
+
+    push, modal : force, N; modal forces (n,) of a unit force
+    """
     raise NotImplementedError
 
 
 def stand(body, motion, time, force):
-    """Add increments by supports or a changing speed to a body's predicted step.
+    """Add to a predicted step the increments by supports or a changing speed.
 
     force : (2,), out: N, that of the supports at the centre, if they have one
+    time : s, of the present step
     """
     raise NotImplementedError
 
@@ -71,24 +81,29 @@ def stand(body, motion, time, force):
 def yielded(body, motion, force, ledger):
     """Enter the work in a step, J, of forces that no constant matrix represents.
 
-    `stand` has added the increments that these forces cause.
+    The verb `stand` has added the increments that these forces cause.
 
     For forces of supports it is subtracted from the body's loss; for forces of a
     changing speed it is added to the work of the loading in the ledger. A body without
     such forces has nothing to enter.
+
+    force : (2,), N, as `stand` has set it
     """
     raise NotImplementedError
 
 
 def read(body, values, out):
-    """Set out (r,), m, to the radial displacements for amplitudes `values` (n,)."""
+    """Set out (r,), m, to a body's r radial displacements.
+
+    values : (n,), its amplitudes or coordinates, from which they follow
+    """
     raise NotImplementedError
 
 
 def read_tips(body, values, radial, tips):
     """Set tips (N + 1, 2), m, to radial, tangential displacements; last row x_o, y_o.
 
-    radial : result of `read`
+    values, radial : (n,), amplitudes or coordinates of the body; result of `read`
     """
     raise NotImplementedError
 
@@ -96,7 +111,7 @@ def read_tips(body, values, radial, tips):
 def collect(body, motion, lam, index, shape):
     """Set motion.normal and motion.drag from the multipliers lam (N,), N, of all tips.
 
-    index, shape : (N, w), coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
     """
     raise NotImplementedError
 
@@ -106,13 +121,16 @@ def slide(body, motion, lam, index, shape, out):
 
     It is the displacement along the rotation at step n + 1 less that at n - 1.
 
-    index, shape : as in `collect`
+    lam : (N,), multipliers, N; index, shape : as in `collect`
     """
     raise NotImplementedError
 
 
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger."""
+    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+
+    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    """
     raise NotImplementedError
 
 

@@ -31,7 +31,7 @@ class WaveRotor(NamedTuple):
     hub : (2, 2 rows k), x_o, y_o for unit re and im of the amplitudes
     form : (rows (rows + 1) k,), J, coefficients of Jacobi's energy: for each row those
         of its products with itself and with the later rows, re and im for each slot
-    along : (2 rows k,), tangential displacement of the tip, with negative sign, for
+    along : (2 rows k,), -1 times the tangential displacement of the tip, for
         unit amplitudes, re and im for each slot
     """
 
@@ -57,6 +57,8 @@ class CyclicCasing(NamedTuple):
 class CyclicContact(NamedTuple):
     """Constants of the contact of equal sectors with a ring.
 
+    There are k slots, one for each nodal diameter, padded.
+
     column : (N,), m/N, column 0 of the Delassus matrix W: opening of gaps by a unit
         multiplier on blade 0
     turns : (N, 2 k) flat, transform from multipliers to their spectrum
@@ -73,7 +75,8 @@ class CyclicContact(NamedTuple):
 class GeneralRotor(NamedTuple):
     """A rotor as m real modes, see `general`.
 
-    Displacements are those for unit amplitudes; those of tips have negative sign.
+    Displacements are those for unit amplitudes; those of tips are multiplied by -1.
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     Attributes
     ----------
@@ -93,10 +96,11 @@ class GeneralRotor(NamedTuple):
 
 
 class WholeRotor(NamedTuple):
-    """A rotor of unequal sectors as waves; tip displacements have negative sign.
+    """A rotor of unequal sectors as waves; tip displacements are times -1.
 
     There are m real amplitudes, re then im of the waves, each half padded; `padded` is
-    N rounded up to a multiple of 8. See `whole`.
+    N rounded up to a multiple of 8. See `whole`. Folded arrays, (2 wide,), list all
+    blades in the order of `circulant.folded`.
 
     Attributes
     ----------
@@ -132,7 +136,7 @@ class WholeRotor(NamedTuple):
 class UncoupledRotor(NamedTuple):
     """A rotor of unequal sectors without rotation: each mode is a wave, see `whole`.
 
-    Tip displacements, with negative sign, follow from the real parts of the m complex
+    Tip displacements, multiplied by -1, follow from the real parts of the m complex
     amplitudes alone; m is padded. Attributes not listed here are as in `WholeRotor`.
 
     Attributes
@@ -182,6 +186,9 @@ class GeneralContact(NamedTuple):
 class GeneralSpace(NamedTuple):
     """Work space of the general kernel.
 
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
+
     Attributes
     ----------
     spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
@@ -192,7 +199,7 @@ class GeneralSpace(NamedTuple):
     contact : work space of `circulant`
     rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
     wall : (2 k,), spectrum of a rigid casing, set in each sample
-    out, again : (2 wide,), folded: tips with negative sign, and gaps, m
+    out, again : (2 wide,), folded: tip displacements times -1, and gaps, m
     tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
     ledger : ledger with all works entered, J
     opened : (2 wide,), for waves: gaps, or lower bounds of those not computed, m
@@ -220,6 +227,9 @@ class GeneralSpace(NamedTuple):
 
 class SampleSpace(NamedTuple):
     """Work space of `samples.sample_rotor`.
+
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
 
     Attributes
     ----------
@@ -259,6 +269,9 @@ class Sizes(NamedTuple):
 class CyclicSpace(NamedTuple):
     """Work space of the cyclic kernel.
 
+    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
+    list all blades in the order of `circulant.folded`.
+
     Attributes
     ----------
     out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
@@ -294,8 +307,8 @@ class Flight(NamedTuple):
     ----------
     total : number of steps of the run
     certifiable : whether a certificate is possible
-    counts : (P,), number of steps of each tabulated jump; the last one is the number
-        between rows of evidence
+    counts : (P,), number of steps of each of P tabulated jumps; the last one is the
+        number between rows of evidence
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients of
         these jumps, for rotor and ring
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
@@ -392,9 +405,9 @@ class PointsRotor(NamedTuple):
     radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
         of the points, and x_o, y_o, for unit amplitudes
     reach : (m / 2,), bound of any point's displacement for unit amplitudes
-    pairs, form, split : (e, 2), (e,), J: indices and coefficients of the products of
-        two amplitudes in the energy; the first `split` are the rotor's
-    casing, shares : (c, 2), (c, 2), for each mode of the casing the indices of two
+    pairs, form, split : (e, 2), (e,), J: indices and coefficients of e products of two
+        amplitudes in the energy; the first `split` are the rotor's
+    casing, shares : (c, 2), (c, 2), for each of the casing's c modes the indices of two
         amplitudes and their factors: the mode is the sum of the products
     """
 
@@ -416,7 +429,9 @@ class PointsRotor(NamedTuple):
 
 
 class PointsContact(NamedTuple):
-    """Contact of P points.
+    """Constants of the contact of P points.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
 
     w, clear : (P, P), m/N, Delassus matrix as in `GeneralContact`; (2 wide,), m, folded
         clearances of the points beyond the gap
@@ -435,7 +450,7 @@ class PointsSpace(NamedTuple):
     spare : (width,), amplitudes before any force acts, then multipliers and pulse
     spectra : see `sectors.layout`
     solver : work space of `circulant`
-    casing : (c,), modes of the casing, rotating frame
+    casing : (c,), amplitudes of the c modes of the casing, rotating frame
     """
 
     spare: Floats

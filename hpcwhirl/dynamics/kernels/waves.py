@@ -95,7 +95,9 @@ def times(c, at, which, re, im, total):
 
 @inlined
 def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
-    """Take the step that `pass_waves` describes for all waves of a rotor.
+    """Predict the next step of all waves of a rotor, after contact forces, if any.
+
+    Arguments not listed are those of `pass_waves`.
 
     touched : whether the last step had contact
     seen : first indices in s of the gaps' spectra of the last step, of the step two
@@ -134,10 +136,14 @@ def columns(s, c, fixed, lam, rows, k, seen, touched, exact, out, sums, slip):
 
 @inlined
 def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
-    """Add the works of contact at four nodal diameters to sums; return their slip.
+    """Add the works of contact at four nodal diameters to sums; return the slip there.
 
     The slip is a spectrum, see `passes.slip_of`. For central differences, also complete
     the spectrum of the gaps of the last step.
+
+    push : (re, im) of the multipliers' spectrum at these nodal diameters
+    near, rate, work : (re, im), sums over the waves by `columns`
+    own, older : where spectra of gaps begin in the state s, see `seen_at`
     """
     pr, pi = push
     if exact:
@@ -165,7 +171,11 @@ def book(s, fixed, push, k, col, own, older, rate, work, near, exact, sums):
 
 @inlined
 def seen_at(step, rows, k):
-    """Return where three spectra of gaps begin in the state: `seen` in `columns`."""
+    """Return where three spectra of gaps begin in the state, as `columns` needs them.
+
+    They are those of the last step, of the step two before, and of the predicted one.
+    rows : number of rows of k amplitudes, re and im, before them
+    """
     first = 2 * k * rows
     own, older = step % SEEN * 2 * k, (step + 1) % SEEN * 2 * k
     return first + own, first + older, first + older
@@ -198,14 +208,22 @@ def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
 @does(differences.pass_rotor, WaveRotor)
 @inlined
 def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Apply the last contact forces; predict the next step by central differences."""
+    """Apply the last contact forces to a rotor's waves; predict their next step.
+
+    The implementation of `pass_rotor` for waves of central differences; `pass_waves`
+    explains the arguments.
+    """
     pass_waves(rotor, s, lam, rows, k, counter, False, out, sums, slip)
 
 
 @does(flow.pass_rotor, WaveRotor)
 @inlined
 def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Apply contact forces of the last step, if any; predict the next by exact flow."""
+    """Apply the last contact forces, if any, to a rotor's waves; predict their step.
+
+    The implementation of `pass_rotor` for waves of the exact flow; `pass_waves`
+    explains the arguments.
+    """
     pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
 
@@ -214,6 +232,8 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
     """Copy the rotor's state s to t; apply the last contact forces to t.
 
     Works and losses of that step are added to sums, J.
+
+    lam, exact : as in `pass_waves`
     """
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
@@ -241,7 +261,11 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 @does(differences.end_step, WaveRotor)
 @rare_kernel
 def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `differences.end_step` (copies with contact forces) for waves."""
+    """Copy the states of both bodies; apply the last contact forces to the copies.
+
+    The implementation of `differences.end_step`, with its arguments, for a rotor as
+    waves.
+    """
     settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
     differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
 
@@ -249,7 +273,10 @@ def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c
 @does(flow.end_step, WaveRotor)
 @rare_kernel
 def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Implement `flow.end_step` (copies with contact forces) for waves."""
+    """Copy the states of both bodies; apply the last contact forces to the copies.
+
+    The implementation of `flow.end_step`, with its arguments, for a rotor as waves.
+    """
     settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
     flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
 
@@ -278,7 +305,10 @@ def energy_of_waves(rotor, t):
 @does(differences.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of waves and ring (`differences.energies_of`)."""
+    """Return the energies of a rotor as waves and of the ring, J, from their states.
+
+    Arguments are those of `differences.energies_of`.
+    """
     ring = differences.energy_of_ring(t_c, c_c, now, step)
     return energy_of_waves(rotor, t_b), ring
 
@@ -286,14 +316,21 @@ def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
 @does(flow.energies_of, WaveRotor)
 @rare_kernel
 def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
-    """Return the energies of waves and ring (`flow.energies_of`)."""
+    """Return the energies of a rotor as waves and of the ring, J, from their states.
+
+    Arguments are those of `flow.energies_of`.
+    """
     return energy_of_waves(rotor, t_b), flow.energy_of_ring(t_c, c_c, now)
 
 
 @does(bound_rotor, WaveRotor)
 @kernel
 def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
-    """Implement `flight.bound_rotor` for waves, whose bounds `flights` explains."""
+    """Return the parts of a rotor's waves in two bounds: acceleration, displacement.
+
+    The implementation of `flight.bound_rotor`, m/s^2 and m; `flights` explains the
+    bounds.
+    """
     bend, reach, size = broadcast(0.0), broadcast(0.0), rows * k
     for col in range(0, k, FOUR):
         rate_re, rate_im = broadcast(0.0), broadcast(0.0)
@@ -312,9 +349,10 @@ def bound_waves(_rotor, s, bound, rows, k, _counter, rate):
 @does(jump_rotor, WaveRotor)
 @part
 def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
-    """Implement `flight.jump_rotor` for waves, of which no loss is entered.
+    """Move the amplitudes of the rotor's waves to the end of a jump; enter no loss.
 
-    A jump over n steps multiplies an amplitude by z^n, z its factor in a step.
+    The implementation of `flight.jump_rotor`, with its arguments. A jump over n steps
+    multiplies an amplitude by z^n, z its factor in a step.
     """
     c, size = rotor.items, rows * k
     for col in range(0, k, FOUR):
@@ -332,7 +370,10 @@ def jump_waves(rotor, s, table, rows, k, _now, _then, out, _sums):
 
 @inlined
 def radial_of(rotor, q, rows, k, out):
-    """Set out (2 k,), m, to the spectrum of the gaps due to the amplitudes q."""
+    """Set out (2 k,), m, to the spectrum of the gaps due to the rotor's waves.
+
+    q, rows : amplitudes, in `rows` rows of k slots, re and im
+    """
     c, items = rotor.items, len(rotor.items) // (rows * k)
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
@@ -346,7 +387,11 @@ def radial_of(rotor, q, rows, k, out):
 @does(along_of, WaveRotor)
 @inlined
 def along_of_waves(rotor, q, rows, k, out):
-    """Implement `along_of` (tangential displacements of the tips) for waves."""
+    """Set out (2 k,) to a spectrum: minus the tangential displacement of all tips, m.
+
+    The implementation of `samples.along_of` for a rotor as waves. There are k slots,
+    one for each nodal diameter, padded.
+    """
     for col in range(0, k, FOUR):
         real, imag = broadcast(0.0), broadcast(0.0)
         for f in range(rows):
@@ -361,7 +406,11 @@ def along_of_waves(rotor, q, rows, k, out):
 def read_tips(spectrum, turns, direction, tips):
     """Set column `direction` of tips (N + 1, 2), m, from a spectrum.
 
-    spectrum : (2 k,), that of the negative displacements
+    There are k slots, one for each nodal diameter, padded.
+
+    direction : 0, radial, or 1, tangential
+    spectrum : (2 k,), that of the tips' displacements times -1
+    turns : (N, 2 k) flat, cos and -sin of each slot at each blade
     """
     for j in range(len(tips) - 1):
         tips[j, direction] = -at_blade(spectrum, turns, j, len(spectrum))
@@ -371,7 +420,11 @@ def read_tips(spectrum, turns, direction, tips):
 @rare
 def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, sample,
                  keep, judge, tracks):  # fmt: skip
-    """Implement `samples.sample_rotor` for waves; for the loss see this module."""
+    """Write a sample of a rotor as waves, from a copy with contact forces applied.
+
+    The implementation of `samples.sample_rotor`, with its arguments; this module
+    explains the loss.
+    """
     t_b, t_c, radial = sample.rotor, sample.ring, sample.columns
     counter, k, wide = state.counter, len(radial) // 2, len(state.gaps) // 6
     rows = rotor.hub.shape[1] // (2 * k)
@@ -397,7 +450,10 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def wave_sizes(
     rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
 ) -> Wanted:
-    """Return (name, array, required number of values) of a rotor's arrays as waves."""
+    """Return (name, array, required number of values) of a rotor's arrays as waves.
+
+    size, exact : number of waves, padded; whether of the exact flow
+    """
     rows, seen = size // k, 0 if exact else SEEN
     return [
         ("rotor", state.rotor, 2 * k * (rows + seen)), ("sums_b", state.sums_b, 3 * k),

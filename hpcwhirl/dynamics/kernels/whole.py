@@ -86,7 +86,7 @@ def turn_four(q, ahead, half, m):
 def turn_waves(q, ahead):
     """Take a step without forces, which multiplies amplitudes by z.
 
-    q, ahead : (m,) or more, amplitudes; (m,), z - 1; re, then im
+    q, ahead : (m,) or more, amplitudes; (m,), z - 1; each re, then im
     """
     half = len(ahead) // 2
     for m in range(0, half, FOUR):
@@ -95,7 +95,11 @@ def turn_waves(q, ahead):
 
 @inlined
 def lower_all(tips, drift, gaps, row, whole):
-    """Lower the bounds of the rotor's part of gaps, m; return the lowest gap, m."""
+    """Lower the bounds of the rotor's part of all gaps; return the lowest gap, m.
+
+    drift : m, by which they are lowered: bound of the motion of any tip in a step
+    Other arguments are those of `open_whole`.
+    """
     for v in range(0, len(tips), FOUR):
         store(tips, v, load(tips, v) - broadcast(drift))
     return open_whole(tips, gaps, row, whole)
@@ -103,7 +107,11 @@ def lower_all(tips, drift, gaps, row, whole):
 
 @inlined
 def open_whole(tips, gaps, row, whole):
-    """Set whole (2 wide,) to gaps plus the rotor's part `tips`; return the lowest, m.
+    """Set whole (2 wide,) to the gaps of both bodies, m; return the lowest.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
+    tips : (2 wide,), m, the rotor's part of the gaps
 
     gaps, row : gaps without the rotor's part, from index `row` on; all are folded
     """
@@ -120,7 +128,10 @@ def open_whole(tips, gaps, row, whole):
 
 @inlined
 def four_sums(rows, at, q, modes):
-    """Return a row's product with q[:modes] as four sums; it begins at rows[at]."""
+    """Return the product of a row and q[:modes] as four sums of a quarter of the terms.
+
+    rows, at : array, and index at which the row begins
+    """
     zero = broadcast(0.0)
     a, b, c, d = zero, zero, zero, zero
     for m in range(0, modes, 2 * EIGHT):
@@ -136,6 +147,8 @@ def eight_sums(rows, at, on, q, modes):
     """Return the results of `four_sums` for two rows, from rows[at] and rows[on] on.
 
     Eight sums at a time hide their latency.
+
+    q, modes : amplitudes, of which the first `modes` are used
     """
     zero = broadcast(0.0)
     a, b, c, d, e, f, g, h = zero, zero, zero, zero, zero, zero, zero, zero
@@ -151,7 +164,7 @@ def eight_sums(rows, at, on, q, modes):
 
 @inlined
 def sum_four(sums):
-    """Return the sum of all numbers in four vectors."""
+    """Return the sum of all 16 numbers in four vectors."""
     return total_of((sums[0] + sums[1]) + (sums[2] + sums[3]))
 
 
@@ -166,7 +179,10 @@ def tip_by_waves(rows, blade, q, modes):
 
 @inlined
 def put(values, blade, blades, wide, value):
-    """Set all entries of a blade in the folded array `values` (2 wide,) to `value`."""
+    """Set all entries of a blade in the folded array `values` (2 wide,) to `value`.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    """
     values[place_of(blade, blades, wide)] = value
     if 2 * blade == blades:
         values[wide + blade] = value
@@ -181,6 +197,8 @@ def put(values, blade, blades, wide, value):
 def read_all(rows, q, blades, tips):
     """Set tips to the rotor's part of the gaps of all blades, m.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     Parameters
     ----------
     rows : (N, modes) flat, gap of each blade per unit amplitude
@@ -194,7 +212,13 @@ def read_all(rows, q, blades, tips):
 
 @inlined
 def put_tip(tip, j, blades, gaps, row, tips, whole):
-    """Store a blade's displacement `tip`, and its gap in `whole`; return the gap, m."""
+    """Store a blade's displacement and its gap in folded arrays; return the gap, m.
+
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
+    tip, j : m, radial displacement times -1; number of the blade
+    tips, whole : out, (2 wide,): displacements; gaps. gaps, row : as in `read_near`
+    """
     wide = len(tips) // 2
     gap = gaps[row + place_of(j, blades, wide)] + tip
     put(tips, j, blades, wide, tip)
@@ -223,13 +247,16 @@ def read_tips_of(where, size, rows, q, blades, gaps, row, tips, whole):
 def read_near(rows, q, blades, gaps, row, known, tips, whole, where):
     """Compute the tips that might touch; return the lowest of their gaps, m.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     Parameters
     ----------
-    gaps, row : gaps without the rotor's part
+    rows, q : (N, modes) flat, gap of each blade per unit amplitude; amplitudes
+    gaps, row : gaps without the rotor's part, from index `row` on
     tips, whole : (2 wide,), in: lower bounds of tips and of gaps; out: those computed
     where : (N + 1,), work space
 
-    If a gap is negative, the tips of all blades in `known`, which were in contact in
+    If a gap is below 0, the tips of all blades in `known`, which were in contact in
     the last solution, are computed, too.
     """
     wide, size = len(tips) // 2, blades - blades
@@ -251,6 +278,8 @@ def read_below(limit, rows, q, blades, gaps, row, again, tips, whole):
     """Compute tips and gaps of blades whose gaps in `again` are below a limit, m.
 
     Return whether any gap in `whole` has changed, because it was only a lower bound.
+
+    Other arguments are those of `read_near`.
     """
     modes, wide, changed = len(rows) // blades, len(tips) // 2, False
     for j in range(blades):
@@ -271,6 +300,7 @@ def seek_near(rows, q, gaps, row, tips, whole, lowest, blades, space):
     computed, see `read_near`.
 
     lowest : lowest of the gaps in `whole`, < 0
+    Other arguments are those of `read_near`.
     """
     wide, known, limit = len(tips) // 2, space.known, CLOSED * lowest
     first = row - row  # 0, but no literal, which numba would specialise on
@@ -330,7 +360,10 @@ def drift_of(q, drift):
 def yield_apart(push, where, active, opening, ring, gaps, row, tips):
     """Add the change of gaps by multipliers: the ring's to gaps, the rotor's to tips.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     opening, ring : (N, 2 wide) flat, folded, m/N, of both bodies, and of the ring alone
+    push, where : multipliers of the blades where[:active]
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -345,7 +378,10 @@ def yield_apart(push, where, active, opening, ring, gaps, row, tips):
 
 @inlined
 def with_rest(rows, at, s, modes, sums):
-    """Return the product of a whole row and s; sums : `four_sums` of its first part."""
+    """Return the product of a row of coefficients and s, of which a part is given.
+
+    sums : product of the first `modes` entries, by `four_sums`
+    """
     a, b = sums[0], sums[1]
     for m in range(modes, len(s), EIGHT):
         a = fma(load(rows, at + m), load(s, m), a)
@@ -379,7 +415,10 @@ def slide(rows, where, active, s, modes, held):
 
 @inlined
 def add_one(rows, at, force, s, modes):
-    """Add the row from `at` on, times a force, to s[:modes]; modes % 8 == 0."""
+    """Add to s[:modes] a row of coefficients times a force; modes % 8 == 0.
+
+    rows, at : coefficients, and index at which the row begins
+    """
     force = broadcast(force)
     for m in range(0, modes, EIGHT):
         store(s, m, fma(load(rows, at + m), force, load(s, m)))
@@ -389,7 +428,10 @@ def add_one(rows, at, force, s, modes):
 
 @inlined
 def add_four(rows, where, push, i, s, modes):
-    """Add the rows of blades where[i : i + 4] times their `push` to s[:modes]."""
+    """Add to s[:modes] the rows of four blades, each times its multiplier.
+
+    rows : (N, modes) flat; push, where : multipliers, and blades, from index i on
+    """
     a, b = where[i] * modes, where[i + 1] * modes
     c, d = where[i + 2] * modes, where[i + 3] * modes
     first, second = broadcast(push[i]), broadcast(push[i + 1])
@@ -405,6 +447,7 @@ def add_rows(rows, push, where, active, s, modes):
     """Add the active blades' rows, times their multipliers, to s[:modes].
 
     rows, modes : (N, modes) flat; a multiple of 8
+    push, where : multipliers of the blades where[:active]
     """
     fours = active - active % 4
     for i in range(0, fours, 4):
@@ -458,13 +501,15 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
                sums, held):  # fmt: skip
     """Add the multipliers' effect to the amplitudes; enter their works in `sums`.
 
+    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+
     Parameters
     ----------
     push, where : results of `circulant.solved`
     s : state: amplitudes, multipliers of the last step with contact
     spare : work space, as long as a row of `opens`
     step : number of this step
-    tips : (2 wide,), folded displacements after contact, with negative sign, m
+    tips : (2 wide,), folded displacements of tips after contact, times -1, m
     gaps, row : gaps of this step after contact, without the rotor's part
     before : (N,), gaps of the active blades at step n - 1; in: without the rotor's
         part, out: with it, since tips are not computed in all steps
@@ -480,7 +525,11 @@ def push_waves(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 @inlined
 def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Change waves that rotation couples by contact (`push_waves`)."""
+    """Add the effect of multipliers to the amplitudes of waves; enter their works.
+
+    The implementation of `push_waves`, with its arguments, for a rotor whose modes
+    rotation couples.
+    """
     modes = len(rotor.ahead)
     book_pushes(
         rotor, push, where, active, s, modes, mu, step, tips, gaps, row, before, sums,
@@ -493,7 +542,10 @@ def push_whole(rotor, push, where, active, s, _, mu, step, tips, gaps, row, befo
 @inlined
 def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, before,
                sums, held):  # fmt: skip
-    """Change modes, integrated as waves, by contact (`push_waves`).
+    """Add the effect of multipliers to the amplitudes of waves; enter their works.
+
+    The implementation of `push_waves`, with its arguments, for a rotor without
+    rotation, each mode of which is a wave.
 
     spare : work space: change of the modes over two steps, later modal forces
     """
@@ -518,7 +570,10 @@ def push_modes(rotor, push, where, active, s, spare, mu, step, tips, gaps, row, 
 def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledger):
     """Raise ledger[SLIP], m/s, to the slip of blades in contact in step `counted`.
 
+    There are k slots, one for each nodal diameter, padded.
+
     slip_b : (N,), of `push_waves`; slip_c : (2 k,), see `passes.slip_of`
+    known, last : active blades; step of each blade's last contact
     """
     width = len(slip_c)
     for s in range(known[len(last)]):
@@ -532,7 +587,10 @@ def note_slips_of_waves(slip_b, slip_c, turns, known, last, step, counted, ledge
 
 @kernel
 def settle_whole(c_c, state, copies):
-    """Copy the state to `copies`; apply the last contact forces to the ring's copy."""
+    """Copy the state to `copies`; apply the last contact forces to the ring's copy.
+
+    c_c : coefficients of the ring's modes, packed
+    """
     t_b, t_c, end_b, end_c = copies
     copy_to(t_b, state.rotor)
     copy_to(end_b, state.sums_b)
@@ -545,7 +603,11 @@ def settle_whole(c_c, state, copies):
 @does(energies_of, WholeRotor)
 @rare_kernel
 def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of waves that rotation couples (`energies_of`)."""
+    """Return the energies of a rotor whose modes rotation couples, and of the ring, J.
+
+    Arguments are those of `differences.energies_of`, of which this is an
+    implementation.
+    """
     modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
     for i in range(modes):
         first, row = i - i % FOUR, broadcast(0.0)
@@ -559,7 +621,11 @@ def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
 @does(energies_of, UncoupledRotor)
 @rare_kernel
 def energies_of_uncoupled(rotor, t_b, t_c, c_c, now, step):
-    """Return the energies of modes integrated as waves (`energies_of`)."""
+    """Return the energies of a rotor's modes, integrated as waves, and of the ring, J.
+
+    Arguments are those of `differences.energies_of`, of which this is an
+    implementation.
+    """
     half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
     for m in range(0, half, FOUR):
         re, im = load_both(t_b, half, m)

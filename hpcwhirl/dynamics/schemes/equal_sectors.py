@@ -115,7 +115,7 @@ def is_cyclic(model: Model) -> bool:
 class _WavePlaces:
     """Layout of a rotor's waves in a state.
 
-    rotor : the kernel's arrays
+    rotor : the kernel's arrays of the rotor
     seen : whether the state also holds the spectra of gaps of the last steps
     """
 
@@ -125,7 +125,7 @@ class _WavePlaces:
     seen: bool
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes at rest from a state."""
+        """Return amplitudes and rates, (m,) each, of the modes at rest from a state."""
         waves_of = [amplitudes_of(state, own, self._slots) for own in self.diameters]
         pairs = list(zip(self.diameters, waves_of, strict=True))
         places = [own.shapes @ a for own, a in pairs]
@@ -133,7 +133,10 @@ class _WavePlaces:
         return self._modal(places), self._modal(rates)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to modal amplitudes, rates; return q a step earlier."""
+        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+
+        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        """
         before, rows = [], state.reshape(-1, 2, self._slots)
         for own in self.diameters:
             a = own.amplitudes(*(modes_of(self.model, own.k, x) for x in (q, rate)))

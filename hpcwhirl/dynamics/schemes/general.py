@@ -136,6 +136,8 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
     """Return the integrator of real modes in the rotating frame.
 
     The casing is a ring of harmonics, or rigid.
+
+    arrays : constant arrays of the kernel `general`
     """
     c_b, c_c, own = arrays.rotor.items, arrays.casing.items, len(model.rotor.omega)
     k, modes = widths(model.blades)[0], len(c_b) // passes.ITEMS

@@ -106,7 +106,10 @@ def at_rest(blades: int, gap: float, sizes: tuple[int, int, int, int]) -> Cyclic
 
 
 def with_space(march: Callable[..., None], space_of: Callable[[], Any]) -> Any:
-    """Return a kernel that makes its last argument, work space, at the first call."""
+    """Return the time loop `march` without its last argument, the work space.
+
+    space_of : function that makes the work space; it is called once, at the first use
+    """
     space = cache(space_of)
 
     def kernel(*given: Any) -> None:
@@ -145,9 +148,10 @@ def unfold(model: Model, found: Amplitudes, places: Floats | None = None) -> Mot
 def reader(
     model: Model, scene: Scene, of_ring: Callable[[Floats, int], Floats]
 ) -> Callable[[Floats, int], Floats]:
-    """Return `Integrator.casing_waves`: from stored samples to the casing's harmonics.
+    """Return the function that gives a casing's harmonics, `Integrator.casing_waves`.
 
-    It is `of_ring` for an elastic casing; a rigid casing's shape depends on time alone.
+    of_ring : this function for an elastic casing. The shape of a rigid casing depends
+        on time alone, so that the stored samples are not used.
     """
     if model.casing is not None:
         return of_ring

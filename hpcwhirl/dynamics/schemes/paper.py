@@ -19,7 +19,7 @@ from hpcwhirl.scene import Scene
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
-    """Return the integrator of a scene by the scheme paper, with full matrices."""
+    """Return the integrator of a scene by the paper's Algorithm 1 on full matrices."""
     arrays, step = dense_arrays(model, scene), scene.solver.time_step
     places, ring = circle(model, scene), np.zeros(len(arrays.casing.keep))
     still = np.zeros(len(model.rotor.mass)) if places is None else places

@@ -56,9 +56,9 @@ class RotorPlaces(Protocol):
         """
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to modal amplitudes q and rates, (m,) each.
+        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
 
-        Return the amplitudes a step earlier, (m,).
+        q, rate : (m,), amplitudes of the modes at rest, and their velocities
         """
 
 
@@ -75,12 +75,18 @@ class ModePlaces:
     joined: Callable[[Floats], Floats]
 
     def read(self, state: Floats, odd: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates (m,) from a state without pending forces."""
+        """Return modal amplitudes and rates (m,) from a state without pending forces.
+
+        odd : 1 if the number of steps is odd, else 0
+        """
         q, d = map(self.apart, _held(state, passes.ROTOR_STATE, odd))
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to amplitudes q and rates; return q a step earlier."""
+        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+
+        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        """
         d = self.steps.increments(q, rate)
         new = self.joined(d)
         state[:] = np.concatenate([self.joined(q), new, -new])
@@ -105,8 +111,9 @@ class RingPlaces:
         return modal_steps(self.model.casing, solver.time_step, exact=solver.flies)
 
     def read(self, state: Floats, count: int) -> tuple[Floats, Floats]:
-        """Return modal amplitudes and rates (n,) of the ring, static frame.
+        """Return modal amplitudes and rates (n,) of the ring, in the static frame.
 
+        state : the ring's part of the kernel's state, without pending forces
         count : number of steps so far
         """
         if self.model.casing is None:
@@ -117,9 +124,9 @@ class RingPlaces:
         return q, self.steps.velocities(q, d)
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set the ring at time 0 to amplitudes q and rates; return q a step earlier.
+        """Set the ring at time 0 to a motion; return amplitudes a step earlier, (n,).
 
-        All are (n,), static frame.
+        q, rate : (n,), modal amplitudes and their velocities, static frame
         """
         if self.model.casing is None:
             return q
@@ -147,9 +154,11 @@ class RingPlaces:
 
 
 def _held(state: Floats, parts: int, odd: int) -> tuple[Floats, Floats]:
-    """Return amplitudes and the last step's increments from the state of a body.
+    """Return a body's amplitudes, and their last increments, from its state.
 
-    parts, odd : number of equal arrays in the state; 1 if the step number is odd
+    parts : number of equal arrays in the state: amplitudes, then increments of the last
+        even and of the last odd step
+    odd : 1 if the last step's number is odd, else 0
     """
     size = len(state) // parts
     return state[:size], state[(1 + odd) * size : (2 + odd) * size]
@@ -264,7 +273,10 @@ def in_rotating_frame(
 def _balance(
     arrays: Arrays, scene: Scene, own: Rotating
 ) -> Callable[[CyclicState], Balance]:
-    """Return a function from a kernel's state to the terms of its energy balance."""
+    """Return a function from a kernel's state to the terms of its energy balance.
+
+    arrays, own : constant arrays of the kernel; the kernel, and what reads its states
+    """
     step, friction = scene.solver.time_step, friction_with_sign(scene)
     waves = isinstance(arrays.rotor, WaveRotor | WholeRotor | UncoupledRotor)
 
@@ -287,7 +299,11 @@ def _motions(
     own: Rotating,
     balance: Callable[[CyclicState], Balance],
 ) -> tuple[Callable[[CyclicState, int], Motion], Callable[[Motion], bool]]:
-    """Return functions that read a motion from a state, and set a state to one."""
+    """Return two functions: one reads a state's motion, the other sets a state to one.
+
+    rotor, ring : layouts of the two bodies' motions in the state
+    own, balance : the kernel, and what reads its states; result of `_balance`
+    """
     model, scene = ring.model, ring.scene
     places = circle(model, scene)
 

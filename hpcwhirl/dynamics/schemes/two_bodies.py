@@ -103,9 +103,9 @@ class Coordinates:
     whole: bool = False
 
     def read(self, q: Floats, d: Floats) -> tuple[Floats, Floats]:
-        """Return displacements x and velocities (n,) from a state.
+        """Return displacements x and velocities (n,) of a body from a state.
 
-        q, d : its amplitudes or coordinates, and their increments q_n - q_{n-1}
+        q, d : the state's amplitudes or coordinates, and their increments q_n - q_{n-1}
         """
         size = self.lift.shape[1]
         y = q[:size] - self.still if self.whole else q[:size]
@@ -114,9 +114,10 @@ class Coordinates:
         )
 
     def write(self, x: Floats, v: Floats, q: Floats, d: Floats) -> Floats:
-        """Set a state to displacements x and velocities v; return x a step earlier.
+        """Set a state to a motion; return its displacements a step earlier, (n,), m.
 
-        q, d : out: its amplitudes or coordinates, and their increments q_n - q_{n-1}
+        x, v : (n,), displacements, m, and velocities, m/s
+        q, d : out: the state's amplitudes or coordinates, and increments q_n - q_{n-1}
         """
         lower = self.lower()
         y = lower @ (x - self.still)
@@ -156,6 +157,7 @@ def two_bodies(
     """Return the integrator of two bodies by `kernels.bodies.march_bodies`.
 
     held : coordinates of rotor and casing in the state; None: their modes
+    arrays : constant arrays of the kernel
     """
     step, state_at_rest = scene.solver.time_step, _bodies(model, scene, arrays)
     if held is None:

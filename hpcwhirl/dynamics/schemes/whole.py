@@ -43,12 +43,15 @@ class _WholePlaces:
     waves: WholeWaves
 
     def read(self, state: Floats, _: int) -> tuple[Floats, Floats]:
-        """Return amplitudes and rates of the modes at rest from a state."""
+        """Return amplitudes and rates, (m,) each, of the modes at rest from a state."""
         waves, q = self.waves, state[self.waves.places]
         return waves.parts(waves.shapes) @ q, waves.parts(waves.rates) @ q
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to modal amplitudes, rates; return q a step earlier."""
+        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+
+        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        """
         waves = self.waves
         scale = float(np.abs(waves.rates).max())
         basis = np.vstack([waves.parts(waves.shapes), waves.parts(waves.rates) / scale])
@@ -74,7 +77,10 @@ class _ModePlaces:
         return re.copy(), rates.real * re - rates.imag * im
 
     def write(self, state: Floats, q: Floats, rate: Floats) -> Floats:
-        """Set a state at time 0 to modal amplitudes, rates; return q a step earlier."""
+        """Set a state at time 0 to a motion; return amplitudes a step earlier, (m,).
+
+        q, rate : (m,), amplitudes of the modes at rest, and their velocities
+        """
         waves, (re, im) = self.waves, self._parts(state)
         a = waves.amplitudes(q, rate, waves.rates)
         re[:], im[:] = a.real, a.imag
@@ -130,7 +136,10 @@ def whole_apart(model: Model, scene: Scene) -> Integrator | None:
 
 
 def _of_modes(model: Model, scene: Scene, waves: ModeWaves) -> Integrator:
-    """Return the integrator of a rotor without terms of rotation."""
+    """Return the integrator of a rotor of unequal sectors without terms of rotation.
+
+    waves : its modes as waves, see `dynamics.mode_waves`
+    """
     arrays = unequal_arrays(model, scene, uncoupled_rotor(model, scene, waves))
     return _march(model, scene, arrays, _ModePlaces(waves, len(arrays.rotor.drift)))
 
