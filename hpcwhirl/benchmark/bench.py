@@ -60,7 +60,8 @@ class Timing:
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
     """Return a march advanced beyond the pulse of a scene, set to take no samples.
 
-    contact : whether blades may touch; otherwise the gap is `FAR`
+    scheme, contact : name of the integrator; whether blades may touch; otherwise the
+        gap is `FAR`
     """
     step = scene.solver.time_step
     settings: dict[str, float | str] = {"scheme": scheme}
@@ -76,7 +77,11 @@ def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
 
 @dataclass(frozen=True)
 class Asked:
-    """A request to time steps of a scene; without `contact` its gap is `FAR`."""
+    """A request to time the steps of a scene by one scheme.
+
+    contact : whether blades may touch; if not, the gap is `FAR`
+    engine : name of the engine in the resulting `Timing`
+    """
 
     scene: Scene
     scheme: str
@@ -85,12 +90,15 @@ class Asked:
 
 
 def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
-    """Return the timing of each request, see `time_marches`."""
+    """Return the timing of each request, see `time_marches`.
+
+    asked, repeats : the requests; number of times that the steps of each are timed
+    """
     return time_marches(asked, settled_all(asked), repeats)
 
 
 def settled_all(asked: Sequence[Asked]) -> list[March]:
-    """Return the marches of requests, see `settled`."""
+    """Return, for each request, a march whose steps can be timed, see `settled`."""
     return [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
 
 
@@ -101,6 +109,9 @@ def time_marches(
 
     Requests take turns and processor time is measured, so that other load of the
     machine affects all of them equally.
+
+    asked, marches : the requests, and the march of each by `settled_all`
+    repeats : number of times that the steps of each march are timed
     """
     saved = [m.state._make(array.copy() for array in m.state) for m in marches]
     spent: list[list[float]] = [[] for _ in marches]
@@ -154,6 +165,8 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
     Each is timed in flight and in contact.
 
+    engines : {name: variant of the scene}
+
     All schemes are timed on the scene's engine, and the default scheme on the other
     engines; on that with rotation also the scheme that jumps over free steps.
     """
@@ -172,7 +185,10 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def in_operation(scene: Scene) -> dict[str, Scene]:
-    """Return {variant in `OPERATION`: scene}; {} if the scene cannot have them."""
+    """Return {name: variant of a scene} with the inputs in `OPERATION`, such as wear.
+
+    {} if the scene has one of these features already, or does not allow all of them.
+    """
     spin = resolve(scene).model.rotor.spin
     plain = spin is None or (spin.support.is_plain and spin.released is None)
     alike = scene.solver.until == "end" and scene.engine.rotation != "auto"

@@ -55,7 +55,10 @@ AROUND: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Counts:
-    """Floating-point operations and bytes of arrays of a step, padding included."""
+    """Work of a time step: floating-point operations, and bytes of the arrays it uses.
+
+    Padding of the arrays is included.
+    """
 
     operations: float
     bytes: float
@@ -268,7 +271,10 @@ def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
 
 
 def _turned(rotor: Any, state: CyclicState) -> float:
-    """Return the number of operations that advance a rotor's amplitudes by a step."""
+    """Return the number of operations that advance a rotor's amplitudes by a step.
+
+    rotor, state : arrays of the rotor's kernel; state of its integration
+    """
     if isinstance(rotor, WaveRotor):
         return 6 * int(rotor.hub.shape[1])
     if isinstance(rotor, WholeRotor | UncoupledRotor):
@@ -277,9 +283,10 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
 
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return how many matrix entries each step reads, and contact at all blades reads.
+    """Return the numbers of a rotor's matrix entries that a step reads, of two kinds.
 
-    If the rotor is integrated as waves, tips far from the casing are not read.
+    Entries read in every step; entries read if all blades are in contact. If the rotor
+    is integrated as waves, tips far from the casing are not read.
     """
     if isinstance(rotor, WholeRotor | UncoupledRotor):
         rows = rotor.read, rotor.push, rotor.slides, rotor.ring

@@ -51,7 +51,8 @@ class Compared:
 
     Attributes
     ----------
-    scene, axis, label : names of scene and setting
+    scene : name of the scene
+    axis, label : property that the setting varies, and name of the setting
     inputs : {name: value} of the setting
     seconds : processor time of each repeat, s
     words : "REGIME WHIRL" of each repeat
@@ -203,7 +204,7 @@ def difference(
 def _margin(a: Any, b: Any) -> float:
     """Return half the confidence interval of a difference of two means (Welch).
 
-    a, b : the numbers of two samples
+    a, b : values of one number in the runs of two samples
     """
     if min(len(a), len(b)) < 2:
         return math.inf
@@ -218,6 +219,8 @@ def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
     """Return {name: largest error of one twin against the mean of the other twins}.
 
     Names are those of `NUMBERS`.
+
+    reference : runs of a scene's twins with the settings of the reference
     """
     out = {}
     for number in NUMBERS:
@@ -239,7 +242,7 @@ class Tradeoff:
     ----------
     compared : results of each setting on each scene
     words : {scene: words of the reference's twins}
-    floors : {scene: result of `floor_of`}; smaller errors have no meaning
+    floors : {scene: result of `floor_of`}; errors below it are due to chance
     reference : inputs of the reference
     reference_seconds : {scene: median processor time of a reference run, s}
     """

@@ -29,7 +29,7 @@ class Case:
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
-    own : model to use; None: the model is computed from the scene
+    own : model to use instead of the one computed from the scene; None: no such model
     goes_on : whether the case begins with the last state of another, without a pulse
     """
 
@@ -111,7 +111,7 @@ class Case:
 
     @cached_property
     def lean(self) -> Marched:
-        """The scene and the model that are integrated by the plan."""
+        """The scene and the model of the part that the plan integrates."""
         return lean_of(self.scene, self.model)
 
     @property

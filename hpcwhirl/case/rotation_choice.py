@@ -166,7 +166,10 @@ def _change(rest: Model, turning: Model, speed: float) -> Change:
 
 
 def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
-    """Return which modes matter to the compliance of a rotor's tips, (m,)."""
+    """Return which of a rotor's m modes matter to the compliance of its tips, (m,).
+
+    body, blades : modes of the rotor; N, the number of its blades
+    """
     free = np.maximum(body.omega, np.finfo(float).tiny)
     moved = sum((rows**2).sum(axis=0) for rows in tip_rows(body, blades))
     gives = np.asarray(moved) / free**2
@@ -182,6 +185,8 @@ def _by_diameter(
     sorted frequencies of a nodal diameter keep their order at all speeds, so that the
     r-th from the middle outwards is the same wave in both models, even if one has more
     modes.
+
+    rest, turning : modes of the rotor without and with the terms of rotation
     """
     seen = _seen(rest, blades)
     bodies = rest, turning
@@ -203,9 +208,11 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the waves of a rank: a pair, from the middle of `lines`; one if k = 0.
+    """Return the waves of a rank: for k > 0 two, counted from the middle of `lines`.
 
-    lines : waves of nodal diameter k, sorted by frequency
+    lines, rank, k : waves of nodal diameter k, sorted by frequency, backward and
+        forward ones; number from 0; for k = 0 the rank counts from the lowest, one wave
+        each
     """
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
@@ -222,6 +229,8 @@ def _of_whole(
 
     It is for unequal sectors, whose modes have no nodal diameter and are compared by
     frequency.
+
+    rest, turning : modes of the rotor without and with the terms of rotation
     """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
     gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)

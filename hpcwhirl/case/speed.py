@@ -128,7 +128,10 @@ def changes(scene: Scene) -> bool:
 
 
 def angle_at(scene: Scene, time: Any, step: float = 1.0) -> Any:
-    """Return the rotor's angle, rad, at `time` * `step`, s; it is 0 at time 0."""
+    """Return the rotor's angle, rad, at a time; it is 0 at time 0.
+
+    time, step : the time in units of `step`; this unit, s
+    """
     law = law_of(scene)
     return scene.speed * time * step if law is None else law.angle(time * step)
 

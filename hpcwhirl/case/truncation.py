@@ -88,12 +88,13 @@ class Missed(NamedTuple):
 
 
 def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
-    """Return the motions (n, TIMES), m, of a body after a unit impulse, 1 N s.
+    """Return n motions, (n, TIMES), m, of a body after a unit impulse, 1 N s.
 
     Parameters
     ----------
     body : the body, with m modes
-    weights : (n, m), 1/kg, products of modal shapes that give each motion
+    weights : (n, m), 1/kg, for each motion the product of the modal shapes where the
+        impulse acts and where the motion is observed
     chosen : (m,), whether a mode moves
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
@@ -229,9 +230,11 @@ def _pushed(
 
 
 def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
-    """Return weight |part| / |whole|, without underflow or overflow.
+    """Return weight |part| / |whole|, |.| the norm over time; nothing overflows.
 
-    It is 0 if `whole` is 0, for a body too stiff or too heavy to move.
+    It is 0 if both motions are 0, for a body too stiff or too heavy to move.
+
+    part, whole : motions over time, m
     """
     if not (part.any() or whole.any()):
         return 0.0
@@ -241,7 +244,11 @@ def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
 
 
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
-    """Return the relative error of a truncated casing's motion under the load."""
+    """Return the relative error, by truncation, of a casing's motion under the load.
+
+    casing, whole : the truncated casing, and the casing with all its harmonics
+    wheel, load : the rotor, for its radius; the load
+    """
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
     if absent or load.lobes > casing.harmonics:  # too many lobes are refused later
         return 0.0
