@@ -210,9 +210,8 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
     """Return the waves of a rank: for k > 0 two, counted from the middle of `lines`.
 
-    lines, rank, k : waves of nodal diameter k, sorted by frequency, backward and
-        forward ones; number from 0; for k = 0 the rank counts from the lowest, one wave
-        each
+    lines : waves of nodal diameter k, sorted by frequency, the backward ones first
+    rank : number of the pair, outward from 0; for k = 0 number of the single wave
     """
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]

@@ -1,4 +1,4 @@
-"""Kinds of designs: which cases and twins follow after a case has ended."""
+"""Kinds of designs: which cases and twins are to be computed after a case has ended."""
 
 from __future__ import annotations
 
@@ -49,7 +49,10 @@ class Grid:
         self._given = np.zeros(len(self._words), dtype=bool)  # cases with a result
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case."""
+        """Return the cases and twins to be computed because `case` has ended.
+
+        end : how it has ended
+        """
         if not len(self._words):
             return Followers(twinned=[case] if self.twins and end.is_ok else ())
         self._words[case], self._given[case] = end.word, end.is_ok
@@ -122,7 +125,7 @@ def cases_before(settings: Settings) -> list[int]:
 
 
 class Refined:
-    """Design of a refined campaign: coarse cases, and cases that words then require.
+    """Design of a refined campaign: coarse cases, and those that their words require.
 
     Parameters
     ----------
@@ -143,7 +146,10 @@ class Refined:
         self._twinned = 0  # number of the growth's twinned cases already returned
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case."""
+        """Return the cases and twins to be computed because `case` has ended.
+
+        end : how it has ended
+        """
         word = self.family.rule.word_of(end._asdict()) if end.is_ok else None
         fresh = self.growth.learn(self.family.address(case), word)
         twinned = self.growth.twinned[self._twinned :]
@@ -154,9 +160,10 @@ class Refined:
         return Followers(cases, with_twins + self._even())
 
     def _even(self) -> list[int]:
-        """Return the sampled even cases that get twins; [] until all cases have ended.
+        """Return the even cases drawn to have twins; [] until all cases have ended.
 
-        See `refinement.growth.Growth.even`.
+        A case is even if all cells around it have one word, see
+        `refinement.growth.Growth`.
         """
         if self.twins.get("of") != "even" or self.growth.left:
             return []
@@ -183,7 +190,10 @@ class Folds(Refined):
         self.waiting = self.chains.waiting
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the next case of the branch, and cases that bisect towards a fold."""
+        """Return the next case of the branch, and cases that bisect towards a fold.
+
+        case, end : the case that has ended, and how
+        """
         following = self.chains.after(case, end).cases
         return Followers([*following, *super().after(case, end).cases])
 
@@ -208,7 +218,7 @@ def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int
 
 
 def along(settings: Settings, swept: Sequence[str]) -> list[str]:
-    """Return the names of the swept inputs that are numbers in every case, the axes."""
+    """Return the names of swept inputs that are numbers and differ between cases."""
     table = Table.of(settings)
     columns = {name: listed(table.column(name, None).values) for name in swept}
     return [

@@ -35,13 +35,13 @@ class Job(NamedTuple):
 
 
 class Completion(NamedTuple):
-    """How a job has ended: its status and the words and numbers of its result.
+    """How a job has ended: its status, and the words and features of its result.
 
     Attributes
     ----------
     status : status of the job's record, such as "ok" or "failed"
     outcome, regime, whirl : words of the result; "none" if there is none
-    features : numbers of its motion, see `refinement.words.features_of`
+    features : numbers that describe its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
     """
 
@@ -65,7 +65,7 @@ class Completion(NamedTuple):
 
 
 def completion_of(record: Mapping[str, Any]) -> Completion:
-    """Return the completion of a job: what its journal record says of how it ended."""
+    """Return how a job has ended, from its record in a journal."""
     row = record.get("row") or {}
     status = str(record["status"])
     outcome, regime, whirl = (
@@ -78,7 +78,7 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Numbering of jobs: ranks receive a number instead of a `Job`.
+    """Numbering of jobs: a rank is sent a whole number instead of a `Job`.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class JobCode(NamedTuple):
         return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
 
     def decode(self, number: int) -> Job:
-        """Return the job with a number, see `encode`."""
+        """Return the job that has a number, the inverse of `encode`."""
         rest, case = divmod(number, self.cases)
         stage, twin = divmod(rest, 1 + self.twins)
         return Job(case, twin, stage)
@@ -104,11 +104,11 @@ Find = Callable[[Job], Completion | None]  # returns None for a job that has not
 
 
 def nothing(_job: Job) -> None:
-    """Return None for any job: its completion is not known."""
+    """Return None: no job has ended yet, the default `find` of `Planner`."""
 
 
 class Stages(NamedTuple):
-    """The stages of an extended campaign.
+    """The stages of an extended campaign: runs of undecided cases to later end times.
 
     Attributes
     ----------
@@ -120,18 +120,22 @@ class Stages(NamedTuple):
     passed: NDArray[np.int8] | None = None
 
     def after(self, case: int, stage: int) -> int | None:
-        """Return the next stage of a case whose regime is open; None after the last."""
+        """Return the stage that follows stage `stage` of a case; None after the last.
+
+        It is called for a case whose regime is still open.
+        """
         skipped = int(self.passed[case]) if self.passed is not None else 0
         following = max(stage, skipped) + 1
         return following if following <= self.last else None
 
 
 class Jobs(NamedTuple):
-    """Several jobs as columns: three arrays with an entry for each job, (jobs,).
+    """Several jobs as columns: three arrays with one entry for each job, (jobs,).
 
     Attributes
     ----------
-    row : row of each job's case, see `Planner.cases`
+    row : number of the row of the planner that holds the job's case, see
+        `Planner.cases`
     twin, stage : see `Job`
     """
 
@@ -168,7 +172,7 @@ class Kind(Protocol):
     grows: bool
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case.
+        """Return the cases and twins to be computed because a case has ended.
 
         Parameters
         ----------
@@ -218,16 +222,16 @@ class Planner:
 
     @property
     def cases(self) -> Sequence[int]:
-        """The case number of each row, in the order in which cases were added."""
+        """The case numbers, one for each row; a case gets its row when it is added."""
         first = range(self.kind.first)
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of rows, one for each case known so far."""
+        """Return the number of cases known so far, which is the number of rows."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
-        """Return the row of a case by its number."""
+        """Return the row (position among the known cases) of a case by its number."""
         return case if case < self.kind.first else self._row[case]
 
     def number(self, row: int) -> int:
@@ -241,14 +245,14 @@ class Planner:
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs left, and those of cases that must wait for other cases."""
+        """Return the jobs left, and the first job of each case that must wait."""
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Whether each case, or one of its twins, has a job left, (rows,)."""
+        """Whether a job of each case, or of one of its twins, is left, (rows,)."""
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
@@ -259,7 +263,7 @@ class Planner:
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether each case itself failed in its last stage, (rows,)."""
+        """Whether each case failed in its last stage, its twins apart, (rows,)."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
@@ -294,9 +298,11 @@ class Planner:
 
     @property
     def _states(self) -> NDArray[np.int8]:
-        """State of each case and its twins, (rows, 1 + twins), writable.
+        """State of the jobs of each case and its twins, (rows, 1 + twins), writable.
 
-        The array is a view: no row may be added while it exists.
+        Column 0 is the case; an entry >= 0 is the stage to be computed, others are
+        constants of this module. The array is a view: no row may be added while it
+        exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 
@@ -311,7 +317,10 @@ class Planner:
                 self.complete(job, end)
 
     def _followers(self, job: Job, end: Completion) -> list[Job]:
-        """Record a completion; return the jobs that follow, even if they have ended."""
+        """Record how a job has ended; return the jobs that follow from it.
+
+        Those that have already ended are returned, too.
+        """
         row = self.row(job.case)
         at = row * (1 + self.twins) + job.twin
         if self.is_plain:

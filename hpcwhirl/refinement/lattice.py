@@ -22,7 +22,7 @@ Cell = tuple[int, Point]  # (level, lower corner)
 
 @dataclass(frozen=True)
 class Side:
-    """One refined input: coarse values, and how often each interval may be bisected.
+    """One refined input: m coarse values, and how often each interval may be bisected.
 
     Attributes
     ----------
@@ -50,9 +50,9 @@ class Side:
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return s, where 2^s is the size of a level's cell along this input.
+        """Return s, where 2^s is the size of a cell of some level along this input.
 
-        unit : lower place of an interval of size 1 within the cell
+        level, unit : level of bisection; lower place of a smallest interval in the cell
         """
         return self.depth - min(level, self.depths[unit >> self.depth])
 
@@ -71,11 +71,14 @@ class Side:
         return int(exact) if self.whole else float(exact)
 
     def position(self, place: int) -> float:
-        """Return a place in units of coarse intervals, such as 3.25; always exact."""
+        """Return a place in units of coarse intervals from the first value.
+
+        The number, such as 3.25, is always exact.
+        """
         return place / (1 << self.depth)
 
     def place(self, position: float) -> int:
-        """Return the place at a position, in units of coarse intervals."""
+        """Return the place at a position, the inverse of `position`."""
         return int(position * (1 << self.depth))
 
 
@@ -103,7 +106,7 @@ class Lattice:
         return max(side.depth for side in self.sides)
 
     def level(self, point: Point) -> int:
-        """Return the level at which a point appears; 0: coarse."""
+        """Return the level of bisection at which a point appears; 0: coarse."""
         both = zip(self.sides, point, strict=True)
         return max(side.level(place) for side, place in both)
 
@@ -126,9 +129,9 @@ class Lattice:
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
     def at(self, level: int, unit: Point) -> Cell:
-        """Return the cell of a level that contains a smallest cell, of size 1.
+        """Return the cell of a level that contains a given smallest cell, of size 1.
 
-        unit : lower corner of the cell of size 1
+        level, unit : level of bisection; lower corner of the smallest cell
         """
         low = []
         for side, x in zip(self.sides, unit, strict=True):
@@ -154,7 +157,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return into how many cells `levels` more levels can divide a cell."""
+        """Return the number of cells into which `levels` bisections divide a cell."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):
@@ -162,7 +165,7 @@ class Lattice:
         return 1 << bits
 
     def touching(self, level: int, point: Point) -> set[Cell]:
-        """Return the cells of a level whose closed boxes contain a point."""
+        """Return the cells of a level that contain a point, also on their sides."""
         near = [
             [x for x in (place - 1, place) if 0 <= x < side.last]
             for side, place in zip(self.sides, point, strict=True)

@@ -55,11 +55,11 @@ class Rule:
     budget: tuple[float, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """Return the rule as data for JSON."""
+        """Return the rule as data for JSON, as the plan stores it."""
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word of an ended case, for comparison; None if it has no word.
+        """Return the word by which an ended case is compared; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
@@ -92,13 +92,14 @@ class Family:
     Parameters
     ----------
     rule : rule of the campaign
-    rows : settings of the coarse cases; each panel has all combinations of the values
+    rows : {input: value} of each coarse case; each panel has all combinations of the
+        values of the refined inputs
     whole : names of inputs that take whole numbers only
 
     Attributes
     ----------
     lattice : places of the refined inputs, the same in each panel
-    panels : settings that the cases of each panel share
+    panels : {input: value} that all cases of a panel have in common, for each panel
     coarse : addresses of the coarse cases
     """
 
@@ -176,7 +177,7 @@ class Family:
 
     @property
     def span(self) -> int:
-        """Upper bound of the numbers of cases, exclusive."""
+        """Upper bound, exclusive, of the numbers by which cases are identified."""
         fidelities = 2 if self.rule.confirm else 1
         return len(self.rows) + fidelities * len(self.panels) * prod(self._lengths)
 
@@ -244,7 +245,7 @@ class Branches:
     Parameters
     ----------
     lattice : lattice of the one input that varies along branches
-    places : coarse places of each branch, in the order in which they follow one another
+    places : places (see `lattice`) of the coarse cases of each branch, in their order
 
     Attributes
     ----------
@@ -260,12 +261,20 @@ class Branches:
         ]
 
     def history(self, branch: int, place: int) -> str:
-        """Return the input `history` of the case at a place of a branch."""
+        """Return the input `history` of a case: the values of the cases before it.
+
+        branch, place : number of the branch; place of the case, see `lattice`
+        """
         values = [self.side.value(before) for before in self.before(branch, place)]
         return history_of(self.side.name, values)
 
     def before(self, branch: int, place: int) -> list[int]:
-        """Return the places of the cases that precede a place on its branch."""
+        """Return the places of the cases whose motions lead to the case at a place.
+
+        They are in order, the first case of the branch first.
+
+        branch, place : number of the branch; place of the case, see `lattice`
+        """
         line = self.places[branch]
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]
