@@ -28,12 +28,14 @@ MOTIONS = f"motion by {CODE}"
 
 
 def end_name(digest: str) -> str:
-    """Return the name under which the last motion of a case is stored."""
+    """Return the name under which `States` stores the last motion of a case."""
     return f"{digest}-end"
 
 
 class Checkpoints:
     """The saved states of unfinished cases in a campaign's directory.
+
+    In all methods `digest` is the digest of the case.
 
     Parameters
     ----------
@@ -83,8 +85,8 @@ class Checkpoints:
     def _arrays(self, digest: str, march: March) -> Arrays | None:
         """Return the arrays of a case's saved state; None if no state is saved.
 
-        The state may be that of one sector or of all; the march is folded or unfolded
-        to match it.
+        The state may be that of one of the sectors that move alike, or of all of them;
+        the march is changed to integrate as many as the state has.
         """
         try:
             return self.states.read(digest, {FITS: fingerprint(march)})
@@ -109,11 +111,14 @@ class Checkpoints:
             self.keep_state(digest, march, snapshot(march))
 
     def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Save `arrays`, a march's present or earlier state, as the state of a case."""
+        """Save a state of a march as the state of a case.
+
+        arrays : the state, the present one of `march` or an earlier one
+        """
         self._write(digest, {FITS: fingerprint(march)}, arrays)
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Save the last motion of a case; None: no case can continue from it."""
+        """Save the last motion of a case; None: no other case can begin with it."""
         arrays: Arrays = {}
         if motion is not None:
             arrays = {n: np.atleast_1d(part) for n, part in motion._asdict().items()}
@@ -150,7 +155,10 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Copy the state of case `digest` for case `after`, unless it has its own."""
+        """Copy the state of case `digest` for case `after`, which continues it.
+
+        Nothing is copied if case `after` has a saved state already.
+        """
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # the case can start anew
                 if self.states.hand_over(digest, after):  # any rank may have saved it

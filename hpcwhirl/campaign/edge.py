@@ -79,7 +79,10 @@ TRACKING = Tracking()
 
 
 class Moment(NamedTuple):
-    """A state, and the rows of evidence since the state before it, (rows, columns)."""
+    """A state, and the rows of evidence since the previous state, (rows, columns).
+
+    A row holds the numbers at one time from which words are determined, see `tracks`.
+    """
 
     state: Any
     rows: Floats
@@ -87,7 +90,7 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True)
 class Leaving:
-    """A motion that leaves the edge: word; time, s, and orbit radius, m, (n,) each."""
+    """A motion that leaves the edge: its word, and n times, s, and orbit radii, m."""
 
     word: str
     time: Floats
@@ -100,7 +103,7 @@ class Edge:
 
     Attributes
     ----------
-    time : (n,), s, since the start of the pulses
+    time : (n,), s, since the start of the pulses, of n rows of evidence
     centre : (n, 2), m, STATIC frame
     energy : (n,), J, kinetic + strain of both bodies
     pieces : (n,), number of the piece to which a row belongs; between pieces the states
@@ -209,7 +212,7 @@ class Continued:
         return Leaving(word, start * self.step + later.judged.time, radius)
 
     def _put(self, moment: Moment) -> int:
-        """Set the march to a state; return its step."""
+        """Set the march to a state; return the number of its time step."""
         put_between(self.march, moment.state, moment.state, 0.0)
         return self.march.steps
 
@@ -334,7 +337,10 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
 
 
 def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
-    """Return a followed edge with its numbers, and with the motions that leave it."""
+    """Return the edge that was followed, its numbers, and the motions that leave it.
+
+    motions, found : motions of the scene; result of `analysis.edge_tracking`
+    """
     scene, beat = motions.march.scene, motions.march.beat
     states = [moment for piece in found.pieces for moment in piece[1:]]
     number = [n for n, piece in enumerate(found.pieces) for m in piece[1:]
@@ -379,7 +385,11 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 
 
 def _share(pieces: list[list[Moment]]) -> float:
-    """Return the share of steps with contact in the last half or more of the motion."""
+    """Return the share of time steps with contact in the later half of an edge motion.
+
+    pieces : successive states of the motion; the states are bisected anew between
+        pieces
+    """
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)
     strides = 0

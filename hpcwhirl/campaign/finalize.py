@@ -145,9 +145,9 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return the outcome of a shard: its failures, and cases of other shards left.
+    """Return the outcome of a shard, and how many cases are left in other shards.
 
-    mine : numbers of the shard's cases
+    mine, planner : numbers of the shard's cases; planner of the jobs left
     """
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
@@ -159,7 +159,7 @@ def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
 
 
 def _as_text(given: str) -> str:
-    """Return a text that UTF-8 can encode; other bytes of a path are escaped."""
+    """Return a text in UTF-8, with bytes of a path that are not UTF-8 escaped."""
     return given.encode("utf-8", "backslashreplace").decode()
 
 
@@ -176,7 +176,7 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return the preset of all cases and its accuracy loss, as facts; {} for none."""
+    """Return the preset of all cases and its accuracy loss, as attributes; {}: none."""
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}
@@ -184,7 +184,7 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 
 
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
-    """Return the root attributes that describe the origin of results."""
+    """Return the root attributes of results.h5 that describe the origin of results."""
     hosts = sorted(set(comm.allgather(socket.gethostname())))
     now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {

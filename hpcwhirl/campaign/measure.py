@@ -97,8 +97,9 @@ class Measure:
 def _guarded() -> Iterator[None]:
     """Protect this process and its working directory while a user's function runs.
 
-    `os._exit` raises in this process and thread, a forked child that returns is ended,
-    and the working directory and NumPy's error settings are restored.
+    In the block `os._exit` raises in this process and thread. A forked child that
+    leaves the block is ended; the working directory and NumPy's error settings are
+    restored.
     """
     process, thread, leave = os.getpid(), threading.get_ident(), os._exit
     place = os.open(".", os.O_PATH)
@@ -160,9 +161,9 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
 
 
 def _told(name: Any, given: Any) -> tuple[str, str]:
-    """Check a variable's name, unit and meaning; return unit and meaning.
+    """Check a variable that a user's function returns; return its unit and meaning.
 
-    given : unit, or (unit, meaning)
+    name, given : its name; its unit, or (unit, meaning)
     """
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"

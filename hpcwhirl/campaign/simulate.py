@@ -172,7 +172,7 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return a new march to the end time `ends[number]`."""
+        """Return a new march to the case's end time with the given number."""
         if number == 0:
             return March(self.case, self.start)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
@@ -194,7 +194,7 @@ class Course:
     def set_out(self, steps: int, total: int) -> None:
         """Begin the march, among those of the case, to which a saved state belongs.
 
-        steps, total : step of the state, and number of steps of its march
+        steps, total : time step of the state; number of steps of the march it is from
         """
         marches = [self._march(number) for number in range(len(self.ends))]
         same = [n for n, march in enumerate(marches) if march.total == total]
@@ -245,7 +245,7 @@ class Course:
         return Result({**row, "motion": word, **found}, result.traces, performance)
 
     def _go_on(self) -> None:
-        """Begin the next longer march, if possible from the state of the last one."""
+        """Begin the next longer march, from the state of the last one if it fits."""
         self.number += 1
         old, self.march = self.march, self._march(self.number)
         if old.lean.model.folds != self.march.lean.model.folds:
@@ -287,7 +287,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return remarks on a case: its outcome, and motion beyond a film's clearance.
+    """Return remarks on a case: outcome, and motion beyond a squeeze film's clearance.
 
     Parameters
     ----------
@@ -343,7 +343,7 @@ def begun(
     march: Callable[[Case, Motion | None], Ended],
     ends: Checkpoints | None = None,
 ) -> Begin:
-    """Return the case to be integrated, and the motion with which it begins.
+    """Return a case as integrated, and the motion with which it begins, None for none.
 
     Parameters
     ----------

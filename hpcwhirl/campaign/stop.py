@@ -180,7 +180,9 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
 
 
 def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
-    """Pass an unraisable exception on to `hook`, unless it is Stop.
+    """Pass an exception that Python cannot raise on to `hook`, unless it is Stop.
+
+    hook, lost : former `sys.unraisablehook`, and its argument
 
     A tick of the timer during a callback of the compiler cannot raise Stop; the next
     tick will.

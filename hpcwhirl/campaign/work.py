@@ -36,7 +36,7 @@ class Work:
     Attributes
     ----------
     jobs, cases : number of jobs left so far, and of cases with jobs left
-    kinds : one case for each kernel that the cases left may need
+    kinds : for each kernel that the cases left may need, one case that uses it
     suspects : cases to isolate, since they were being computed when two processes died
     mine : numbers of all cases of this run's shard
     run : number of the run
@@ -67,7 +67,10 @@ def work_of(
 def _planned(
     design: Design, directory: Directory, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
-    """Return the work that is left in a directory, and its queue."""
+    """Return the work left in a campaign's directory, and its queue.
+
+    ranks : number of ranks that share the work
+    """
     extended = directory.plan.read().extended
     plan = replace(design.manifest(), extended=extended)
     states, notes, journals = directory.states, directory.notes, directory.journals
@@ -99,7 +102,7 @@ def _planned(
 
 
 def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:
-    """Return the costs of a planner's rows, learned from finished cases."""
+    """Return the costs of a planner's cases, learned from finished cases."""
     costs.learn_all(ended.seconds)
     if not design.grows:
         return costs
@@ -135,7 +138,7 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
 
 
 def _tidy(states: States, ended: Mapping[str, Completion]) -> None:
-    """Remove states of ended cases, except timeouts and cases with an open regime."""
+    """Remove saved states of ended cases, except timeouts and undecided cases."""
     for name in states.names() & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
             states.drop(name)

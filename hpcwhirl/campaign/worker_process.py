@@ -127,7 +127,7 @@ class Child:
     def _ask(self, asked: Any, limit: float, between: Callable[[], None]) -> Any:
         """Return the child's answer: a result, or the exception to raise.
 
-        asked, limit : request to the child; time limit of its case, s
+        asked, limit : request to the child; limit of the computing time of its case, s
         between : called while waiting; may raise Stop
         """
         process = self._process or self._begin()
@@ -155,7 +155,7 @@ class Child:
                 raise stop or late
 
     def _received(self, process: subprocess.Popen[bytes]) -> Any:
-        """Return an answer that has begun to arrive; kill a child that stalls in it."""
+        """Return an answer that has begun to arrive; kill a child that stalls."""
         timer = threading.Timer(GRACE, process.kill)
         timer.start()
         try:
@@ -218,7 +218,7 @@ class Server:
 
 
 def _warmed(scene: Scene) -> str:
-    """Compile the kernels of a scene; return the answer to that request."""
+    """Compile the kernels of a scene; return the text that answers this request."""
     with suppress(Exception):  # this case will fail
         March(resolve(scene)).warm()
     return "warm"

@@ -185,7 +185,7 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return the ratio of this machine's times to the nominal ones of this module.
+    """Return the ratio of times on this machine to the nominal times in this module.
 
     loaded : time from the start of this process until it began to read its inputs, s
     """
@@ -249,7 +249,9 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 def _beside(runs: Runs, pace: float) -> tuple[float, float]:
     """Return the time per case outside its kernel, and the first case's extra time, s.
 
-    Both are taken from the last run that recorded them; nominal if no run has.
+    Both are those of the last run that recorded them; nominal if no run has.
+
+    runs, pace : files of the campaign's runs; result of `_pace`
     """
     shares = [share for share in runs.shares() if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
@@ -260,12 +262,18 @@ def _beside(runs: Runs, pace: float) -> tuple[float, float]:
 
 
 def _mean(found: Forecast) -> float:
-    """Return the mean kernel time of the coarse cases that are left, s."""
+    """Return the mean kernel time of the coarse cases that are left, s.
+
+    found : forecast of these cases
+    """
     return found.seconds / max(found.computations, 1.0)
 
 
 def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
-    """Return a forecast with the refined cases added."""
+    """Return a forecast of the coarse cases with the refined cases added.
+
+    found, beyond : that forecast; number and cost of the refined cases
+    """
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
     most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
@@ -283,7 +291,7 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return the ratio of each case's longest end time to its first, (cases,)."""
+    """Return each case's longest possible end time divided by its first, (cases,)."""
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))
@@ -332,9 +340,10 @@ def _span(
 ) -> tuple[float, float]:
     """Return the least and largest simulated time of a case's stages from `stage` on.
 
-    Both are relative to the first end time of the case.
+    Both are divided by the first end time of the case. Least: it is decided at the next
+    time at which its word is determined; largest: never.
 
-    extended : s, end times of the extensions
+    extended : end times of the extensions, s
     """
     ends = design.scene(case).end_times
     before = max([ends[-1], *extended[: stage - 1]])
@@ -373,7 +382,10 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of one sample} of each case of `_widest`, by a short run."""
+    """Return {trace: shape of one sample} of some cases, each by a short run.
+
+    The cases are those with the largest samples, see `_widest`.
+    """
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)
@@ -388,7 +400,9 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return cases with most blades, harmonics or rods for each `output.traces`.
+    """Return the cases with the largest samples, for each value of `output.traces`.
+
+    They have the most blades, harmonics or rods of a wearing layer.
 
     detail : (cases,), value of `output.traces`
     """

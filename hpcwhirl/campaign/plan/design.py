@@ -134,7 +134,7 @@ class Design:
 
     @cached_property
     def columns(self) -> Many:
-        """The cases as columns of their inputs."""
+        """The inputs of all cases, as columns."""
         return Many(self.base, self.settings)
 
     @classmethod
@@ -209,7 +209,7 @@ class Design:
 
     @property
     def code(self) -> JobCode:
-        """The numbering of jobs, by which they are sent to ranks."""
+        """The numbering of jobs: ranks are sent these numbers."""
         cases = self.family.span if self.grows else len(self.settings)
         return JobCode(cases, self.twins.count if self.twins else 0)
 
@@ -298,7 +298,7 @@ class Design:
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean kernel time of a coarse case at fidelity 0 and at 1, s.
 
-        Both are the same if `rule` has no confirming preset.
+        Both are the same if `rule` has no preset that confirms boundaries.
         """
         refined = replace(self, rule=rule)
 
@@ -414,7 +414,10 @@ def design_of(
 
 
 def _anchored(rows: Table, folder: Path | str) -> Table:
-    """Return settings in which relative paths of engine files start at `folder`."""
+    """Return the cases with relative paths of engine files starting at a folder.
+
+    rows, folder : {input: value} of each case; folder of the campaign's file
+    """
     if FILE not in rows.names:
         return rows
     return rows.mapped(
@@ -423,7 +426,11 @@ def _anchored(rows: Table, folder: Path | str) -> Table:
 
 
 def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse twins equal to their case, and `of = "boundary"` without neighbours."""
+    """Refuse twins equal to their case, and `of = "boundary"` without neighbours.
+
+    twins, base, rows : table [twins]; scene with inputs not swept; inputs that cases
+        set
+    """
     check_spread(twins, base, rows)
     if twins.of != "boundary":
         return

@@ -55,7 +55,7 @@ class Sample(SampleTable):
 
     @property
     def each(self) -> int:
-        """Number of cases at each point of the sweep."""
+        """Number of cases (draws, and the tuned engine) at each point of the sweep."""
         width = len(self.laws) + 2 if self.method == SALTELLI else 1
         return self.tuned + self.count * width
 
@@ -85,7 +85,10 @@ class Sample(SampleTable):
         return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
-        """Return the draws as points in the unit cube, (count, size)."""
+        """Return the draws as points in the unit cube, (count, size).
+
+        size : number of numbers in a draw
+        """
         from scipy.stats import qmc
 
         if self.method == "random":
@@ -146,7 +149,7 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
-    """Refuse inputs that would choose other modes or time step for the tuned engine."""
+    """Refuse inputs that would give the tuned engine other modes or another step."""
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
@@ -205,7 +208,7 @@ def identity(scene: Scene, content: str) -> str:
 
 
 def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
-    """Return a number drawn uniformly from -1 .. 1 for one input of one twin.
+    """Return the number, -1 .. 1, that perturbs one input of one twin; uniformly drawn.
 
     Parameters
     ----------
@@ -242,7 +245,7 @@ def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
 
     Parameters
     ----------
-    rows : {dotted input: value} that each case sets
+    base, rows : scene with inputs not swept; {dotted input: value} that each case sets
     """
     values = flatten(base)
     for name in twins.spread:
