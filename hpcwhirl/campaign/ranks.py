@@ -248,7 +248,7 @@ class _Worker:
             self.look()
 
     def tell(self, word: str) -> None:
-        """Send rank 0 a word, the units finished since, and whether a stop is requested.
+        """Send rank 0 a word, the finished units, and whether a stop is requested.
 
         word : what this worker wants, such as further units
         """

@@ -51,7 +51,7 @@ class Running(AbstractContextManager["Running"]):
             self._file = open_regular(self._path, "w+b", 0)
 
     def begin(self, digests: Iterable[str]) -> None:
-        """Write a note on the cases that are computed from now on.
+        """Write a note on the cases, given by digests, that are computed from now on.
 
         The note is not synced: it must survive the process, not the machine.
         """
@@ -132,7 +132,7 @@ class Notes:
         self.folder, self.place = folder, folder / "running"
 
     def _whole(self) -> list[tuple[Path, Note]]:
-        """Return (file, note) for each complete note; others are skipped."""
+        """Return (path, content) of each complete heartbeat file; skip others."""
         try:
             paths = listed(self.place, ".log")
         except MissingFileError:
@@ -140,7 +140,7 @@ class Notes:
         return [(path, note) for path in paths if (note := _note(path)) is not None]
 
     def all(self) -> list[Note]:
-        """Return all complete notes, of living and of dead processes."""
+        """Return the contents of all complete files, also of dead processes."""
         return [note for _, note in self._whole()]
 
     def crashes(self) -> Counter[str]:
@@ -148,7 +148,7 @@ class Notes:
         return Counter(digest for note in self.all() for digest in note.digests)
 
     def sweep(self, older: float) -> None:
-        """Remove incomplete notes of dead processes.
+        """Remove incomplete heartbeat files of dead processes.
 
         Such notes name no case, so `forget` would never remove them.
 
@@ -162,7 +162,10 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove notes whose cases have all ended, but none of a living process."""
+        """Remove files whose cases have all ended, but none of a living process.
+
+        finished : digests of ended cases
+        """
         ended = set(finished)
         here = socket.gethostname()
         for path, note in self._whole():
@@ -220,7 +223,7 @@ def is_alive(pid: int, ticks: int | None = None) -> bool:
 
 
 def _state(pid: int) -> list[str] | None:
-    """Return the fields of /proc/PID/stat after the command's name, see proc(5)."""
+    """Return the fields of /proc/PID/stat after the command's name; None: no file."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -61,7 +61,7 @@ class Journals:
         return listed(self.blocks, ".bin")
 
     def rows(self) -> Iterator[Rows]:
-        """Yield all records in batches, the oldest first.
+        """Yield all records of all journals in batches, the oldest first.
 
         Raises
         ------
@@ -213,7 +213,7 @@ class Journal(AbstractContextManager["Journal"]):
         self.keep_due()
 
     def keep_due(self) -> None:
-        """Write the waiting cases if a group is due; else return at once.
+        """Write the waiting cases to disk if a group is due; else return at once.
 
         Raises
         ------
@@ -248,7 +248,10 @@ class Journal(AbstractContextManager["Journal"]):
             self._begin_group()
 
     def _keep(self, group: list[tuple[bytes, bytes]]) -> None:
-        """Write a group of cases, all or none: traces first, then the records."""
+        """Write a group of cases, all or none: traces first, then the records.
+
+        group : (bytes of the record, bytes of the traces) of each case
+        """
         self._keep_names()
         records = self._head + b"".join(slots for slots, _ in group)
         offset = self._blocks.seek(0, os.SEEK_END)
@@ -280,7 +283,10 @@ class Journal(AbstractContextManager["Journal"]):
 
 
 def _write(file: FileIO, parts: Iterable[bytes]) -> None:
-    """Append bytes to a file, part by part, and sync it; if that fails, append none."""
+    """Append bytes to a file and sync it; if that fails, restore its former size.
+
+    parts : the bytes, in pieces
+    """
     with telling(str(file.name)):
         offset = file.seek(0, os.SEEK_END)
         try:

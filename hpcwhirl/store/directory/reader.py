@@ -73,7 +73,7 @@ class Rows:
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return the records at the positions `which`, all different."""
+        """Return the records with the indices `which`, all different."""
         if np.array_equal(which, np.arange(len(self))):
             return self
         texts = self.texts
@@ -86,7 +86,7 @@ class Rows:
 
     @cached_property
     def others(self) -> dict[str, dict[int, Any]]:
-        """Values in the texts of records, {`TABLE.NAME`: {index of the record: value}}.
+        """Values in texts of records: {`TABLE.NAME`: {index of the record: value}}.
 
         These are the values for which the journal's layout has no binary field.
         """
@@ -100,7 +100,7 @@ class Rows:
         return out
 
     def has(self, name: str) -> Bools:
-        """Return which records have a value in a field, (records,)."""
+        """Return which records have a value in the field `name`, (records,)."""
         place = self.header.layout.place.get(name)
         if place is None:
             return np.zeros(len(self), dtype=bool)
@@ -148,7 +148,7 @@ class Rows:
 
 
 def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
-    """Yield the records of a journal in batches.
+    """Yield the complete records of a journal in batches.
 
     sizes : {file of traces: bytes}, a cache that this function fills
 
@@ -241,9 +241,11 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
 
 
 def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
-    """Return the slots that begin at ascending places of some bytes, (slots,).
+    """Return the slots that begin at given bytes, (slots,), as a structured array.
 
-    Without damage nothing lies between them, and they are not copied.
+    If the slots lie one after the other, they are not copied.
+
+    starts, data, layout : ascending positions in `data`, bytes of a journal; its layout
     """
     if not len(starts):
         return np.zeros(0, layout.dtype)
@@ -254,7 +256,10 @@ def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return where undamaged slots start in some bytes, and the bytes consumed."""
+    """Return where undamaged slots begin in bytes of a journal, and the bytes consumed.
+
+    header : header of the journal
+    """
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
         count = min((len(data) - place) // size, run)
@@ -279,7 +284,10 @@ def _are_whole(header: Header, data: memoryview) -> Bools:
 
 
 def _text(slots: Array, layout: Layout) -> Record | None:
-    """Return a record's entries from the text in its slots; None if damaged."""
+    """Return the entries that a record has as text; None if damaged.
+
+    slots : slot of the record, then those of its text
+    """
     first, more = slots[0], slots[1:]
     whole = (more["after"] == first["crc"]).all()
     if not whole or (more["text"] != -1 - np.arange(len(more))).any():
@@ -299,7 +307,7 @@ def _json(text: bytes) -> Record | None:
 
 
 def _have_words(slots: Array, layout: Layout) -> Bools:
-    """Return which slots have only known words in their fields, (slots,)."""
+    """Return which slots have only word codes that the layout knows, (slots,)."""
     good = np.ones(len(slots), dtype=bool)
     for name, words in layout.words.items():
         good &= slots[name] < max(len(words), 1)

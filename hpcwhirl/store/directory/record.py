@@ -52,7 +52,7 @@ TYPE = "<f8"
 
 
 class Layout:
-    """Fields of the records of a journal, in their order.
+    """Fields of the records of a journal in order, and how a slot stores them.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Layout:
         return self.size - FRAME.itemsize
 
     def slots_of(self, text: int) -> int:
-        """Return the number of slots that a text of `text` bytes takes."""
+        """Return the number of slots for a text of `text` bytes."""
         return -(-text // self.room)
 
     def encode(self, record: Record, tag: bytes) -> bytes:
@@ -122,7 +122,7 @@ class Layout:
         return first + b"".join(more)
 
     def decode(self, slot: bytes, text: Record) -> Record:
-        """Return a record from its slot and `text`, the entries without a field."""
+        """Return a record from its slot and `text`, its entries without a field."""
         bits, *values = self._body.unpack_from(slot, FRAME.itemsize)
         has, record = int.from_bytes(bits, "little"), Record(message="")
         for place, (table, name, _, _) in enumerate(self.fields):
@@ -152,7 +152,7 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record from its slot and text, with the name of its trace file."""
+        """Return a record from its slot and text, and name its trace file in it."""
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces
@@ -221,7 +221,10 @@ def fields_of(measured: Iterable[str] = ()) -> list[Field]:
 
 
 def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
-    """Return the fields (table, name, kind, words) of a table of a record."""
+    """Return the fields (table, name, kind, words) of one table of a record.
+
+    table, quantities : name of the table; {name: quantity} of its entries
+    """
     kinds = {"enum": "word", "S16": "word", "S64": "text"}
     words = {**ENUMS, "scheme": tuple(SCHEMES)}
     return [(table, name, kinds.get(quantity.kind, quantity.kind), words.get(name, ()))
@@ -239,7 +242,10 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return as JSON the entries of a record that have no binary field; b"": none."""
+    """Return the JSON of a record's entries without a binary field; b"": none.
+
+    left : these entries; an empty message is removed
+    """
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""
@@ -276,12 +282,14 @@ def _text(value: bytes) -> str:
 
 
 class _Kind(NamedTuple):
-    """How values of a field are stored.
+    """How the values of a field of a record are stored.
 
     Attributes
     ----------
-    dtype, code, empty : dtype, code for `struct`, and value of a record without one
-    write, read : functions to and from the stored value; `write` raises if it cannot
+    dtype, code : NumPy's dtype, and the code of `struct`
+    empty : what is stored for a record without a value
+    write, read : functions from a value to the stored one, and back; `write` raises
+        for a value that cannot be stored
     """
 
     dtype: str
@@ -308,7 +316,7 @@ def _kind(name: str, words: Sequence[str]) -> _Kind:
 
 
 def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
-    """Return (header, data) of arrays: their size, CRC-32 and shapes; their bytes.
+    """Return (header, data) of arrays: size, CRC-32 and shapes, and their bytes.
 
     Parameters
     ----------

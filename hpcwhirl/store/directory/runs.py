@@ -93,7 +93,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise if a value is not of type `kind`, or is a number not finite or too big."""
+    """Raise if a value of a run's file has not the type `kind`, or is not finite."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         raise TypeError(f"{value!r:.40} is no {kind.__name__}")

@@ -115,7 +115,10 @@ class States:
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
-    """Return the arrays of a state; raise if it is damaged or `belongs` differs."""
+    """Return {name: array} of a state; raise if it is damaged or `belongs` differs.
+
+    head, data : parsed first line of the state's file, None if damaged; the rest
+    """
     if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         raise ValueError("it is damaged")
     for name, value in belongs.items():

@@ -45,14 +45,14 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """The file of a matrix, for errors that name the file and the matrix."""
+    """The file of a matrix; its methods return errors that name file and matrix."""
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file, followed by `told` ("has no ...")."""
+        """Return an error whose text is the file's name and `told` ("has no ...")."""
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that matrix `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error "FILE (`name`) must `allowed`, got `got`" for a matrix."""
         return self.refusal(f"({name}) must {allowed}, got {got}")
 
 
@@ -154,7 +154,10 @@ def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
 def _read_entries(
     source: _Source, name: str, entries: int, size: int
 ) -> sparse.csr_array:
-    """Return the matrix of a MatrixMarket file with `entries` in `size` bytes."""
+    """Return the matrix of a MatrixMarket file; refuse impossible or too many entries.
+
+    entries, size : number of entries by the file's header; size of the file, bytes
+    """
     from scipy.io import mmread
 
     _check_entries(source, name, entries, size // SHORTEST)
@@ -193,7 +196,10 @@ def _numpy(source: _Source, name: str, _size: int) -> sparse.csr_array:
 
 
 def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
-    """Return (shape, dtype) from the header of a .npz array; refuse one cut short."""
+    """Return (shape, dtype) from the header of an array in a .npz file.
+
+    An array that is cut short is refused.
+    """
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -243,7 +249,7 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of an array of the matrix before it is read.
+    """Check dimensions, type and size of one array of a sparse matrix before it is read.
 
     kind, kinds : dtype of the array; letters of the kinds of dtype allowed
     """
