@@ -249,7 +249,7 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of one array of a sparse matrix before it is read.
+    """Check dimensions, type and size of an array of a sparse matrix before reading.
 
     kind, kinds : dtype of the array; letters of the kinds of dtype allowed
     """

@@ -74,7 +74,7 @@ def opened(path: Path) -> h5py.File:
 
 
 def attribute(value: Any) -> Any:
-    """Return an attribute's value; bytes that are not UTF-8 are escaped in texts."""
+    """Return an attribute's value, with bytes of a text that are not UTF-8 escaped."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
@@ -109,7 +109,7 @@ def coded_in(file: h5py.Group, name: str, cases: slice = slice(None)) -> Coded:
 
 
 class Results:
-    """A results file: `results[name]` is a column, read on access.
+    """A results file: `results[name]` is a variable, (cases,), read on access.
 
     The file is opened once, so that rows and traces belong together.
 
@@ -178,7 +178,7 @@ class Results:
 
     @cached_property
     def rows(self) -> Rows:
-        """Rows of all cases: {name: value} of numbers, words and status."""
+        """Sequence of {name: value} of each case: its numbers, words and status."""
         over = {name for name in OVER_SPEED if name in self}
         return Rows({name: self[name] for name in (*ROW, *STATUS, *over)})
 
@@ -200,7 +200,7 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return groups of finished cases that differ in speed alone, sorted by it."""
+        """Return groups of finished cases that differ in speed only, by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -208,11 +208,11 @@ class Results:
         return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
 
     def like(self, case: int) -> list[int]:
-        """Return the group of `slices` that contains a case, sorted by speed."""
+        """Return the finished cases that differ from a case in speed only, by speed."""
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return a case's swept inputs as text; `speed` and `history` are left out.
+        """Return a case's swept inputs as text, without `speed` and `history`.
 
         Parameters
         ----------
@@ -277,7 +277,7 @@ class Results:
 
 
 class Rows(Sequence[Row]):
-    """Sequence of rows, each made on access from columns {name: (cases,)}."""
+    """Sequence of {name: value} of each case, made on access from {name: (cases,)}."""
 
     def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
         self.columns = columns
@@ -298,7 +298,10 @@ class Rows(Sequence[Row]):
 
 
 def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
-    """Yield groups of consecutive cases that span at most `most` cases."""
+    """Yield groups of cases that lie close together, each among `most` successive ones.
+
+    cases : numbers of cases, ascending
+    """
     block: list[int] = []
     for case in cases:
         if block and (case - block[0] >= most or case - block[-1] > 2):

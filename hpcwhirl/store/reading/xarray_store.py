@@ -59,7 +59,10 @@ class ResultsStore(AbstractDataStore):
         return found
 
     def _variable(self, place: str) -> Variable:
-        """Return a variable with its axes' names and its attributes."""
+        """Return a variable with its axes' names and its attributes.
+
+        place : its path in the file
+        """
         column = _Column(self, place)
         data = column.data
         axes = data.attrs.get("DIMENSION_LIST")
@@ -110,7 +113,7 @@ def _datasets(group: h5py.Group) -> Iterator[str]:
 
 
 def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
-    """Return the path in the file of the variable that a reference points to."""
+    """Return the path in the file of an axis, given by an HDF5 reference to it."""
     return str(h5py.h5r.get_name(axis, file.id), "utf-8")
 
 

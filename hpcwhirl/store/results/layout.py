@@ -66,7 +66,7 @@ def swept_extra(plan: Manifest) -> dict[str, str]:
 
 
 def stored(value: float | str | list[float]) -> float | bytes:
-    """Return a swept value as it is stored: words and lists as bytes of text."""
+    """Return a value of a swept input as stored: words and lists as text in bytes."""
     if isinstance(value, list):
         value = json.dumps(value)
     return value.encode() if isinstance(value, str) else value
@@ -218,7 +218,10 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
-    """Return HDF5's options for chunks, each with data of one case, and compression."""
+    """Return h5py's options for chunks and gzip; each chunk has data of one case.
+
+    shape, compress : shape of one case's trace; gzip level, 0: no chunks
+    """
     if not compress or not all(shape):
         return {}
     samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))

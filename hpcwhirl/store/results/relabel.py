@@ -38,7 +38,9 @@ def relabel(
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
 ) -> Counter[tuple[Word, Word]]:
-    """Determine the words of finished cases; return {(old, new): number of cases}.
+    """Determine the words of finished cases anew; return {(old, new): number of cases}.
+
+    `old` and `new` are a case's word before and after.
 
     Parameters
     ----------
@@ -140,5 +142,5 @@ def _rename_some(
 
 
 def _variables(file: h5py.Group) -> tuple[str, ...]:
-    """Return the names of the variables of a file whose values are words."""
+    """Return the names of the variables that `relabel` writes: those with words."""
     return (*WORDS, MOTION) if MOTION in file else WORDS

@@ -1,4 +1,4 @@
-"""Drawn inputs in a plan and its results: draw and point of the sweep of each case."""
+"""Inputs drawn by [sample] in plans and results: each case's draw and sweep point."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EACH = "each"  # number of draws at a point: key of the root attribute, not of [
 
 
 def drawn_axis(plan: Manifest) -> Axis:
-    """Return a plan's draws as an axis of cases, equal at every point of its sweep."""
+    """Return a plan's draws as an axis of cases, the same at each sweep point."""
     return plan.table.blocks[0][-1]
 
 
@@ -38,11 +38,11 @@ def sample_attribute(plan: Manifest) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The drawn inputs of some results, and which draw each case has at which point.
+    """The drawn inputs of some results, and the draw and sweep point of each case.
 
     Attributes
     ----------
-    method : as in [sample]
+    method : how inputs were drawn, as in [sample]
     inputs : names of the drawn inputs' variables
     swept : names of the other swept inputs' variables
     point, draw : (cases,), number of the point of the sweep, and of the draw there
@@ -60,7 +60,7 @@ class Drawn:
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Block of each `saltelli` draw, (cases,).
+        """Number of the `saltelli` block to which each case's draw belongs, (cases,).
 
         0: A, 1: B, 2 + i: A with input i taken from B.
         """
