@@ -82,9 +82,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Columns:
-    """Return the columns with lists shortened: ``#2 [0.1, …`` for the second list.
+    """Return columns with values that are lists shortened, such as ``#2 [0.1, …``.
 
-    ``--at`` accepts this number instead of the list.
+    #2 is the second list of the input; ``--at`` accepts this number instead of the
+    list.
     """
     from hpcwhirl.report.map.axes import short_names
     from hpcwhirl.store.reading.select import swept_of
@@ -104,8 +105,8 @@ def _print_first(
 ) -> None:
     """Print the first `limit` rows (0: all), and the number of further rows.
 
-    A value that is the same in all rows is printed once above the table, except for the
-    columns `named`.
+    A value that is the same in all rows is printed once above the table, except for
+    columns that the user has `named`.
     """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)

@@ -144,7 +144,7 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
     An edge lies between the two pulses of a line's first change of word.
 
-    place : `results.h5`
+    place, at : path of results.h5; texts ``NAME=V`` that select cases
     """
     import numpy as np
 
@@ -211,7 +211,10 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 def in_shown(name: str) -> tuple[str, float]:
-    """Return (unit in which an edge's number is printed, factor from SI to it)."""
+    """Return (unit in which a number of an edge is printed, factor from SI to it).
+
+    name : name of the number
+    """
     from hpcwhirl.scene.units import shown_in
     from hpcwhirl.store.reading.select import UNITS as INPUTS
 

@@ -149,7 +149,7 @@ def _extrapolated(design: Design) -> str:
 
 
 def _more(cost: Forecast, design: Design) -> str:
-    """Return a clause on the cases beyond the coarse level of a refined campaign."""
+    """Return a clause on how many refined cases may follow the coarse ones."""
     most = f"{design.most} cases at most{_twins(design)}"
     if not cost.finished:
         return f"these are the coarse level; their words may require more, {most}"
@@ -174,7 +174,7 @@ def _twins(design: Design) -> str:
 
 
 def _wall(cost: Forecast, ranks: int) -> str:
-    """Return the line on the wall time and its serial part."""
+    """Return the line on the wall time, and on the part that only one rank works on."""
     usual, span = cost.wall(ranks)
     told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())

@@ -216,7 +216,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return the rows of the modal table, as texts for its columns.
+    """Return the rows of the modal table as texts, with modes of a family in one row.
 
     Modes of one family of the rotor that do not move the centre share a row.
 

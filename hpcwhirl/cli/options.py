@@ -82,7 +82,7 @@ def tell_preset(scene: Scene) -> None:
 
 
 def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
-    """Warn on stderr, a line each, of inputs that seem to be in a wrong unit.
+    """Print on stderr one line for each input that seems to be in a wrong unit.
 
     load : whether to warn if the pulse moves the casing by many gaps, too
     """

@@ -180,7 +180,10 @@ def _plain(course: Course) -> Callable[[], None]:
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:
-    """Return a line on the motion's word and exponent, for `output.chaos` > 0."""
+    """Return a line on the word `motion` and the Lyapunov exponent of a case.
+
+    facts : row of the case, integrated with `output.chaos` > 0
+    """
     if "exponent" not in facts:
         return f"motion {facts['motion']}: exponent, period and K were not measured"
     turn = 2 * math.pi / abs(facts["speed"])
@@ -195,7 +198,10 @@ def motion_told(facts: Mapping[str, Any]) -> str:
 
 
 def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
-    """Return lines on the words over speed and time, and critical speeds crossed."""
+    """Return lines on the words of a run-up over speed and time, and critical speeds.
+
+    facts : row of the case
+    """
     from hpcwhirl.analysis.over_speed import spells_of
 
     lines = [

@@ -117,7 +117,7 @@ def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> i
 
 
 def _shown(found: Progress) -> dict[str, str]:
-    """Return {label: text} of a campaign's progress."""
+    """Return {label: text} of all that is shown of a campaign's progress."""
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
     if found.grows:
         out["cases"] += " wanted so far"
@@ -162,7 +162,7 @@ def _counts(found: Mapping[str, int]) -> str:
 
 
 def _ranks(found: Sequence[Computing]) -> str:
-    """Return a text with the cases of the first `MOST_SHOWN` ranks, and their times."""
+    """Return a text: cases that the first `MOST_SHOWN` ranks compute, since when."""
     from hpcwhirl.campaign.progress import duration_text
 
     parts = []

@@ -1,4 +1,4 @@
-"""Findings with remedies from the facts of all ranks, by pure functions."""
+"""Findings of `hpcwhirl doctor`, with remedies, from the facts of all ranks."""
 
 from __future__ import annotations
 
