@@ -152,6 +152,8 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 
     The ratio shows whether a decayed motion, of which products of amplitudes would be
     denormal numbers, is slower.
+
+    repeats : number of timings of each step, of which the median counts
     """
     faint = apply_settings(scene, {"force": FAINT})
     alive, tail = time_steps(
@@ -163,12 +165,11 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     """Return the requests for timings of a scene and its variants.
 
-    Each is timed in flight and in contact.
+    Each is timed in flight and in contact. All schemes are timed on the scene's engine,
+    and the default scheme on the other engines; on that with rotation also the scheme
+    that jumps over free steps.
 
     engines : {name: variant of the scene}
-
-    All schemes are timed on the scene's engine, and the default scheme on the other
-    engines; on that with rotation also the scheme that jumps over free steps.
     """
     schemes = [(scene, scheme, OWN) for scheme in NAMES]
     variants = [
@@ -210,6 +211,7 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
         not compared, since the shares of such steps differ
     `shares` : share of timed steps with contact, with the feature and without
     `touching` : mean number of blades in contact in a step with contact, likewise
+    timings : times of a step, with and without these features
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
@@ -244,7 +246,10 @@ def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
 
 
 def fma_peak(repeats: int) -> float:
-    """Return the measured peak rate of a core, GFLOP/s; a multiply-add counts twice."""
+    """Return the measured peak rate of a core, GFLOP/s; a multiply-add counts twice.
+
+    repeats : number of measurements, of which the fastest counts
+    """
     values = np.linspace(0.0, 1.0, CHAINS)
     multiply_add(1, values, 0.5, 0.5)
     spent = []

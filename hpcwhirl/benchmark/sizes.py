@@ -183,7 +183,10 @@ def requests_of(
 def asked_of(
     scene: Scene, blades: int, sectors: str, motion: str, scheme: str = DEFAULT
 ) -> Asked:
-    """Return the request to time a motion, named as in `Row`, with N `blades`."""
+    """Return the request to time a motion, named as in `Row`, with N `blades`.
+
+    sectors, scheme : `CYCLIC` or `UNEQUAL`; name of the integrator
+    """
     if motion == RUBS:
         rubbing = {"plan": scene.solver.plan}
         scene = apply_settings(named_scene(RUBBING), rubbing)

@@ -220,7 +220,7 @@ def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
 
     Names are those of `NUMBERS`.
 
-    reference : runs of a scene's twins with the settings of the reference
+    reference, gap : runs of a scene's twins with the settings of the reference; m
     """
     out = {}
     for number in NUMBERS:

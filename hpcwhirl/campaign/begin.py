@@ -79,7 +79,10 @@ class Policy(Campaign):
         take_over: bool = False,
         pilot: float | None = None,
     ) -> Self:
-        """Return the options of a run whose wall time counts from now."""
+        """Return the options of a run whose wall time counts from now.
+
+        rules : table [campaign] of the TOML; the other arguments are those of `Policy`
+        """
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
         own["pilot"] = pilot
@@ -112,6 +115,8 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
     """Claim and prepare a campaign's directory on rank 0; return the claim.
 
     stopping : handler of stop requests, which ends waiting for other processes
+
+    prepared : the campaign and its options
 
     Raises
     ------

@@ -101,11 +101,17 @@ class Checkpoints:
             raise
 
     def is_due(self, digest: str, march: March) -> bool:
-        """Return whether the state of a case should be saved now."""
+        """Return whether the state of a case should be saved now.
+
+        march : its integration
+        """
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; if that fails, print why, once, and go on."""
+        """Save the state of a case; if that fails, print why, once, and go on.
+
+        march : its integration, with the present state
+        """
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))

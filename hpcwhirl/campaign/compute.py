@@ -32,7 +32,10 @@ class FailedError(CaseError):
 
 
 def late(march: March, limit: float) -> LateError:
-    """Return the error of a case that has exceeded its computing time, `limit`, s."""
+    """Return the error of a case that has exceeded its computing time, `limit`, s.
+
+    march : integration of the case
+    """
     share = march.steps / march.total
     return LateError(
         f"more than {limit:g} s of computing, {share:.1%} of the case done: a greater "

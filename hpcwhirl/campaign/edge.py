@@ -369,7 +369,8 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
 def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
     """Return {name: value} of numbers that describe an orbit in the static frame.
 
-    time, centre, speed : (n,), s; (n, 2), m, static frame; rad/s
+    time, centre : n times, (n,), s, and the centre then, (n, 2), m, static frame
+    speed : Omega, rad/s
     """
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])

@@ -260,7 +260,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Print a problem with a case, if among the first `MOST_TOLD` of this rank."""
+        """Print a text on a problem, one of the first `MOST_TOLD` of this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)
@@ -282,6 +282,9 @@ class Evaluator:
 
 
 def told(computed: Computation, case: str) -> str:
-    """Return the name of a computation in messages: its case and its twin."""
+    """Return the name of a computation in messages: its case and its twin.
+
+    computed, case : what a job requires; name of its case
+    """
     twin = computed.facts.get("twin")
     return f"twin {twin} of {case}" if twin else case

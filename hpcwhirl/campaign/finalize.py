@@ -79,6 +79,8 @@ def conclude(
 
     If gathering fails, that is an early stop. Only the last shard to be complete
     gathers; the others count only the failures among their own cases.
+
+    work, asking : what this run had to compute; options of the claim on results
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -115,7 +117,10 @@ def conclude(
 def _gathered(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> bool:
-    """Gather the results again if they are out of date; return whether it did so."""
+    """Gather the results again if they are out of date; return whether it did so.
+
+    work, asking : what this run had to compute; options of the claim on results
+    """
     fresh = work.jobs > 0
     if comm.rank == 0:
         fresh = fresh or not is_current(directory, threshold_facts())

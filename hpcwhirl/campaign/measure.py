@@ -82,7 +82,10 @@ class Measure:
             return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:
-        """Return {variable: number}; raise if these are not the declared variables."""
+        """Return {variable: number}; raise if these are not the declared variables.
+
+        given : what the user's function has returned
+        """
         if not isinstance(given, Mapping):
             msg = f"measure must return {{name: number}}, got {shown(given)}"
             raise InputError(msg)
@@ -138,6 +141,8 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
     """Check a user's function given in Python; return a `Measure`, None without one.
+
+    function, variables, version : as of `hpcwhirl.campaign`
 
     Raises
     ------

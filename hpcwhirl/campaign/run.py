@@ -105,6 +105,8 @@ def _computed(
     """Compute the jobs left in a campaign on all ranks.
 
     Return (work, whether all ended, whether it stopped after `max_fails` failures).
+
+    node, policy : ranks of this machine; options of the run
     """
     work, queue = work_of(design, directory, policy, comm)
     names = design.measure.variables if design.measure else ()
@@ -147,7 +149,10 @@ def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return the first progress line: numbers of cases, ended and isolated ones."""
+    """Return the first progress line: numbers of cases, ended and isolated ones.
+
+    work, shard : work of this run; its part of the cases, None: all
+    """
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
         so_far = " so far, and further ones that their words require"

@@ -64,7 +64,8 @@ class Result:
     Attributes
     ----------
     row : numbers of the motion, the same bits on every computation
-    traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
+    traces : {name: array} of n samples; N blades, n_c contact points per tip, H
+        harmonics, P stress points: `time` (n,), s; `centre` (n, 2), m, STATIC frame;
         `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
         `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
         (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
@@ -207,6 +208,7 @@ class Course:
     ) -> Result:
         """Integrate until the regime is decided or the longest end time is reached.
 
+        between_slices : function called about every 10 ms; may raise to end the case
         measure : whether chaos is measured afterwards, if `output.chaos` > 0
         """
         with one_thread():
@@ -256,7 +258,10 @@ class Course:
 
 
 def result_of(case: Case, history: History) -> Result:
-    """Return the result of an integrated case: evidence, words, row and traces."""
+    """Return the result of an integrated case: evidence, words, row and traces.
+
+    history : what was recorded while it was integrated
+    """
     scene = case.scene
     found = evidence(scene, history) | {"stop": history.stop}
     outcome, regime, whirl = name_regime(found, USUAL)
@@ -332,7 +337,7 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
     """Return the last motion of a case, None if no case can continue from it.
 
-    row : result of the case, see `campaign.simulate.Result`
+    row, march : numbers and words of the case, see `Result`; its integration
     """
     lost = row["outcome"] != "completed" or row["regime"] == "divergent"
     return None if lost else march.motion()

@@ -78,7 +78,10 @@ class Stopping:
         self._pilot_ends = time.monotonic() + seconds
 
     def ask(self, reason: str) -> None:
-        """Request a stop of this process, and so of the campaign."""
+        """Request a stop of this process, and so of the campaign.
+
+        reason : text for the user
+        """
         self.reason = self.reason or reason
 
     def __call__(self) -> bool:

@@ -57,7 +57,10 @@ class Work:
 def work_of(
     design: Design, directory: Directory, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
-    """Return the work of all ranks, and the queue of rank 0, empty on other ranks."""
+    """Return the work of all ranks, and the queue of rank 0, empty on other ranks.
+
+    policy : options of this run
+    """
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
         work, queue = _planned(design, directory, policy, comm.size)
@@ -69,7 +72,7 @@ def _planned(
 ) -> tuple[Work, WorkQueue]:
     """Return the work left in a campaign's directory, and its queue.
 
-    ranks : number of ranks that share the work
+    policy, ranks : options of this run; number of ranks that share the work
     """
     extended = directory.plan.read().extended
     plan = replace(design.manifest(), extended=extended)
@@ -102,7 +105,10 @@ def _planned(
 
 
 def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:
-    """Return the costs of a planner's cases, learned from finished cases."""
+    """Return the costs of a planner's cases, learned from finished cases.
+
+    costs, ended : costs of the coarse cases; completed jobs with their times
+    """
     costs.learn_all(ended.seconds)
     if not design.grows:
         return costs
@@ -118,6 +124,7 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
 def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
     """Return whether the case of a record must be computed again.
 
+    journals : journals of the campaign, by which traces are checked
     retry : statuses to compute again; cases with damaged traces, or for which the
         user's function returned no numbers, are computed again, too
     """
@@ -193,7 +200,7 @@ def share(
 
     Parameters
     ----------
-    costs : (n,), predicted cost of each case, any unit
+    costs : (n,), predicted cost of each of n cases, any unit
     shard : shard whose cases are returned
     """
     if shard is None:

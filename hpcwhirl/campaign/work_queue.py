@@ -107,7 +107,7 @@ class WorkQueue:
     def add(
         self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
     ) -> None:
-        """Add units to the front of the queue, or to its end if the order is even.
+        """Add m units to the front of the queue, or to its end if the order is even.
 
         Parameters
         ----------
@@ -179,7 +179,7 @@ class WorkQueue:
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Do nothing: in this queue, no unit follows from a completion."""
+        """Do nothing: units of this queue do not depend on how others end."""
 
     def drop(self) -> None:
         """Hand out nothing more, not even units that are added later."""
@@ -313,7 +313,10 @@ class JobQueue(WorkQueue):
         return self.code.encode(self.job(unit))
 
     def hear(self, unit: int, end: Completion) -> None:
-        """Record how the job of a unit has ended, and add the jobs that follow."""
+        """Record how the job of a unit has ended, and add the jobs that follow.
+
+        end : how it has ended
+        """
         following = self.planner.complete(self.job(unit), end)
         if not following:
             return

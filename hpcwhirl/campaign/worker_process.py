@@ -64,6 +64,8 @@ class Child:
         """Let the child compile the kernels of some scenes.
 
         An error of a scene is reported only when its case is computed.
+
+        between : called while waiting; may raise Stop
         """
         for scene in scenes:
             with suppress(DiedError):
@@ -79,6 +81,8 @@ class Child:
         keep: bool = False,
     ) -> Result:
         """Return the result of a case, computed by `compute` in the child.
+
+        The arguments are those of the function `compute`.
 
         Raises
         ------
@@ -120,7 +124,7 @@ class Child:
         return process.wait() if process else 0
 
     def _send(self, told: Any) -> None:
-        """Send a message to the child; if it has died, reading its answer will fail."""
+        """Send a request to the child; if it has died, reading its answer fails."""
         with suppress(OSError):
             self._pipe.send(told)
 
@@ -203,7 +207,10 @@ class Server:
         limit: float,
         keep: bool,  # noqa: FBT001
     ) -> Result | Exception:
-        """Return the result of a case, or the exception for the parent to raise."""
+        """Return the result of a case, or the exception for the parent to raise.
+
+        digest, limit, keep : see `compute`
+        """
         try:
             return compute(
                 resolve(scene), digest, self.checkpoints, limit, self._between,

@@ -99,7 +99,7 @@ def departure(shape: Shape, angles: Floats) -> Floats:
 
 
 def departure_at_start(scene: Scene, angles: Floats) -> Floats:
-    """Return the casing's departure from round at time 0, (n,), m, outward.
+    """Return the casing's departure from round at n angles at time 0, (n,), m, outward.
 
     The lobes of a rigid casing are included.
 

@@ -187,6 +187,7 @@ def _by_diameter(
     modes.
 
     rest, turning : modes of the rotor without and with the terms of rotation
+    blades, speed : N; Omega, rad/s
     """
     seen = _seen(rest, blades)
     bodies = rest, turning
@@ -230,6 +231,7 @@ def _of_whole(
     frequency.
 
     rest, turning : modes of the rotor without and with the terms of rotation
+    blades, speed : N; Omega, rad/s
     """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
     gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)

@@ -57,7 +57,7 @@ class SpeedLaw:
         return time if time > 0.0 else math.inf
 
     def speed(self, time: Any) -> Any:
-        """Return Omega at times, rad/s."""
+        """Return Omega, rad/s, at times, s."""
         t, lasts = np.asarray(time, dtype=float), self.lasts
         if self.kind == "table":
             return np.interp(t, self.times, self.speeds)
@@ -70,7 +70,7 @@ class SpeedLaw:
         return self.start + half * (1.0 - np.cos(math.pi * t / lasts))
 
     def angle(self, time: Any) -> Any:
-        """Return theta at times, rad, the integral of Omega from 0."""
+        """Return theta, the integral of Omega from 0, rad, at times, s."""
         t, lasts = np.asarray(time, dtype=float), self.lasts
         if self.kind == "table":
             return self._angle_by_table(t)
@@ -137,7 +137,7 @@ def angle_at(scene: Scene, time: Any, step: float = 1.0) -> Any:
 
 
 def speed_at(scene: Scene, time: Any) -> Any:
-    """Return the speed at times, rad/s."""
+    """Return the speed of rotation, rad/s, at times, s, of any shape."""
     law = law_of(scene)
     return scene.speed + 0.0 * time if law is None else law.speed(time)
 
@@ -152,7 +152,10 @@ def extremes(scene: Scene) -> tuple[float, float]:
 
 
 def closure_at(scene: Scene, time: Any) -> Any:
-    """Return the closure of the gap at times, m, without the growth of the tips."""
+    """Return by how much the gap has closed at times, m, without growth of the tips.
+
+    time : s, of any shape
+    """
     if scene.gap_table:
         times, gaps = np.array(kept_rows(scene.gap_table)).T
         return gaps[0] - np.interp(time, times, gaps)

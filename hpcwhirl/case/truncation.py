@@ -137,7 +137,10 @@ def _wheel(scene: Scene) -> Wheel:
 
 @lru_cache(maxsize=64)
 def _most_modes(wheel: Wheel) -> int:
-    """Return the number of all fixed-interface modes, at most `FINEST_FAMILIES` N."""
+    """Return the number of all fixed-interface modes of a rotor.
+
+    It is at most `FINEST_FAMILIES` for each of the N blades.
+    """
     rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
     if wheel.file:
         return min(most, file_model(wheel.file, wheel.content, rotor).kept)
@@ -150,7 +153,8 @@ def _most_modes(wheel: Wheel) -> int:
 def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
     """Return the motion of a struck tip, (2, TIMES), radial and tangential, m.
 
-    modes, folds : number of fixed-interface modes; g, see the module
+    wheel, modes, folds : the rotor; number of its fixed-interface modes; g, see the
+        module
     """
     body = wheel.model(modes)
     weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
@@ -161,7 +165,8 @@ def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
 def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
     """Return the radial motion of a struck ring, (TIMES,), m; 0 for a rigid casing.
 
-    radius, folds, source : m; g, see the module; result of `Wheel.casing`
+    radius : of the ring, m
+    folds, source : g, see the module; result of `Wheel.casing`
     """
     if casing.kind == "rigid":
         return np.zeros(TIMES)
@@ -214,7 +219,8 @@ def _pushed(
 ) -> Floats:
     """Return the motion (TIMES,), m, of a ring's crest under a pulse of 1 N s.
 
-    radius, source, pulse : m; result of `Wheel.casing`; s
+    radius, source : m; result of `Wheel.casing`
+    lobes, pulse : number of lobes of the pulse, and its duration, s
     """
     body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):

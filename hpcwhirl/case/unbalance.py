@@ -67,7 +67,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
     Returns
     -------
-    (n,), m, rotating frame, in the coordinates of the rotor's matrices
+    (n,), m, rotating frame, of the n coordinates of the rotor's matrices
 
     Raises
     ------
@@ -81,7 +81,7 @@ def swing(model: Model, scene: Scene) -> Complexes | None:
     """Return the part of the rotor's steady motion that turns at 2 Omega, (n,), m.
 
     In the rotating frame the rotor moves by Re(xi e^{2 i Omega t}), xi the result,
-    about `circle`, in the same coordinates. None if the rotor is balanced, or if the
+    about `circle`, in the same n coordinates. None if the rotor is balanced, or if the
     supports are the same in all directions.
     """
     spin = model.rotor.spin
@@ -91,9 +91,10 @@ def swing(model: Model, scene: Scene) -> Complexes | None:
 
 
 def steady_at(model: Model, scene: Scene, time: float) -> Floats:
-    """Return the steady displacement without contact, (n,), m, rotating frame.
+    """Return the rotor's steady displacement without contact, (n,), m, rotating frame.
 
-    It is that of `circle` and `swing` at a time, s; 0 without an unbalance.
+    It follows from `circle` and `swing`, in their n coordinates, at a time, s; 0
+    without an unbalance.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:

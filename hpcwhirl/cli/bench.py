@@ -233,6 +233,8 @@ def start_of(scheme: str) -> dict[str, Any]:
 
     The result has, for each of `STARTS`, wall and processor time, s, and the number of
     functions compiled.
+
+    scheme : name of the integrator
     """
     facts: dict[str, Any] = {"scheme": scheme}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as cache:

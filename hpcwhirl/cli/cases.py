@@ -86,6 +86,8 @@ def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Column
 
     #2 is the second list of the input; ``--at`` accepts this number instead of the
     list.
+
+    columns, source : columns to print; the same results, for all values of an input
     """
     from hpcwhirl.report.map.axes import short_names
     from hpcwhirl.store.reading.select import swept_of
@@ -107,6 +109,8 @@ def _print_first(
 
     A value that is the same in all rows is printed once above the table, except for
     columns that the user has `named`.
+
+    units : {column: unit}
     """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)
@@ -129,7 +133,10 @@ def _is_same(values: NDArray[Any]) -> bool:
 def _chosen(
     args: argparse.Namespace, data: xarray.Dataset, source: Source
 ) -> NDArray[np.intp]:
-    """Return numbers of the cases that --at and --where select, sorted by --sort."""
+    """Return numbers of the cases that --at and --where select, sorted by --sort.
+
+    data, source : the results, opened in two ways
+    """
     from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where
 

@@ -99,7 +99,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, Any]]:
-    """Follow an edge; return the edge and the numbers to print, {name: value}."""
+    """Follow an edge; return the edge and the numbers to print, {name: value}.
+
+    asked : the edge to follow
+    """
     from hpcwhirl.campaign.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TRACKING})
@@ -171,12 +174,18 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
 
 def _case_of(swept: dict[str, Any], cases: list[int], wanted: dict[str, Any]) -> int:
-    """Return the first of `cases` whose swept inputs have the values `wanted`."""
+    """Return the first of `cases` whose swept inputs have the values `wanted`.
+
+    swept : {swept input: (cases,)}
+    """
     return next(c for c in cases if all(swept[n][c] == v for n, v in wanted.items()))
 
 
 def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
-    """Print a row for each line of a campaign, with the reason if its edge was lost."""
+    """Print a row for each line of a campaign, with the reason if its edge was lost.
+
+    asked : the edges to follow, one for each line
+    """
     import numpy as np
 
     from hpcwhirl.analysis.edge_tracking import LostEdgeError

@@ -198,7 +198,10 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
 
 
 def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
-    """Print in one line on stderr which tables of a campaign file are not used."""
+    """Print in one line on stderr which tables of a campaign file are not used.
+
+    path, document : the file, and its parsed TOML
+    """
     ignored = [name for name in DESIGN_TABLES if name in document]
     if ignored:
         tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in ignored)

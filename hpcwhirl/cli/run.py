@@ -89,7 +89,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a case, among them that tips may have slid backward."""
+    """Return warnings on a case, among them that tips may have slid backward.
+
+    row : numbers and words of the case
+    """
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
@@ -115,7 +118,10 @@ def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
 
 
 def _tell_unequal(march: March, *, quiet: bool) -> None:
-    """Print on stderr that unequal sectors make a rotor slower to integrate."""
+    """Print on stderr that unequal sectors make a rotor slower to integrate.
+
+    march, quiet : integration of the case; whether nothing is printed
+    """
     from hpcwhirl.case.explain import facts_of_file
 
     if march.case.given.engine.file and not (quiet or march.model.rotor.cyclic):

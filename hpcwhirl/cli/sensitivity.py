@@ -123,7 +123,10 @@ def _interval(row: dict[str, Any], order: str) -> str:
 
 
 def tell(found: xarray.Dataset) -> None:
-    """Warn on stderr of left-out draws, constant outputs and wide intervals."""
+    """Warn on stderr of left-out draws, constant outputs and wide intervals.
+
+    found : Sobol' indices
+    """
     from hpcwhirl.analysis.sensitivity import pairs_needed, widest
 
     for name in found["quantity"].values.tolist():

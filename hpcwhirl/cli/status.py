@@ -138,7 +138,10 @@ def _shown(found: Progress) -> dict[str, str]:
 
 
 def _pace(found: Progress) -> dict[str, str]:
-    """Return {label: text} on a campaign's rate, time left and core-hours."""
+    """Return {label: text} on a campaign's rate, time left and core-hours.
+
+    found : progress of the campaign
+    """
     from hpcwhirl.campaign.progress import duration_text
 
     out = {}
@@ -178,7 +181,10 @@ def _ranks(found: Sequence[Computing]) -> str:
 
 
 def _line(found: Progress, *, as_json: bool) -> str:
-    """Return the progress as one line, or as a JSON object, for logs and pipes."""
+    """Return the progress as one line, or as a JSON object, for logs and pipes.
+
+    found, as_json : progress of the campaign; whether it is printed as JSON
+    """
     if as_json:
         return json.dumps(finite(asdict(found)), allow_nan=False)
     shown = _shown(found)

@@ -76,7 +76,7 @@ class _Patient(io.FileIO):
 def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
     """Open an HDF5 file for the block; flush and close it at the end.
 
-    options : further arguments of `h5py.File`
+    mode, options : arguments of `h5py.File`
 
     Raises
     ------
@@ -145,7 +145,9 @@ def missing(quantity: Quantity) -> float | int | bytes:
 
 
 def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
-    """Return a variable's value as the file stores it; refuse an unknown word.
+    """Return the value of the variable `name` as the file stores it.
+
+    An unknown word is refused.
 
     A word is stored as its code, its place in the variable's list of words.
     """

@@ -196,6 +196,7 @@ def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, fl
     """Return {stage: predicted time, s} of gathering, and of map and page if asked for.
 
     rows, traces, pace : number of cases; bytes of their traces; result of `_pace`
+    rules : table [campaign], which says whether there are map and page
     """
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
@@ -207,9 +208,12 @@ def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, fl
 
 
 def _range(seconds: float, factors: Floats) -> tuple[float, float]:
-    """Return the lower and upper limit of a time by the scatter of finished cases.
+    """Return the lower and upper limit of a predicted time, s, for the cases left.
 
-    factors : ratio of measured to nominal time of each finished case
+    The limits follow from the scatter of finished cases.
+
+    seconds, factors : the time, s; ratio of measured to nominal time of each finished
+        case
     """
     error = 1.0
     if len(factors) > 1 and factors.any():
@@ -291,7 +295,10 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return each case's longest possible end time divided by its first, (cases,)."""
+    """Return each case's longest possible end time divided by its first, (cases,).
+
+    extended : end times to which undecided cases are extended, s
+    """
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))

@@ -152,7 +152,10 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
 
 
 def _place(design: Design, address: Address) -> NDArray[np.float64]:
-    """Return a point: refined inputs and panel number of a case, scaled to 0 .. 1."""
+    """Return a point: refined inputs and panel number of a case, scaled to 0 .. 1.
+
+    address : identity of the case
+    """
     family = design.family
     both = zip(family.lattice.sides, address.point, strict=True)
     along = [side.position(x) / len(side.depths) for side, x in both]

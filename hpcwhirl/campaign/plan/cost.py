@@ -70,7 +70,7 @@ class Costs:
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, case: int, seconds: float) -> None:
-        """Record the time that a case took, s."""
+        """Record the computing time of a finished case, s."""
         nominal = float(self.nominal[case])
         if nominal > 0.0 and math.isfinite(seconds):
             self.factor[case] = seconds / nominal

@@ -336,7 +336,10 @@ class Design:
 
 
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
-    """Return the design of any source that `Design.of` accepts."""
+    """Return the design of any source that `Design.of` accepts.
+
+    settings : {input: value}, set on the scene
+    """
     if isinstance(source, Design):
         if settings:
             msg = f"a Design takes no further settings, got {shown(settings)}"
@@ -450,7 +453,10 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
 
 
 def _check_distinct(columns: Many) -> None:
-    """Raise InputError if two cases of a design have the same inputs."""
+    """Raise InputError if two cases of a design have the same inputs.
+
+    columns : the inputs of all cases
+    """
     found = columns.twice()
     if found:
         both = columns.table[found[0]].items()

@@ -156,7 +156,7 @@ def _check_branch(table: Refine, branch: str) -> None:
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
     """Refuse twins with a budget, and relative changes of inputs that may become 0.
 
-    over : {refined input: its values}
+    table, over : table [refine]; {refined input: its values}
     """
     if design.twins is None:
         return
@@ -226,7 +226,8 @@ def _bisections(
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
     """Refuse levels that lead to fractions of integer inputs, or to equal values.
 
-    values, depths : coarse values, and number of bisections of each interval
+    name : the input
+    values, depths : its coarse values, and number of bisections of each interval
     """
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth

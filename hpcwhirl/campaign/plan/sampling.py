@@ -125,7 +125,10 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
 
 
 def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
-    """Return the settings of all cases: every draw at each point of the sweep.
+    """Return {input: value} of all cases: every draw at each point of the sweep.
+
+    sample, rows, base : table [sample], None: no draws; {input: value} of each point of
+        the sweep; scene with the other inputs
 
     Raises
     ------
@@ -149,7 +152,10 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
-    """Refuse inputs that would give the tuned engine other modes or another step."""
+    """Refuse inputs that would give the tuned engine other modes or another step.
+
+    sample, base : table [sample]; scene with the inputs that are not drawn
+    """
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
@@ -159,7 +165,11 @@ def _check_twin(sample: Sample, base: Scene) -> None:
 
 
 def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
-    """Raise InputError if a scene of a design is invalid, naming the draw, if any."""
+    """Raise InputError if a scene of a design is invalid, naming the draw, if any.
+
+    base, rows, sample : scene with the inputs that do not vary; {input: value} of each
+        case; table [sample], None without draws
+    """
     many = Many(base, rows)
     try:
         many.check()

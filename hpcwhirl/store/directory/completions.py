@@ -61,12 +61,17 @@ def marched_in(rows: Rows) -> NDArray[np.float64]:
     """Return the number of time steps integrated for each record, (records,).
 
     It is NaN where unknown; see `marched`.
+
+    rows : some records of a journal
     """
     return marched(*(rows.numbers(name, np.nan) for name in MARCHED))
 
 
 def open_in(rows: Rows) -> NDArray[np.bool_]:
-    """Return whether a longer run may change the regime of each record, (records,)."""
+    """Return whether a longer run may change the regime of each record, (records,).
+
+    rows : some records of a journal
+    """
     status, regime, stop = map(rows.words, ("status", "row.regime", "row.stop"))
     still = np.logical_or.reduce([regime == word for word in OPEN])
     return np.asarray(still & (status == "ok") & (stop == "end"))
@@ -114,8 +119,9 @@ class CaseIndex:
         return self._case_of.get(name, -1)
 
     def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
-        """Return the case number of each of m digests of 32 bytes, (m,); -1 for none.
+        """Return the case number of each of m digests, (m,); -1 for none.
 
+        words : (m,), digests of 32 bytes
         hints : (m,), number of the case to try first for each digest
         """
         if isinstance(self.digests, CaseDigests):
@@ -125,7 +131,7 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return the number of the case to which each record belongs, (m,); -1: none.
+        """Return the number of the case of each record, (records,); -1: none.
 
         The record of a twin belongs to the case that is perturbed.
 
@@ -172,7 +178,10 @@ def job_of(record: Record, plan: Manifest) -> Place:
 
 
 def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
-    """Return the stage of each record, (records,); -1 if the plan has no such stage."""
+    """Return the stage of each record, (records,); -1 if the plan has no such stage.
+
+    rows : some records of a journal
+    """
     time, stages = rows.numbers("longest", 0.0), np.full(len(rows), -1)
     for stage, ends in enumerate(_times(plan)):
         stages[time == ends] = stage
@@ -356,6 +365,7 @@ def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) ->
     """Return the completed jobs of a plan without twins, refinement and extension.
 
     asked : {digest: case} of the jobs whose completions `Ended.told` is to have
+    journals : journals of the campaign
     """
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}

@@ -65,7 +65,10 @@ class Running(AbstractContextManager["Running"]):
                 os.pwrite(self._file.fileno(), line, 0)
 
     def _mapped(self, size: int) -> mmap | bytearray:
-        """Return the file mapped into memory, or a buffer if it cannot be mapped."""
+        """Return the file mapped into memory, or a buffer if it cannot be mapped.
+
+        size : bytes of both
+        """
         os.pwrite(self._file.fileno(), bytes(size), 0)  # a full disk shows only here
         try:
             return mmap(self._file.fileno(), size)

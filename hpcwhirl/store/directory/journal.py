@@ -197,6 +197,8 @@ class Journal(AbstractContextManager["Journal"]):
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         """Add a finished case; write the group of waiting cases if that is due.
 
+        traces : {trace: array} of the case
+
         Raises
         ------
         MissingFileError

@@ -71,7 +71,10 @@ class Manifest:
         return Table.of(self.settings)
 
     def values(self, name: str, default: Any = None) -> list[Any]:
-        """Return the values of the input `name`: that in `base`, then of the cases."""
+        """Return the values of the input `name`: that in `base`, then of the cases.
+
+        default : value where the plan has none
+        """
         base = self.base.get(name, default)
         return [base, *listed(self.table.column(name, base).values)]
 

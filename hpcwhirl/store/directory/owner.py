@@ -338,6 +338,7 @@ def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
     """Return the claims of living processes that exclude `own`; remove all dead claims.
 
     now : time of the claim `own`, ns since 1970
+    asking : options, which decide when a process counts as dead
     """
     found = []
     for other in own.claims.owners():

@@ -120,7 +120,7 @@ class Rows:
         return found
 
     def numbers(self, name: str, empty: float) -> Array:
-        """Return the numbers of a field, (records,); `empty` where there is none."""
+        """Return the numbers in the field `name`, (records,); `empty`: no number."""
         out = np.full(len(self), empty)
         has = self.has(name)
         if has.any():
@@ -132,7 +132,7 @@ class Rows:
         return out
 
     def words(self, name: str) -> NDArray[np.object_]:
-        """Return the words of a field, (records,); "none" where there is none."""
+        """Return the words in the field `name`, (records,); "none": no word."""
         has, own = self.has(name), self.header.layout.words.get(name, ())
         known = np.array([*map(str, own), "none"], dtype=object)
         codes = self.slots[name] if len(own) else len(own)
@@ -178,6 +178,8 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
 
 def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
     """Return the records of a journal that begin at given bytes, in that order.
+
+    header, starts : header of the journal; first byte of each record
 
     Raises
     ------
@@ -277,7 +279,10 @@ def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
 
 
 def _are_whole(header: Header, data: memoryview) -> Bools:
-    """Return which slots have the right tag and checksum, (slots,)."""
+    """Return which slots have the right tag and checksum, (slots,).
+
+    header, data : header of the journal; the slots, one after the other
+    """
     slots, rest = np.frombuffer(data, header.layout.dtype), header.layout.size - CHECKED
     crc = list(starmap(zlib.crc32, struct.iter_unpack(f"{CHECKED}x{rest}s", data)))
     return np.asarray((slots["crc"] == crc) & (slots["tag"] == np.void(header.tag)))
@@ -286,7 +291,7 @@ def _are_whole(header: Header, data: memoryview) -> Bools:
 def _text(slots: Array, layout: Layout) -> Record | None:
     """Return the entries that a record has as text; None if damaged.
 
-    slots : slot of the record, then those of its text
+    slots, layout : slot of the record, then those of its text; layout of the journal
     """
     first, more = slots[0], slots[1:]
     whole = (more["after"] == first["crc"]).all()

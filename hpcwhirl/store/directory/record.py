@@ -160,7 +160,10 @@ class Header(NamedTuple):
 
 
 def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
-    """Return a journal's header, and the bytes that store it at the journal's start."""
+    """Return a journal's header, and the bytes that store it at the journal's start.
+
+    plan, traces, fields : see `Header` and `Layout`
+    """
     body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
     copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
     return _header(body), 2 * copy
@@ -330,7 +333,10 @@ def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], b
 def unpacked(
     head: Mapping[str, Any], data: bytes
 ) -> dict[str, NDArray[np.float64]] | None:
-    """Return {name: read-only array} of packed data; None if these are damaged."""
+    """Return {name: read-only array} of packed data; None if these are damaged.
+
+    head, data : result of `packed`
+    """
     if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         return None
     out: dict[str, NDArray[np.float64]] = {}

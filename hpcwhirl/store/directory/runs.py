@@ -31,7 +31,10 @@ class Runs:
         return listed(self.place, ".json")
 
     def write(self, run: int, shares: list[Share], stopped: str = "") -> None:
-        """Write how a run's ranks used their time; `stopped`: why it stopped early."""
+        """Write how a run's ranks used their time; `stopped`: why it stopped early.
+
+        shares : use of time of each rank, see `shares`
+        """
         told = {"run": run, "stopped": stopped, "ranks": shares}
         text = json.dumps(told, indent=1) + "\n"
         write_whole(self.place / f"{run:04d}.json", text.encode())

@@ -286,6 +286,8 @@ def _check_layout(given: Given, root: h5py.File) -> None:
     """Refuse names that are not in the layout, and links out of the file.
 
     Links are checked before they are followed; a group may be a link, too.
+
+    given, root : for errors; root group of the file
     """
     import h5py
 
@@ -312,7 +314,8 @@ def _check_names(
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
     """Refuse a link that leads out of the file, or is broken.
 
-    path : path of the group in the file, for the message
+    given : for errors
+    name, path : name of the link; path of its group in the file
     """
     import h5py
 
@@ -336,7 +339,10 @@ def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
 
 
 def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
-    """Refuse a dataset whose numbers are stored outside the file."""
+    """Refuse a dataset whose numbers are stored outside the file.
+
+    given, name : for errors; name of the dataset
+    """
     if data.external:
         raise given.refusal(
             f"keeps {name} in another file, {data.external[0][0]}: copy it to this file"
@@ -352,6 +358,7 @@ def _check_kind(
 ) -> None:
     """Check type, dimensions and size of a dataset before it is read.
 
+    given, name : for errors; name of the dataset
     kind : allowed numbers of dimensions, and whether the data must be indices
     """
     dimensions, indices = kind
@@ -373,7 +380,10 @@ def _check_kind(
 
 
 def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
-    """Refuse chunks that decompress to far more bytes than the array needs."""
+    """Refuse a dataset with chunks of very many bytes, compressed or not.
+
+    given, name : for errors; name of the dataset
+    """
     size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
     stored = 0
 

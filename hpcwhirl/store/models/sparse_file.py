@@ -57,7 +57,7 @@ class _Source(Given):
 
 
 def read_matrix(path: Path, name: str) -> sparse.csr_array:
-    """Return a finite real matrix (n, n), symmetric or skew, with both triangles.
+    """Return a finite real matrix (n, n) of n DoF, symmetric or skew, all entries.
 
     Parameters
     ----------
@@ -115,6 +115,7 @@ def _rectangle(
 ) -> sparse.csr_array:
     """Return a finite real matrix from a MatrixMarket file, checked.
 
+    name : name of the matrix, for errors
     shape : rows and columns that the matrix must have; rows None: any number
     """
     from scipy.io import mminfo
@@ -156,6 +157,7 @@ def _read_entries(
 ) -> sparse.csr_array:
     """Return the matrix of a MatrixMarket file; refuse impossible or too many entries.
 
+    source, name : file and name of the matrix
     entries, size : number of entries by the file's header; size of the file, bytes
     """
     from scipy.io import mmread
@@ -199,6 +201,8 @@ def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
     """Return (shape, dtype) from the header of an array in a .npz file.
 
     An array that is cut short is refused.
+
+    archive, part : the file; name of the array
     """
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
@@ -251,7 +255,9 @@ def _check_part(
 ) -> None:
     """Check dimensions, type and size of an array of a sparse matrix before reading.
 
-    kind, kinds : dtype of the array; letters of the kinds of dtype allowed
+    source, name : file and name of the matrix
+    shape, kind : shape and dtype of the array
+    kinds : letters of the kinds of dtype that are allowed
     """
     if kind.kind not in kinds:
         wanted = "be real" if "f" in kinds else "hold whole numbers"
@@ -279,7 +285,10 @@ def _check_entries(
 
 
 def _check_memory(source: _Source, name: str, size: int) -> None:
-    """Refuse arrays that need more than the free memory, by their headers."""
+    """Refuse a matrix whose arrays need more than the free memory.
+
+    source, name, size : file and name of the matrix; bytes that its arrays need
+    """
     most = _free_memory() / MEMORY
     if size > most:
         allowed = (

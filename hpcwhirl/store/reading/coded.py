@@ -37,7 +37,7 @@ class Coded:
         return len(self.code)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001 - NumPy's
-        """Return the words as text, (n,)."""
+        """Return the words of all cases as text, (cases,)."""
         del copy
         return np.array(self.known, dtype=dtype)[self.code]
 
@@ -54,7 +54,7 @@ class Coded:
         return list(self)
 
     def isin(self, words: Collection[str]) -> NDArray[np.bool_]:
-        """Return which cases have one of some words, (n,)."""
+        """Return which cases have one of the given words, (cases,)."""
         return np.array([word in words for word in self.known])[self.code]
 
     def counts(self) -> dict[str, int]:

@@ -170,7 +170,10 @@ def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[sli
 
 
 def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
-    """Return {value of the input `by`: value of the input `name` in the same case}."""
+    """Return {value of the input `by`: value of the input `name` in the same case}.
+
+    table : results over `case`
+    """
     keys, values = (table[n].to_numpy().tolist() for n in (by, name))
     return dict(zip(keys, values, strict=True))
 

@@ -84,7 +84,10 @@ def attribute(value: Any) -> Any:
 
 
 def words_in(file: h5py.Group, name: str) -> NDArray[np.str_]:
-    """Return the words of a variable as text, (cases,); see `coded_in`."""
+    """Return the words of a variable as text, (cases,); see `coded_in`.
+
+    name : name of the variable
+    """
     return np.asarray(coded_in(file, name))
 
 

@@ -138,7 +138,10 @@ def _numbered(values: NDArray[Any], raw: str) -> str:
 
 
 def number_of(text: str, variable: str, option: str) -> float:
-    """Return the number, in SI, that an option's text gives for an input."""
+    """Return the number, in SI, that an option's text gives for an input.
+
+    variable, option : the input; name of the option, for errors
+    """
     return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
 
 

@@ -59,6 +59,8 @@ def block_size(contents: Contents) -> int:
 def read_block(contents: Contents, cases: range) -> Block:
     """Return {variable: values, (cases, ...)} of some cases, as results.h5 stores them.
 
+    contents, cases : what results are gathered from; numbers of the cases
+
     Raises
     ------
     StoreError, MissingFileError
@@ -132,7 +134,10 @@ def _words(codes: Array, name: str) -> Array:
 
 
 def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
-    """Return {variable: (cases,)} of the variables that a plan's inputs add."""
+    """Return {variable: (cases,)} of the variables that a plan's inputs add.
+
+    parts : records of the cases, one journal at a time
+    """
     out = _table(contents.asked, parts, len(cases), "row.")
     if "amplification" in out:
         tuned = {
@@ -186,6 +191,7 @@ def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Blo
 def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
     """Return the values of a field as they are stored, (records,).
 
+    rows, quantity : records; unit and kind of the variable
     key, name : the field in the records, and the variable in the results
 
     Raises

@@ -222,7 +222,10 @@ def _put(
     axis: str,
     quantity: Quantity | None = None,
 ) -> None:
-    """Write a variable over the axis `axis` of its group, defined here if needed."""
+    """Write a variable over the axis `axis` of its group, defined here if needed.
+
+    quantity : unit and meaning of the variable; None: those in `TOLD`
+    """
     quantity = quantity or TOLD[name]
     kind = "i1" if quantity.kind == "enum" else values.dtype
     data = group.create_dataset(name, data=values.astype(kind))

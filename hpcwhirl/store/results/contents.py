@@ -288,6 +288,8 @@ def parts_of(
 ) -> Iterator[tuple[NDArray[np.int64], Rows]]:
     """Yield the records of cases, or of their twins, one journal at a time.
 
+    twin : number of the twin; 0: the cases themselves
+
     Yields
     ------
     indices into `cases` of the cases with a record in that journal; their records

@@ -170,7 +170,8 @@ def _write_file(
 ) -> None:
     """Write the results file; each of several ranks writes its share of the cases.
 
-    facts, compress : as of `gather`
+    part, contents : temporary file; what results are gathered from
+    facts, compress : see `gather`
     """
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
@@ -191,6 +192,8 @@ def _blocks(
 
     If `in_step`, all ranks yield equally many blocks, some of them empty at the end, at
     the same time, as compressed traces require. Else ranks do not wait for each other.
+
+    contents, part : what results are gathered from; temporary file, for errors
     """
     mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
     error: Exception | None = None
@@ -248,6 +251,8 @@ def _or_all_end(
     The job must end since HDF5 crashes when it closes a file whose MPI-IO has failed,
     and since other ranks may wait for this one in a collective call. Nothing is lost:
     the journals exist.
+
+    part, final : temporary file and results file, for the message
     """
     try:
         write()

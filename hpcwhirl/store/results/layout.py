@@ -183,7 +183,10 @@ def _define_head(
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
-    """Define and write the variables on how ranks used their time."""
+    """Define and write the variables on how ranks used their time.
+
+    group, shares : group `performance`; use of time of each rank
+    """
     define_axis(group, WORKER, len(shares))
     _define_table(group, [group[WORKER]], SHARES)
     values = {name: [share[name.removeprefix("worker_")] for share in shares]

@@ -77,7 +77,10 @@ class Drawn:
 def points_of(
     data: xarray.Dataset, drawn: Drawn
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Return the sweep's point numbers, and {swept input: its value at each point}."""
+    """Return the sweep's point numbers, and {swept input: its value at each point}.
+
+    drawn : the draws behind the results
+    """
     points, first = np.unique(drawn.point, return_index=True)
     swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
              for n in drawn.swept}  # fmt: skip
