@@ -298,7 +298,7 @@ class Shard:
 
 
 def parse_shard(text: str) -> Shard:
-    """Parse ``I/N`` as a shard.
+    """Return the shard that a text ``I/N`` names.
 
     Raises
     ------

@@ -274,7 +274,10 @@ def read_bandwidth(size: float) -> float:
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:
-    """Return the size, bytes, of a scheme's state and operators for a scene."""
+    """Return the size, bytes, of the arrays by which a scheme integrates a scene.
+
+    They are the state of the motion and the scheme's operators.
+    """
     short = apply_settings(scene, {"scheme": scheme, "duration": 1e-3})
     march = March(resolve(short))
 

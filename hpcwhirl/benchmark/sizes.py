@@ -92,12 +92,12 @@ class Row:
 
 
 def pattern(blades: int) -> list[float]:
-    """Return relative changes of the blades' Young's moduli, for a mistuned engine."""
+    """Return relative changes of the N blades' moduli, for a mistuned engine."""
     return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
 
 
 def sized(scene: Scene, blades: int) -> Scene:
-    """Return a scene with another number of blades, and as many modes per blade."""
+    """Return a scene with N `blades`, and as many modes per blade as before."""
     own = scene.engine.rotor.blades
     modes = round(scene.solver.modes * blades / own)
     return apply_settings(scene, {"blades": blades, "modes": modes})
@@ -300,7 +300,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:
-    """Return timings as a table of texts: column names, then a line for each row."""
+    """Return `rows` as a table of texts: column names, then a line for each timing."""
     head = [
         "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",
@@ -325,7 +325,10 @@ def _line(row: Row) -> list[str]:
 
 
 def over_single(rows: Sequence[Row]) -> list[str]:
-    """Return lines with the ratio of step times of several points a tip and of one."""
+    """Return lines: step time with several points a tip, divided by that with one.
+
+    rows : timings of a step, with one point a tip and with several
+    """
     of = {
         (row.blades, row.sectors, row.motion, row.points): row
         for row in rows

@@ -38,7 +38,11 @@ SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 @dataclass(frozen=True)
 class Sample:
-    """One run: words (regime, whirl), {name: number}, and processor time, s."""
+    """One integration of a scene: its words, numbers and cost.
+
+    words : regime and whirl
+    numbers, seconds : {name: number}, names of `NUMBERS`; processor time, s
+    """
 
     words: tuple[str, str]
     numbers: dict[str, float]
@@ -254,7 +258,7 @@ class Tradeoff:
     reference_seconds: dict[str, float]
 
     def facts(self) -> dict[str, Any]:
-        """Return all results as data for JSON, with the score of each row."""
+        """Return all results as data for JSON, with the score of each comparison."""
         rows = [asdict(row) | {"score": row.score} for row in self.compared]
         return asdict(self) | {"compared": rows}
 

@@ -145,7 +145,10 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
 
 
 def _tell_stopped(journals: Journals, design: Design) -> None:
-    """Print how many cases are not extended since they reached the amplitude limit."""
+    """Print how many undecided cases cannot be extended.
+
+    They have reached the amplitude limit, at which integration stops.
+    """
     found = {
         int(case)
         for rows, cases in told_by(journals, design.digests)

@@ -188,7 +188,7 @@ def computation(
 
 
 def resolved(design: Design, computed: Computation) -> Case:
-    """Return the resolved case that a computation integrates."""
+    """Return the case, with model and plan, that a computation integrates."""
     if not computed.facts:
         return design.resolved(computed.job.case)
     return resolve(computed.scene)

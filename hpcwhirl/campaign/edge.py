@@ -166,7 +166,10 @@ class Continued:
         return apart / size if size > 0.0 else math.inf
 
     def ahead(self, moment: Moment) -> Moment | None:
-        """Return the state `stride` steps later; None if the run ends earlier."""
+        """Return the state `stride` time steps after a state.
+
+        None if the run ends earlier, at the amplitude limit or by a proof.
+        """
         start = self._put(moment)
         rows = int(self.march.counter[contact.JUDGED])
         self.march.reach(start + self.stride)
@@ -180,7 +183,11 @@ class Continued:
         return int(self.march.counter[contact.STOP]) != contact.RUNNING
 
     def side(self, moment: Moment) -> int:
-        """Return the side of the edge on which a state lies: LOW, HIGH or OPEN."""
+        """Return the side of the edge on which a state lies: LOW, HIGH or OPEN.
+
+        It follows from the word of the motion that continues from the state; OPEN: that
+        word is not one of `CAN_TELL`.
+        """
         word = self.word(moment)
         if word not in CAN_TELL:
             return OPEN
@@ -260,7 +267,7 @@ def edge(
 
 
 def moment_of(march: March) -> Moment:
-    """Return the present state of a march."""
+    """Return the present state of a march as a `Moment` without rows."""
     return Moment(copy_of(march), np.zeros((0, contact.COLUMNS)))
 
 

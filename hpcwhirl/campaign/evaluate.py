@@ -81,7 +81,7 @@ class Evaluator:
         self.where = {"rank": self.rank, "host": socket.gethostname()}
 
     def warm(self, cases: Sequence[int]) -> None:
-        """Compile the kernels that some cases need."""
+        """Compile the kernels that some cases need, given by number."""
         cases = self._kinds(cases)
         self.running.begin(self.design.digest(case) for case in cases)
         if self.policy.isolate:

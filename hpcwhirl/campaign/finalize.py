@@ -131,7 +131,7 @@ def _gathered(
 
 
 def _tell_budget(design: Design, directory: Directory) -> None:
-    """Print how many cases the budget left out, if the budget ended the refinement."""
+    """Print how many cases the budget of [refine] left out, if it left out any."""
     dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
         say(f"the budget ended the refinement: it left out {dropped} cases, and others "
@@ -139,7 +139,7 @@ def _tell_budget(design: Design, directory: Directory) -> None:
 
 
 def _forget_the_dead(directory: Directory) -> None:
-    """Remove notes of dead processes whose cases have a result by now."""
+    """Remove heartbeat files of dead processes whose cases have a result by now."""
     if directory.notes.all():
         ended = {r["digest"]: r["status"] for r in directory.journals.records()}
         directory.notes.forget({name for name in ended if ended[name] == "ok"})

@@ -109,7 +109,7 @@ def difference(was: str, now: str) -> str:
 
 
 def _checked(version: object) -> str:
-    """Return a version as text, after checking it."""
+    """Return a user's `version` as text, after checking it."""
     text = str(version) if isinstance(version, int | str) else ""
     if isinstance(version, bool) or not 0 < len(text) <= MOST_LETTERS:
         msg = "version must be a whole number or a text of 1 to "
@@ -164,7 +164,10 @@ def _attribute(given: Any, name: str) -> Any:
 
 
 def _wrapped(given: Any) -> Any:
-    """Return the function that a wrapper of an installed package wraps, else None."""
+    """Return the function inside a wrapper made by an installed package, else None.
+
+    given : the wrapper, or any other object
+    """
     if isinstance(given, MethodType):
         return None
     return next(filter(callable, (_attribute(given, n) for n in INNER)), None)
@@ -202,7 +205,7 @@ def _is_own(module: str) -> bool:
 
 
 class _Walk:
-    """Traversal of all objects that a function can reach, each visited once."""
+    """Visits every object that a function can reach, once, and computes digests."""
 
     def __init__(self) -> None:
         self.sources: set[str] = set()  # SHA-256 of each file

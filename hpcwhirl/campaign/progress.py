@@ -152,7 +152,10 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
 
 def status_of(end: Completion) -> str:
-    """Return the status of an ended case, or its outcome if it has no regime."""
+    """Return the word by which `status` counts an ended case.
+
+    It is its status, such as "ok" or "failed", or its outcome if it has no regime.
+    """
     return end.outcome if end.outcome in NO_REGIME else end.status
 
 
@@ -242,7 +245,7 @@ class Seen:
             self._from_records()
 
     def _from_columns(self) -> None:
-        """Read the journals as columns; each case of the plan must be one job."""
+        """Read the journals of a plan whose cases are one job each, as columns."""
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
@@ -284,7 +287,7 @@ class Seen:
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
     def _from_records(self) -> None:
-        """Read a plan with extensions, twins or refined cases, record by record."""
+        """Read the journals record by record: extensions, twins or refined cases."""
         journals = self.journals.by_file()
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}

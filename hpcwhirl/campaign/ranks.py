@@ -76,7 +76,7 @@ class Tally:
         self.cases += 1
 
     def wait(self) -> None:
-        """Call `waits`, then sleep for `IDLE` s."""
+        """Call the function `waits`, then sleep for `IDLE` s."""
         self.waits()
         time.sleep(IDLE)
 
@@ -121,7 +121,7 @@ def map_ranks(
 
 
 class _Root:
-    """Rank 0: hands out units, computes, and counts completions."""
+    """Rank 0: hands out units of work, computes too, and counts completions."""
 
     def __init__(
         self,
@@ -169,7 +169,7 @@ class _Root:
         self.notice(unit, end)
 
     def while_busy(self) -> None:
-        """Do the same as `between`, in a time that does not count as busy."""
+        """Call `between`; its time does not count as busy."""
         start = time.perf_counter()
         try:
             self.between()
@@ -195,7 +195,7 @@ class _Root:
             self.comm.send(None, dest=rank, tag=HALT)
 
     def serve(self) -> bool:
-        """Answer every message that has arrived; return whether there was one."""
+        """Answer every message of a worker that has arrived; return whether any had."""
         any_came = False
         while self.comm.Iprobe():
             any_came = True
@@ -223,7 +223,7 @@ class _Root:
 
 
 class _Worker:
-    """Any rank but 0: asks for units in advance, computes, and reports."""
+    """Any rank but 0: asks for units of work in advance, computes, and reports."""
 
     def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
         self.stopping, self.comm, self.tally = stopping, comm, tally

@@ -173,7 +173,10 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return a new march to the case's end time with the given number."""
+        """Return a new march of the case, to one of its end times.
+
+        number : number of that end time, from 0, in `ends`
+        """
         if number == 0:
             return March(self.case, self.start)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}

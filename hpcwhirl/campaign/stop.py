@@ -35,7 +35,7 @@ AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can repor
 
 
 class Stop(Exception):  # noqa: N818
-    """Raised between slices after a stop request."""
+    """Raised between slices of an integration after a stop request."""
 
 
 class Stopping:
@@ -85,7 +85,7 @@ class Stopping:
         self.reason = self.reason or reason
 
     def __call__(self) -> bool:
-        """Return whether a stop has been requested."""
+        """Return whether a stop of this process has been requested."""
         now = time.monotonic()
         if self._deadline is not None and now >= self._deadline:
             self.ask("the wall-time is nearly over")
@@ -256,7 +256,7 @@ class Watchdog:
         return False
 
     def _end(self) -> None:
-        """End all ranks; finished cases and saved states are kept."""
+        """End all ranks by force; finished cases and saved states are kept."""
         whom = "ranks" if self.comm.size > 1 else "case"
         say(
             f"not all {whom} have stopped {self.seconds:g} s after the request: ended "

@@ -134,7 +134,7 @@ def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
-    """Return, for each kernel that the jobs left need, one case that uses it."""
+    """Return, for each kernel that the jobs left need, one case that needs it."""
     rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}

@@ -136,7 +136,7 @@ class WorkQueue:
         return len(self.queue)
 
     def take(self) -> int:
-        """Return the next unit, for rank 0 itself."""
+        """Return the number of the next unit, for rank 0 itself to compute."""
         return self.queue.pop()
 
     def bundle(self, most_units: int = MOST) -> list[int]:
@@ -182,7 +182,7 @@ class WorkQueue:
         """Do nothing: units of this queue do not depend on how others end."""
 
     def drop(self) -> None:
-        """Hand out nothing more, not even units that are added later."""
+        """Hand out no more units, not even those that are added later."""
         self.dropped = True
         del self.queue[:]
 
@@ -255,7 +255,7 @@ class Questions:
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return answers to idle ranks; once no unit is left, empty answers to all."""
+        """Return answers to idle ranks; empty ones to all once no unit is left."""
         due: Answers = []
         while self.queue and self.idle:
             due += self._answer(next(iter(self.idle)))

@@ -118,7 +118,7 @@ class Child:
         return self._process
 
     def _reap(self) -> int:
-        """Close the pipe, wait for the child's end, and return its exit code."""
+        """Close the socket to the child, wait for its end, and return its exit code."""
         process, self._process = self._process, None
         self._pipe.close()
         return process.wait() if process else 0
@@ -169,7 +169,7 @@ class Child:
 
 
 class Server:
-    """The child's side: integrates requested cases until the parent ends."""
+    """The child's side of a `Child`: integrates cases until the parent ends."""
 
     def __init__(self, pipe: Any) -> None:
         self._pipe = pipe
@@ -177,7 +177,7 @@ class Server:
         self.checkpoints = Checkpoints(states, every, say)
 
     def serve(self) -> None:
-        """Answer one request after the other."""
+        """Answer the parent's requests one after the other."""
         while True:
             scene, *how = self._next()
             self._send(self._computed(scene, *how) if how else _warmed(scene))
@@ -232,7 +232,7 @@ def _warmed(scene: Scene) -> str:
 
 
 def main() -> None:
-    """Serve requests from the socket whose descriptor is this process's argument."""
+    """Serve requests from a socket; the argument of this process is its descriptor."""
     for name in SIGNALS:  # only the parent requests a stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()

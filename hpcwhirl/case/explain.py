@@ -16,7 +16,7 @@ from hpcwhirl.scene import Scene, apply_settings
 
 
 class Note(TypedDict):
-    """One omission of a plan: what is left out, why that is safe, what it saves."""
+    """A part that the plan of a case leaves out: which, why that is safe, the gain."""
 
     left_out: str
     why: str

@@ -179,7 +179,7 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
 
 
 def shortest_limits(model: Model, scene: Scene) -> dict[str, float]:
-    """Return {body: longest stable step, s} over all speeds of a scene."""
+    """Return {body: longest stable time step, s}, for all speeds of a scene."""
     slow, fast = (model.limits(speed) for speed in extremes(scene))
     return {body: min(slow[body], limit) for body, limit in fast.items()}
 
@@ -197,7 +197,7 @@ def check_step(model: Model, scene: Scene) -> None:
 
 
 def check_count(scene: Scene) -> None:
-    """Raise InputError if the step that accuracy chooses gives too many steps."""
+    """Raise InputError if the step that `accuracy` chooses makes a run too long."""
     step, end = scene.solver.time_step, scene.end_times[-1]
     if not end <= MOST_STEPS * step:
         raise InputError(
@@ -480,7 +480,7 @@ def beat_of(model: Model, scene: Scene) -> int:
 
 
 def step_counts(scene: Scene) -> tuple[int, int]:
-    """Return (steps of the whole run, steps between samples)."""
+    """Return (time steps of the whole run, time steps between samples of traces)."""
     step = scene.solver.time_step
     total = max(1, math.ceil(scene.end_time / step - 1e-9))
     stride = min(scene.output.interval / step, float(total))

@@ -139,7 +139,10 @@ def _settling(
 
 
 def plan_of(scene: Scene, model: Model) -> Plan:
-    """Return the plan of a scene; `model` is the model of all sectors."""
+    """Return the plan of a scene: which part is integrated, and until when.
+
+    model : the model of all sectors
+    """
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
@@ -149,9 +152,9 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 
 
 def lean_of(scene: Scene, model: Model) -> Marched:
-    """Return the scene and the model that are integrated for a scene and its model.
+    """Return the scene and the model that are integrated.
 
-    They are those of all sectors, or of one sector if g > 1 sectors move alike.
+    They are those of one sector if g > 1 sectors move alike, else `scene` and `model`.
     """
     folds = folds_of(scene)
     if folds == 1:

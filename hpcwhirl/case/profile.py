@@ -194,7 +194,7 @@ def _missed(table: str, scale: float) -> float:
 
 
 def release_step(scene: Scene) -> int:
-    """Return the step at whose end a casing is released; `NEVER` if it is not."""
+    """Return the time step at whose end a casing is released; `NEVER` if it is not."""
     casing = scene.engine.casing
     if casing.profile_release == 0.0 or not len(profile_of(scene).orders):
         return NEVER

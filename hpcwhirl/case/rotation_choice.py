@@ -92,7 +92,10 @@ class Choice(NamedTuple):
 
 
 def needing(scene: Scene) -> str:
-    """Return the input (or `FREE`) that makes a scene need rotation full; "": none."""
+    """Return what makes a scene need `rotation = "full"`; "": nothing.
+
+    It is the name of an input, or `FREE`, a free centre.
+    """
     rotor = scene.engine.rotor
     usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
     own = [name for name, value in usual.items() if getattr(rotor, name) != value]
@@ -109,7 +112,7 @@ def needing(scene: Scene) -> str:
 def choice_of(scene: Scene) -> Choice:
     """Return the choice of rotation auto for a scene, none or full, and its reason.
 
-    `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
+    The attribute `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
 
     Raises
     ------

@@ -50,7 +50,7 @@ class SpeedLaw:
 
     @property
     def lasts(self) -> float:
-        """Duration of the change, s; of a decay its time constant."""
+        """Time until the speed is constant, s; of a decay its time constant."""
         if self.kind == "table":
             return self.times[-1]
         time = (self.end - self.start) / self.rate
@@ -237,7 +237,7 @@ class Schedule:
 
     @cached_property
     def law(self) -> SpeedLaw | None:
-        """The law of the speed."""
+        """The law of the speed over time; None: the speed is constant."""
         return law_of(self.scene)
 
     def gap(self, time: float) -> float:
@@ -272,14 +272,14 @@ class Schedule:
 
     @cached_property
     def _ahead(self) -> Floats:
-        """The least gap from the start of each interval on, (intervals,), m."""
+        """The least gap from the start of each interval to the end, (intervals,), m."""
         count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
         times = np.arange(count // self.every + 2) * self.every
         gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
         return np.minimum.accumulate(gaps[::-1])[::-1]
 
     def least_gap(self, steps: int) -> float:
-        """Return the least gap from step number `steps` on, m."""
+        """Return the least gap, m, from a time step, `steps`, to the end."""
         return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
 
 
@@ -294,7 +294,10 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 
 
 def rides(scene: Scene, model: Model) -> bool:
-    """Return whether a casing of harmonics is integrated in the rotor's frame."""
+    """Return whether the casing is integrated in the rotor's frame.
+
+    Only a casing given by harmonics can be.
+    """
     apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
     return not (apart or scene.engine.casing.discretization == "elements")
 

@@ -113,7 +113,10 @@ class Wheel(NamedTuple):
     content: str
 
     def casing(self, casing: Casing) -> tuple[str, str]:
-        """Return (path, digest) of the file of a casing from file, else ("", "")."""
+        """Return (path, digest) of the engine file if it gives the casing, too.
+
+        ("", "") for any other casing.
+        """
         return (
             (self.file, self.content) if casing.discretization == "file" else ("", "")
         )

@@ -251,7 +251,7 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
 
 def _explain(design: Design) -> None:
-    """Print on stderr what the plan of each kind of cases leaves out."""
+    """Print on stderr what the plans of the cases leave out, each kind once."""
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}

@@ -126,7 +126,7 @@ def _print_first(
 
 
 def _is_same(values: NDArray[Any]) -> bool:
-    """Return whether there are several values and all are equal."""
+    """Return whether a column has several values that are all equal."""
     return len(values) > 1 and bool((values == values[0]).all())
 
 

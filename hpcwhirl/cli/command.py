@@ -256,7 +256,7 @@ class _Deaf(io.FileIO):
 
 
 class _Strict(io.FileIO):
-    """Raw stdout; a failed write is a MissingFileError, but a closed pipe is not."""
+    """Raw stdout: a failed write is a MissingFileError, a closed pipe is not."""
 
     def write(self, data: Any) -> int:
         """Write some of the data and return the number of bytes, like `io.FileIO`."""

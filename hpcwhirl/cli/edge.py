@@ -44,7 +44,11 @@ NONE = {"word_high": "", "message": ""}  # of a line without edge; numbers are N
 
 
 class Asked(NamedTuple):
-    """An edge to follow: inputs fixed on a campaign's line, scene, both forces, N."""
+    """An edge to follow.
+
+    fixed : {input: value} that a line of a campaign's cases has in common
+    scene, low, high : the case; forces of the two pulses, N
+    """
 
     fixed: dict[str, Any]
     scene: Scene
@@ -118,7 +122,10 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
 
 
 def _asked(args: argparse.Namespace) -> list[Asked]:
-    """Return the edges to follow: one of a scene, or one on each line of a campaign."""
+    """Return the edges to follow: one of a scene, or one on each line of a campaign.
+
+    A line is a group of cases that differ in force only.
+    """
     from hpcwhirl.store.reading.results_file import results_of
     from hpcwhirl.store.reading.select import number_of
 

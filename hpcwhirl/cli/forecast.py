@@ -165,7 +165,7 @@ def _more(cost: Forecast, design: Design) -> str:
 
 
 def _twins(design: Design) -> str:
-    """Return a clause on twins whose number depends on words not known yet."""
+    """Return a clause on twins, which the forecast does not count; "" without twins."""
     twins = design.twins
     if twins is None:
         return ""

@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(name: str | None) -> list[InputFact]:
-    """Return the inputs or table keys that a name stands for; None: all inputs."""
+    """Return what is known of inputs or table keys with a name; None: all inputs."""
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
     designs = design_tables()

@@ -247,7 +247,10 @@ def _then(found: FirstChange) -> str:
 
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
-    """Print the safe range along each input of ``--at``, around the point they give."""
+    """Print the safe range along each input of ``--at``.
+
+    The settings of --at give the point around which the ranges lie.
+    """
     from hpcwhirl.analysis.margins import working_point
 
     found = working_point(data, _point(args.at), args.sure)
@@ -264,7 +267,7 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
 
 
 def _point(settings: list[str]) -> dict[str, float]:
-    """Return {input: value in SI} of the settings of --at."""
+    """Return {input: value in SI} by the texts ``NAME=V`` of --at."""
     from hpcwhirl.scene import input_names
     from hpcwhirl.store.reading.select import number_of, variable_of
 
@@ -282,7 +285,10 @@ def _point(settings: list[str]) -> dict[str, float]:
 
 
 def _each_columns(found: list[Along]) -> dict[str, Any]:
-    """Return the table of safe ranges by input, {column: (inputs,)}, in SI."""
+    """Return the table {column: (inputs,)}, in SI: a safe range along each input.
+
+    found : these ranges
+    """
     out: dict[str, Any] = {"input": [a.name for a in found]}
     out["unit"] = [UNITS.get(a.name, "1") for a in found]
     out["at"] = [a.value for a in found]

@@ -200,7 +200,7 @@ def told_circle(circle: dict[str, Any]) -> str:
 
 
 def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
-    """Return lines on the time-step limits, the tips' growth and the unbalance."""
+    """Return lines on a model's time-step limits, tip growth and unbalance."""
     unit, rotation = DERIVED["time_step_limit"].unit, facts["rotation"]
     circle, growth = rotation["unbalance"], rotation["tip_growth"]
     lines = [

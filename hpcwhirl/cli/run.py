@@ -105,7 +105,7 @@ def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
 
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
-    """Write the file of --out and the figures of --plot."""
+    """Write the results file of --out and the figures of --plot."""
     from hpcwhirl.campaign.finalize import write_case
 
     if args.out:
@@ -149,7 +149,7 @@ def _explained(march: March) -> dict[str, Any]:
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a case's row with the terms of the energy ledger moved into `ledger`."""
+    """Return a case's row; the terms of the energy ledger are in its entry `ledger`."""
     facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
     facts["ledger_error"] = row["ledger_error"]
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}

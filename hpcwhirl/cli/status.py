@@ -165,7 +165,7 @@ def _counts(found: Mapping[str, int]) -> str:
 
 
 def _ranks(found: Sequence[Computing]) -> str:
-    """Return a text: cases that the first `MOST_SHOWN` ranks compute, since when."""
+    """Return a text: what the first `MOST_SHOWN` ranks compute, and for how long."""
     from hpcwhirl.campaign.progress import duration_text
 
     parts = []

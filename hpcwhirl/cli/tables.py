@@ -140,7 +140,7 @@ def _plain(value: Any) -> Any:
 
 
 def cell(value: Any) -> str:
-    """Return a value as text for a table, "" for NaN."""
+    """Return a value as text for a table; NaN as ""."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
     return one_line(str(value))

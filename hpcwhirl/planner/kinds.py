@@ -99,7 +99,10 @@ class Chains:
             self._next.setdefault(before[case], []).append(case)
 
     def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
-        """Return the cases that begin where `case` ended, even if it failed."""
+        """Return the cases that begin with the last state of `case`, even if it failed.
+
+        end : how it has ended, which has no influence
+        """
         return Followers(self._next.get(case, ()))
 
 

@@ -59,7 +59,7 @@ class Completion(NamedTuple):
 
     @property
     def word(self) -> str:
-        """The regime, by which neighbouring cases are compared; "" for none."""
+        """The regime, by which neighbouring cases are compared; "" if there is none."""
         word = word_of(self.status, self.outcome, self.regime)
         return word if word in REGIMES else ""
 
@@ -90,7 +90,7 @@ class JobCode(NamedTuple):
     twins: int
 
     def encode(self, job: Job) -> int:
-        """Return the number of a job."""
+        """Return the number by which a job is sent to a rank."""
         return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
 
     def decode(self, number: int) -> Job:
@@ -239,7 +239,7 @@ class Planner:
         return row if row < self.kind.first else self._more[row - self.kind.first]
 
     def left(self) -> Jobs:
-        """Return the jobs that are left, sorted by row and twin."""
+        """Return the jobs that are left, sorted by row of the case and by twin."""
         state = self._states
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
@@ -252,23 +252,26 @@ class Planner:
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Whether a job of each case, or of one of its twins, is left, (rows,)."""
+        """Whether each case, or one of its twins, has a job left, (rows,).
+
+        There is a row for each case known so far, as in all arrays (rows,).
+        """
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether each case, or one of its twins, failed in its last stage, (rows,)."""
+        """Whether each known case, or a twin, failed in its last stage, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether each case failed in its last stage, its twins apart, (rows,)."""
+        """Whether each known case failed in its last stage, (rows,), twins apart."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
     def twinned(self) -> NDArray[np.bool_]:
-        """Whether each case has twins, as known so far, (rows,)."""
+        """Whether each known case has twins by what has ended so far, (rows,)."""
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:

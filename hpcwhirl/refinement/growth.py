@@ -114,7 +114,7 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address]) -> list[Address]:
-        """Return the cases of `new` that the budget allows; [] if nothing is left."""
+        """Return the cases of `new` that the budget allows; [] if it allows none."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []

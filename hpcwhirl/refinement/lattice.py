@@ -46,7 +46,7 @@ class Side:
 
     @property
     def last(self) -> int:
-        """Place of the last coarse value."""
+        """Place (an integer, see `lattice`) of the last coarse value."""
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
@@ -57,11 +57,11 @@ class Side:
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
-        """Return the level of a place: n if n bisections lead to it, 0 if coarse."""
+        """Return how many bisections lead to a place; 0 for a coarse value."""
         return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
 
     def value(self, place: int) -> float:
-        """Return the input's value at a place."""
+        """Return the value of the input at a place, an integer (see `lattice`)."""
         number, rest = divmod(place, 1 << self.depth)
         if not rest:
             return self.values[number]
@@ -102,7 +102,7 @@ class Lattice:
 
     @cached_property
     def depth(self) -> int:
-        """Number of levels below the coarse one."""
+        """Number of levels of cells below the coarse one, the same as bisections."""
         return max(side.depth for side in self.sides)
 
     def level(self, point: Point) -> int:
@@ -111,7 +111,7 @@ class Lattice:
         return max(side.level(place) for side, place in both)
 
     def coarse(self) -> Iterator[Cell]:
-        """Yield the cells of level 0."""
+        """Yield the cells of level 0, between neighbouring coarse values."""
         starts = (range(0, side.last, 1 << side.depth) for side in self.sides)
         for low in itertools.product(*starts):
             yield 0, low
@@ -124,7 +124,7 @@ class Lattice:
         )
 
     def corners(self, cell: Cell) -> tuple[Point, ...]:
-        """Return the corners of a cell, the last input varying fastest."""
+        """Return the corners of a cell as points; the last input varies fastest."""
         ends = zip(cell[1], self.sizes(cell), strict=True)
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
@@ -140,7 +140,7 @@ class Lattice:
         return level, tuple(low)
 
     def at_end(self, cell: Cell) -> bool:
-        """Return whether a cell cannot be split."""
+        """Return whether a cell cannot be split, as its intervals are the smallest."""
         level, low = cell
         return all(
             side.depths[x >> side.depth] <= level
@@ -148,7 +148,7 @@ class Lattice:
         )
 
     def children(self, cell: Cell) -> list[Cell]:
-        """Return the cells of the next level within a cell."""
+        """Return the cells, one level finer, into which a cell is split."""
         level, low = cell
         starts = []
         for side, x in zip(self.sides, low, strict=True):

@@ -69,7 +69,7 @@ class Rule:
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:
-    """Return the rule from `Rule.plain`; raise StoreError if that data is damaged."""
+    """Return the rule from data by `Rule.plain`; raise StoreError if it is damaged."""
     try:
         fields = dict(plain)
         fields["depths"] = tuple(map(tuple, fields["depths"]))
@@ -166,7 +166,7 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return {input: value} of a case, from its point, panel and preset."""
+        """Return {input: value} of a case, by its point, panel and fidelity."""
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
@@ -183,7 +183,7 @@ class Family:
 
     @property
     def most(self) -> int:
-        """Upper bound of the number of cases: all cells split, within the budget."""
+        """Upper bound of the number of cases: all cells split, or the budget spent."""
         points = 1
         for side in self.lattice.sides:
             points *= 1 + sum(1 << depth for depth in side.depths)

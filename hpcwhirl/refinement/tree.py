@@ -46,7 +46,7 @@ class Node:
 
     @property
     def mixed(self) -> bool:
-        """Whether words of the same fidelity differ at the cell's points."""
+        """Whether words of the same fidelity differ between points of the cell."""
         return any(map(apart, self.seen))
 
     @property
@@ -211,7 +211,10 @@ class Tree:
             self._revisit_waiting(cell)
 
     def _revisit_waiting(self, cell: Cell) -> None:
-        """Apply the rules again to cells that wait to know whether `cell` is mixed."""
+        """Let the rules be applied again to cells that wait for words at this cell.
+
+        They wait to know whether a coarser cell around them lies in speckle.
+        """
         level, low = cell
         for above in range(max(level - self.levels, 0), level):
             self._todo += self._asking.pop(self.lattice.at(above, low), ())

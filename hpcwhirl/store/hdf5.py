@@ -53,7 +53,7 @@ class _Patient(io.FileIO):
     failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write some bytes or keep the error; return their number in either case."""
+        """Write bytes, or keep the error; return their number in either case."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:

@@ -177,7 +177,7 @@ def forecast(
 
 
 def age() -> float:
-    """Return the age of this process, s."""
+    """Return the time since this process was started, s."""
     ticks = begun(os.getpid())
     if ticks is None:  # not Linux
         return time.process_time()

@@ -110,7 +110,10 @@ def _each(
 
 
 def _steps(design: Design) -> tuple[float, float]:
-    """Return the number of steps of the middle coarse case at fidelity 0 and at 1."""
+    """Return the numbers of time steps of a case at fidelity 0 and at 1.
+
+    The case is the middle one of the coarse cases.
+    """
     family = design.family
     middle = family.coarse[len(family.coarse) // 2]
     first = design.predicted(family.number(middle))[0]

@@ -66,7 +66,7 @@ class Costs:
 
     @classmethod
     def unknown(cls) -> Costs:
-        """Return empty costs, for ranks that do not hand out cases."""
+        """Return costs of no cases, for ranks that do not hand out cases."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, case: int, seconds: float) -> None:
@@ -81,7 +81,7 @@ class Costs:
         self.factor[known] = seconds[known] / self.nominal[known]
 
     def cover(self, planner: Planner) -> None:
-        """Do nothing: the planner of a plain design adds no cases."""
+        """Do nothing: without refinement a planner adds no cases."""
 
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
         """Return the predicted times of m cases, s, (m,), by their numbers."""
@@ -126,7 +126,7 @@ class RefinedCosts(Costs):
         self._ratio: dict[int, float] = {}
 
     def cover(self, planner: Planner) -> None:
-        """Append the cases that the planner has added since the last call."""
+        """Append costs of the cases that the planner has added since the last call."""
         rows = range(len(self.nominal), len(planner))
         if not rows:
             return

@@ -69,7 +69,7 @@ MOST_TOLD = 200  # largest number of characters of the inputs that two cases sha
 
 
 class Scenes(OfCases[Scene]):
-    """Sequence of the scenes of a design, each made on access."""
+    """Sequence of the scenes of all cases of a design, each made on access."""
 
     def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
         self.base, self.settings = base, settings
@@ -161,7 +161,7 @@ class Design:
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
-        """Return the design of one case, with its engine file as it is now."""
+        """Return the design of a single case, with its engine file as it is now."""
         return cls(scene, Table.of([{}]), ())
 
     @cached_property
@@ -197,14 +197,14 @@ class Design:
 
     @cached_property
     def family(self) -> Family:
-        """All possible cases of a refined design."""
+        """The `Family` of a refined design: all cases that it may have."""
         if self.rule is None:
             raise TypeError
         return Family(self.rule, self.settings, WHOLE)
 
     @property
     def most(self) -> int:
-        """Largest possible number of cases."""
+        """Largest possible number of cases, with all refined ones."""
         return self.family.most if self.grows else len(self.settings)
 
     @property
@@ -214,7 +214,7 @@ class Design:
         return JobCode(cases, self.twins.count if self.twins else 0)
 
     def name(self, case: int) -> str:
-        """Return the name of a case in messages: its number, or inputs if refined."""
+        """Return how messages name a case: by its number, or by inputs if refined."""
         if self.rule is None or case < len(self.settings):
             return f"case {case}"
         own = self.settings_of(case)
@@ -223,14 +223,14 @@ class Design:
         return f"case {', '.join([*told, *([self.rule.confirm] if again else [])])}"
 
     def settings_of(self, case: int) -> Settings:
-        """Return {input: value} that a case sets."""
+        """Return {input: value} of the inputs that a case sets, the swept ones."""
         if case < len(self.settings):
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
     @cached_property
     def scene(self) -> Callable[[int], Scene]:
-        """The function from a case to its scene; the last ones are cached."""
+        """The function from the number of a case to its scene, with a cache."""
 
         def scene(case: int) -> Scene:
             return apply_settings(self.base, self.settings_of(case))
@@ -314,7 +314,7 @@ class Design:
         return first, mean(again)
 
     def manifest(self) -> Manifest:
-        """Return the manifest that is stored in the campaign's directory."""
+        """Return the plan of the campaign, as its directory stores it."""
         file = self.base.engine.file
         content: dict[str, Any] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION

@@ -51,7 +51,7 @@ BITS = 53  # number of bits in the significand of a double
 
 
 class Sample(SampleTable):
-    """The table [sample], and the draws that follow from it."""
+    """The table [sample] of a campaign; its methods draw the inputs of cases."""
 
     @property
     def each(self) -> int:
@@ -67,7 +67,10 @@ class Sample(SampleTable):
         return found | ({TUNED: True} if self.tuned else {})
 
     def draws(self, blades: int) -> Axis:
-        """Return the draws as an axis of cases, for an engine with `blades` blades."""
+        """Return the draws as an axis of cases: values of the drawn inputs.
+
+        blades : N, the number of values in a draw of an input with one per blade
+        """
         widths = [blades if takes_list(name) else 1 for name in self.laws]
         if self.method != SALTELLI:
             found = self._axis(self._unit(sum(widths)), widths)
@@ -182,11 +185,11 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
 
 
 class Twins(TwinsTable):
-    """The table [twins], and the twins that follow from it."""
+    """The table [twins] of a campaign; its methods make the twins of cases."""
 
     @property
     def is_late(self) -> bool:
-        """Whether the twins of a grid are chosen by the regimes of all its cases."""
+        """Whether twins are chosen only when the regimes of all cases are known."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:

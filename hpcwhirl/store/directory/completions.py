@@ -199,7 +199,10 @@ def family_of(plan: Manifest) -> Family:
 
 
 def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
-    """Return a function from case number to digest, for a refined campaign."""
+    """Return the function from the number of a refined campaign's case to its digest.
+
+    family : all its possible cases
+    """
     find = digests_of(plan)
     known = dict(enumerate(plan.digests))
 
@@ -239,7 +242,7 @@ class Ended:
 
     @classmethod
     def nothing(cls, plan: Manifest) -> Ended:
-        """Return the completed jobs of a plan of which no job has ended."""
+        """Return what is completed in a plan of which no job has ended: nothing."""
         count = len(plan.digests)
         over, ok = np.zeros((2, count), dtype=bool)
         seconds, steps = np.full((2, count), np.nan)
@@ -317,7 +320,10 @@ def stages_of(plan: Manifest) -> Stages:
 
 
 def is_plain(plan: Manifest) -> bool:
-    """Return whether in a plan each case is one job, and none follows from another."""
+    """Return whether each case of a plan is one job, and none follows from another.
+
+    So it has no twins, extension, refinement or branches.
+    """
     chained = "history" in plan.table.names
     return not (plan.refine or plan.twins or plan.extended or chained)
 

@@ -104,13 +104,13 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether the process that wrote this note ran on this host and is dead."""
+        """Whether the process of this note ran on this host and is dead."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
 
 def _note(path: Path) -> Note | None:
-    """Return the note in a heartbeat file; None if the file has no complete note."""
+    """Return the content of a heartbeat file; None if it is incomplete."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}

@@ -82,7 +82,7 @@ class Journals:
         return {record["digest"]: record for record in self.records()}
 
     def by_file(self) -> dict[str, list[Record]]:
-        """Return {journal: its records in the order written}, the oldest run first."""
+        """Return {journal: its records in written order}, the oldest run first."""
         out = defaultdict[str, list[Record]](list)
         for rows in self.rows():
             out[rows.journal.stem] += map(rows.record, range(len(rows)))
@@ -110,7 +110,7 @@ class Journals:
         return traces
 
     def is_whole(self, record: Record) -> bool:
-        """Return whether the traces of a record, if any, are undamaged."""
+        """Return whether the traces of a record are undamaged; True without traces."""
         if not record.get("traces"):
             return True
         try:
@@ -269,7 +269,7 @@ class Journal(AbstractContextManager["Journal"]):
         self._head = b""  # the header is written once
 
     def _keep_names(self) -> None:
-        """Sync the directories of the files, so that they survive a crash."""
+        """Sync the directories of both files, so that their names survive a crash."""
         if self._named:
             return
         own = self.journals

@@ -67,7 +67,7 @@ class Manifest:
 
     @cached_property
     def table(self) -> Table:
-        """The settings of the cases as columns."""
+        """The values that cases set, as columns."""
         return Table.of(self.settings)
 
     def values(self, name: str, default: Any = None) -> list[Any]:
@@ -80,7 +80,10 @@ class Manifest:
 
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted input: value} of a plan's `base`, without its other entries."""
+    """Return {dotted input: value} of a plan's `base`.
+
+    Entries of `base` that are no inputs are left out.
+    """
     return {
         n: v
         for n, v in base.items()
@@ -207,7 +210,7 @@ def _unpacked(data: dict[str, Any]) -> bool:
 
 
 def _has_types(data: dict[str, Any]) -> bool:
-    """Return whether the values of a plan have the types of `Manifest`."""
+    """Return whether the entries of a plan, read from JSON, have the right types."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     kinds |= {"extended": list, "twins": dict, "refine": dict}
     return (

@@ -356,7 +356,7 @@ def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
 
 
 def _owner(path: Path) -> Owner | None:
-    """Return who made a claim, from its file; None if it is no regular file."""
+    """Return the `Owner` of a claim by its file; None if that is no regular file."""
     data = b""
     try:
         state = path.lstat()

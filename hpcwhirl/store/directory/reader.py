@@ -303,7 +303,7 @@ def _text(slots: Array, layout: Layout) -> Record | None:
 
 @lru_cache(maxsize=256)
 def _json(text: bytes) -> Record | None:
-    """Return the JSON object in a text, None for anything else; cached."""
+    """Return the JSON object in some bytes, None for anything else; cached."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):  # not written by this program
@@ -363,7 +363,10 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def samples_of(text: Record) -> int | None:
-    """Return the number of samples in the traces of a record; None without traces."""
+    """Return the number of samples in the traces of a record; None without traces.
+
+    text : entries of the record that have no binary field
+    """
     try:
         return int(text["traces"]["shapes"]["time"][0])
     except (*MALFORMED, IndexError):

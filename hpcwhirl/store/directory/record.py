@@ -73,17 +73,17 @@ class Layout:
         self._body = struct.Struct(f"<{bits}s{codes}")
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
-        """Pickle the fields only; compiled parts cannot be pickled."""
+        """Pickle the fields only: compiled structures cannot be pickled."""
         return Layout, (self.fields,)
 
     @property
     def kinds(self) -> dict[str, str]:
-        """Kinds of the fields, by `TABLE.NAME`."""
+        """{`TABLE.NAME`: kind of the field} of all fields."""
         return {named(t, n): kind for t, n, kind, _ in self.fields}
 
     @cached_property
     def words(self) -> dict[str, Sequence[str]]:
-        """Words of the fields of the kind `word`, by `TABLE.NAME`."""
+        """{`TABLE.NAME`: possible words} of the fields of the kind `word`."""
         return {named(t, n): w for t, n, kind, w in self.fields if kind == "word"}
 
     @property
@@ -195,7 +195,7 @@ def _header(body: bytes) -> Header:
 
 @lru_cache(maxsize=64)
 def _layout(fields: str) -> Layout:
-    """Return the layout of fields in JSON; equal layouts are one object."""
+    """Return the layout of fields in JSON; for equal JSON, the same object."""
     layout, own = Layout(json.loads(fields)), Layout(fields_of())
     if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
         raise ValueError("fields of other kinds")
@@ -311,7 +311,11 @@ KINDS = {
 
 
 def _kind(name: str, words: Sequence[str]) -> _Kind:
-    """Return a kind by its name; the kind `word` is stored as an index in `words`."""
+    """Return how values of a kind are stored.
+
+    name, words : name of the kind; for the kind `word`, its words, of which a value is
+        stored as an index
+    """
     if name != "word":
         return KINDS[name]
     places = {word: place for place, word in enumerate(words)}
@@ -349,13 +353,13 @@ def unpacked(
 
 
 def sealed(record: Record) -> bytes:
-    """Return a JSON object as a line with its checksum."""
+    """Return a JSON object as a line of text with its CRC-32."""
     body = json.dumps(record).encode()
     return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
 
 
 def opened(line: bytes) -> Record | None:
-    """Return the JSON object of a line, None if its checksum is wrong."""
+    """Return the JSON object in a line by `sealed`; None if its CRC-32 is wrong."""
     seal, _, body = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None

@@ -27,7 +27,7 @@ class Runs:
         self.place = folder / "runs"
 
     def files(self) -> list[Path]:
-        """Return the files in the order of the runs."""
+        """Return the files in the directory, in the order of the runs."""
         return listed(self.place, ".json")
 
     def write(self, run: int, shares: list[Share], stopped: str = "") -> None:

@@ -110,7 +110,7 @@ class States:
             self._path(digest).unlink()
 
     def names(self) -> set[str]:
-        """Return the digests of the cases with a saved state."""
+        """Return the digests of all cases with a saved state."""
         return {path.stem for path in listed(self.place, ".state")}
 
 

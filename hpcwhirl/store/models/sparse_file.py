@@ -314,7 +314,12 @@ def _free_memory() -> float:
 def _compressed(
     source: _Source, name: str, arrays: Mapping[str, Array]
 ) -> sparse.csr_array:
-    """Return the matrix of CSR data, indices, indptr; of CSC arrays, its transpose."""
+    """Return the matrix of arrays data, indices and indptr in CSR form.
+
+    Of arrays in CSC form, it is the transpose.
+
+    source, name : file and name of the matrix, for errors
+    """
     size = len(arrays["indptr"]) - 1
     _check_square(source, name, (size, size))
     parts = tuple(arrays[part] for part in PARTS)

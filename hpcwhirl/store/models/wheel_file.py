@@ -264,7 +264,7 @@ def read_wheel(path: Path) -> FiniteElements:
 
 
 def _kind_of(document: dict[str, Any], file: str) -> str:
-    """Return "wheel" or "sector", the table that a document has; refuse others."""
+    """Return which table a document has, "wheel" or "sector"; refuse others."""
     kinds = [name for name in ("wheel", "sector") if name in document]
     if len(kinds) != 1:
         msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
@@ -432,7 +432,10 @@ def _centre(table: _Table, size: int, angle: float) -> Centre:
 
 
 def _cut(table: _Table, size: int) -> Cut:
-    """Return the DoF on both cuts of a sector; refuse cuts of different sizes."""
+    """Return the DoF on both cuts of a sector; refuse cuts of different sizes.
+
+    table, size : table [sector] of the TOML file; number of DoF
+    """
     found = {name: table.indices(name, size) for name in CUTS}
     for left, right in (
         ("left", "right"),

@@ -76,7 +76,7 @@ def _opened(
 
 
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
-    """Return decoded results with words instead of codes, which are read now."""
+    """Return results with words instead of codes; the codes are read now."""
     named = {}
     for name in ENUMS.keys() & data.variables.keys():
         coded = data.variables[name]

@@ -171,7 +171,7 @@ class Results:
 
     @cached_property
     def plan(self) -> Manifest:
-        """The plan of the campaign, with the cases in the order of the file's rows."""
+        """The plan of the campaign; its cases are in the order of the file."""
         with reading(self.path):
             plan = plan_of_results(self.path, self.file)
         if len(plan.digests) != len(self):

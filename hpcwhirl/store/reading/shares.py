@@ -145,11 +145,11 @@ class Credibility:
 
     @property
     def share(self) -> tuple[float, float, float]:
-        """The share `kept` / `cases`, and the ends of its 95 % interval (Wilson)."""
+        """Share of cases, `kept` / `cases`, and its 95 % interval (Wilson)."""
         return interval(self.kept, self.cases)
 
     def __str__(self) -> str:
-        """Return the numbers as one line of text."""
+        """Return these numbers as one line of text."""
         if not self.cases:
             return f"no {WHICH[self.of]} with twins"
         share, low, high = self.share

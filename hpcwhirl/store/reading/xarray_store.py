@@ -47,7 +47,7 @@ class ResultsStore(AbstractDataStore):
         return attributes_of(self.file)
 
     def get_variables(self) -> dict[str, Variable]:
-        """Return {name: variable}; nothing is read yet."""
+        """Return {name: variable} of all groups; no values are read yet."""
         found = {n: self._variable(n) for n in _datasets(self.file)}
         for group in filter(self.file.__contains__, self.prefixes):
             for name in _datasets(self.file[group]):
@@ -79,7 +79,7 @@ class ResultsStore(AbstractDataStore):
         self.file.close()
 
     def __reduce__(self) -> Any:
-        """Pickle what opens the file again."""
+        """Pickle the path and the prefixes; unpickling opens the file again."""
         return type(self), (self.path, self.prefixes)
 
 
@@ -106,7 +106,7 @@ class _Column(BackendArray):
 
 
 def _datasets(group: h5py.Group) -> Iterator[str]:
-    """Yield the names of a group's variables."""
+    """Yield the names of the HDF5 datasets, the variables, in a group."""
     for name in group:
         if group.get(name, getclass=True) is h5py.Dataset:
             yield name

@@ -163,7 +163,7 @@ def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
 
 
 def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
-    """Return {variable: value} of a case's inputs; used for cases without a result."""
+    """Return {variable: value} of a case's inputs, for a case without a result."""
     values = plan.base | plan.settings[case]
     if values.get("revolutions"):
         asked = values["duration"], values["revolutions"], values["speed"]

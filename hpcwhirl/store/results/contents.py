@@ -116,7 +116,7 @@ class Contents:
         return float(found[0]) if len(found) == 1 else None
 
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
-        """Return {trace: shape of one case, padded to the longest}."""
+        """Return {trace: shape of its array for one case, padded to the longest}."""
         longest = int(self.samples.max(initial=0))
         shapes = {
             name: (longest, *(self.sizes[axis] for axis in TRACES[name].axes))
@@ -302,7 +302,10 @@ def parts_of(
 
 
 def source_of(directory: Directory) -> str:
-    """Return a digest of the files that results are gathered from, "" if unknown."""
+    """Return a digest of the files that results are gathered from; "": unknown.
+
+    It covers the plan, and names, sizes and times of the other files.
+    """
     told = [__version__, *ROW, *STATUS, *PERFORMANCE]
     try:
         told.append(hashlib.sha256(read_regular(directory.plan.path)).hexdigest())

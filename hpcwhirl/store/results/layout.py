@@ -152,7 +152,10 @@ def define(
 
 
 def _define_twins(file: h5py.File, contents: Contents) -> None:
-    """Define the shares of twins with each word, and the group of the twins' rows."""
+    """Define the variables for the rows of twins, and for shares of their words.
+
+    contents : what results are gathered from
+    """
     twins = contents.plan.twins
     file.attrs[SURE] = np.float64(twins["sure"])
     file.attrs[TWINS_OF] = utf8(twins["of"])

@@ -29,7 +29,7 @@ def drawn_axis(plan: Manifest) -> Axis:
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
-    """Return {name: JSON} of the root attribute with a plan's [sample], {} without."""
+    """Return {attribute: JSON} with a plan's [sample]; {} without [sample]."""
     if SAMPLE not in plan.base or not plan.settings:
         return {}
     told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
@@ -68,7 +68,7 @@ class Drawn:
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Whether each draw is independent of all others, (cases,)."""
+        """Whether the draw of each case is independent of all others, (cases,)."""
         if self.method != SALTELLI:
             return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)
@@ -88,7 +88,7 @@ def points_of(
 
 
 def is_sampled(data: xarray.Dataset) -> bool:
-    """Return whether inputs of some results were drawn."""
+    """Return whether inputs of the cases in some results were drawn."""
     return SAMPLE in data.attrs
 
 

@@ -54,7 +54,7 @@ def changes_in_time(plan: Manifest) -> bool:
 
 
 def details_of(plan: Manifest) -> set[str]:
-    """Return the distinct values of `output.traces` in the cases of a plan."""
+    """Return the values that `output.traces` has in the cases of a plan."""
     return {*map(str, plan.values(DETAIL))}
 
 
