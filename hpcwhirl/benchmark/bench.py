@@ -58,7 +58,7 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a march advanced beyond the pulse of a scene, set to take no samples.
+    """Return a scene's integration, advanced beyond its pulse, that takes no samples.
 
     scheme, contact : name of the integrator; whether blades may touch; otherwise the
         gap is `FAR`
@@ -98,7 +98,7 @@ def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
 
 
 def settled_all(asked: Sequence[Asked]) -> list[March]:
-    """Return, for each request, a march whose steps can be timed, see `settled`."""
+    """Return for each request the integration whose steps are timed, see `settled`."""
     return [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
 
 
@@ -110,8 +110,8 @@ def time_marches(
     Requests take turns and processor time is measured, so that other load of the
     machine affects all of them equally.
 
-    asked, marches : the requests, and the march of each by `settled_all`
-    repeats : number of times that the steps of each march are timed
+    asked, marches : the requests, and the integration of each by `settled_all`
+    repeats : number of times that the steps of each are timed
     """
     saved = [m.state._make(array.copy() for array in m.state) for m in marches]
     spent: list[list[float]] = [[] for _ in marches]
@@ -136,7 +136,7 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
 def _touching(march: March, saved: Any) -> float:
     """Return the mean number of blades in contact in a step with contact.
 
-    saved : state of the march at the first of the timed steps
+    march, saved : integration; its state at the first of the timed steps
     """
     march.put(saved)
     counter, counts = march.counter, []

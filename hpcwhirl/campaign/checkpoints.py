@@ -54,8 +54,8 @@ class Checkpoints:
     def set_out(self, digest: str, course: Course) -> None:
         """Continue a case's `course` from its saved state, if a saved state fits it.
 
-        An undecided case has marches to several end times, see `simulate.Course`; the
-        saved state may belong to any of these marches.
+        An undecided case is integrated by marches to several end times, see
+        `simulate.Course`; the saved state may belong to any of these.
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}
@@ -68,7 +68,10 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore a march from the saved state of its case, if that state fits it."""
+        """Restore an integration from the saved state of its case.
+
+        march : the integration; unchanged if no saved state fits it
+        """
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
@@ -86,7 +89,7 @@ class Checkpoints:
         """Return the arrays of a case's saved state; None if no state is saved.
 
         The state may be that of one of the sectors that move alike, or of all of them;
-        the march is changed to integrate as many as the state has.
+        `march` is changed to integrate as many as the state has.
         """
         try:
             return self.states.read(digest, {FITS: fingerprint(march)})
@@ -117,7 +120,7 @@ class Checkpoints:
             self.keep_state(digest, march, snapshot(march))
 
     def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Save a state of a march as the state of a case.
+        """Save a state of an integration, `march`, as the state of its case.
 
         arrays : the state, the present one of `march` or an earlier one
         """
@@ -131,7 +134,7 @@ class Checkpoints:
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether the end of a case is stored, its last motion).
+        """Return (whether an end of a case is stored, the last motion stored for it).
 
         The motion is None if no end is stored, or no case can continue from it.
         """

@@ -132,14 +132,14 @@ class Continued:
 
     Parameters
     ----------
-    march : march of the scene with all sectors; its state is overwritten
+    march : integration of the scene with all sectors; its state is overwritten
     look : time after which a motion gets its word, s; up to `LOOKS` times if undecided
 
     Attributes
     ----------
     words : (low, high), words of the sides; set once they are known
     stride : number of steps between two states of a motion that is followed
-    judged : number of continuations integrated
+    judged : number of continuations integrated to find a word
     """
 
     def __init__(self, march: March, look: float) -> None:
@@ -219,7 +219,7 @@ class Continued:
         return Leaving(word, start * self.step + later.judged.time, radius)
 
     def _put(self, moment: Moment) -> int:
-        """Set the march to a state; return the number of its time step."""
+        """Set the integration to a state; return the number of its time step."""
         put_between(self.march, moment.state, moment.state, 0.0)
         return self.march.steps
 
@@ -267,7 +267,7 @@ def edge(
 
 
 def moment_of(march: March) -> Moment:
-    """Return the present state of a march as a `Moment` without rows."""
+    """Return the present state of an integration, as a `Moment` without rows."""
     return Moment(copy_of(march), np.zeros((0, contact.COLUMNS)))
 
 
@@ -304,12 +304,12 @@ def edge_between(
 
 
 def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
-    """Return a march with all sectors, integrated beyond the end of its pulse.
+    """Return an integration with all sectors, advanced beyond the end of its pulse.
 
     Parameters
     ----------
     scene, force : the scene, and the force of the pulse, N
-    start : time at which the march is returned, s
+    start : time until which it is advanced, s
     longer : time by which it can be integrated further, s
     """
     settings: dict[str, Any] = {"force": force, "duration": start + longer}

@@ -181,7 +181,10 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return the preset of all cases and its accuracy loss, as attributes; {}: none."""
+    """Return {attribute: value}: the preset of all cases, and its accuracy loss.
+
+    {} without a preset, or if an input of the preset is swept.
+    """
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}

@@ -66,11 +66,11 @@ class Result:
     row : numbers of the motion, the same bits on every computation
     traces : {name: array} of n samples; N blades, n_c contact points per tip, H
         harmonics, P stress points: `time` (n,), s; `centre` (n, 2), m, STATIC frame;
-        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
-        `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
-        (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
+        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; with full traces
+        also `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and
+        `casing` (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
         `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
-        stress matrix `stress` (n, N, P), Pa; empty for `summary`
+        stress matrix `stress` (n, N, P), Pa; empty if none are kept
     performance : numbers that depend on the machine and its load, such as times
     """
 
@@ -142,7 +142,7 @@ def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) ->
 
 
 class Course:
-    """A case in progress: one march, then longer marches while it is undecided.
+    """A case in progress: one integration (march), then longer ones while undecided.
 
     A case that lasts longer has, bit for bit, the row and the traces of a case with
     that duration: a longer march continues from the last row of evidence, or starts
@@ -173,7 +173,7 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return a new march of the case, to one of its end times.
+        """Return a new integration of the case, to one of its end times.
 
         number : number of that end time, from 0, in `ends`
         """
@@ -186,7 +186,7 @@ class Course:
 
     @property
     def seconds(self) -> float:
-        """Computing time of the march and of the twins that measure chaos, s."""
+        """Computing time of the present march and of twins that measure chaos, s."""
         return self.march.seconds + (self.twins.seconds if self.twins else 0.0)
 
     @property
@@ -357,7 +357,7 @@ def begun(
     ----------
     case : the case
     march : function that integrates a case from a motion to its end and returns its row
-        and last march
+        and its last integration
     ends : storage of the last motions of cases; None: preceding cases are integrated
     """
     left, motion, scene = list[Scene](), None, case.given

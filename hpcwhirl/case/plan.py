@@ -63,8 +63,8 @@ class Plan:
     ----------
     folds : g, number of sectors that move alike, of which one is integrated; 1: all
         sectors are integrated
-    settles : whether the run seeks a certificate, after which it continues in closed
-        form or ends
+    settles : whether the run seeks a certificate (a proof that no blade can touch
+        again), after which it continues in closed form or ends
     settling : s, time after which the ring, if not touched, moves less than the gap
     """
 

@@ -193,7 +193,7 @@ def growth_of(model: Model) -> Callable[[float], float]:
 
 
 class Interval(NamedTuple):
-    """Constants of speed, angle and gap in an interval of a march.
+    """Constants of speed, angle and gap in an interval of the time integration.
 
     Attributes
     ----------
@@ -220,7 +220,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Schedule:
-    """The intervals of a march.
+    """The intervals of a time integration in which speed or gap change.
 
     Attributes
     ----------
@@ -284,7 +284,7 @@ class Schedule:
 
 
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
-    """Return the intervals of a scene's march; None if speed and gap are constant.
+    """Return the intervals of a scene's integration; None: constant speed and gap.
 
     scene, model : scene and model of all sectors, as integrated
     """

@@ -135,7 +135,7 @@ def _chosen(
 ) -> NDArray[np.intp]:
     """Return numbers of the cases that --at and --where select, sorted by --sort.
 
-    data, source : the results, opened in two ways
+    data, source : the results as a dataset, and as columns by name
     """
     from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where

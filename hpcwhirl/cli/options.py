@@ -46,7 +46,7 @@ UNTOUCHED = (
 
 
 class _Preset(argparse.Action):
-    """Insert a preset's inputs before those of ``--set``, so that ``--set`` wins."""
+    """Action of ``--preset``: put its inputs before those of ``--set``, which win."""
 
     def __call__(self, parser: Any, namespace: Any, name: Any, *_option: Any) -> None:
         """Store the preset's name; put its inputs before the settings given so far."""

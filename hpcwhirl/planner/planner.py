@@ -323,6 +323,8 @@ class Planner:
         """Record how a job has ended; return the jobs that follow from it.
 
         Those that have already ended are returned, too.
+
+        end : how it has ended
         """
         row = self.row(job.case)
         at = row * (1 + self.twins) + job.twin

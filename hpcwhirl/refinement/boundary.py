@@ -74,7 +74,7 @@ class Boundaries:
     along : (p,), index of the input along which its edge lies; -1 where lines meet
     low, high : (p,), this input at the ends of the edge; NaN where lines meet
     before, behind : (p,), rows of the cases at `low` and at `high`; -1 where lines meet
-    panel : (p,), number of the panel of each point
+    panel : (p,), number of the panel (combination of inputs not refined) of each point
     lines : (s, 2), indices of the two points that each of s lines joins
     """
 

@@ -145,7 +145,7 @@ class Family:
         return [side.last + 1 for side in self.lattice.sides]
 
     def number(self, address: Address) -> int:
-        """Return the number of a case by its address."""
+        """Return the number of a case by its fidelity, level, panel and point."""
         if address in self.row_of:
             return self.row_of[address]
         number = address.fidelity * len(self.panels) + address.panel
@@ -154,7 +154,7 @@ class Family:
         return len(self.rows) + number
 
     def address(self, number: int) -> Address:
-        """Return the address of a case by its number."""
+        """Return (fidelity, level, panel, point) of a case by its number."""
         if number < len(self.rows):
             return self.coarse[number]
         rest, point = number - len(self.rows), []

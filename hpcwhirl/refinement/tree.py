@@ -59,7 +59,7 @@ class Node:
 
 
 class Tree:
-    """The cells of one panel, and the cases that they require.
+    """The cells of one panel (cases that differ in refined inputs only), and their cases.
 
     They are the smallest sets that satisfy these rules, which only ever add cells and
     cases:

@@ -241,8 +241,11 @@ def _nominal_range(
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
     """Return the costs of cases as if all of them ran to their end times.
 
-    Finished cases count with their time per step; a certificate ended some of them
-    early, and they would have taken proportionally longer.
+    Finished cases count with their time per step; a certificate (a proof that blades no
+    longer touch) ended some of them early, and they would have taken proportionally
+    longer.
+
+    ended, costs : completed jobs; costs learned from them
     """
     whole = Costs(costs.nominal, costs.places, costs.steps)
     part = ended.marched / np.maximum(np.asarray(costs.steps), 1.0)

@@ -43,7 +43,8 @@ Cases = NDArray[np.int64]
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
     """Return the number of time steps integrated in each run, (rows,).
 
-    A run with a certificate was integrated until then, others to the end.
+    A run with a certificate (a proof that no blade can touch again) was integrated
+    until then, others to the end.
 
     Parameters
     ----------

@@ -181,7 +181,10 @@ class Given:
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error "FILE: `name` must `allowed`, got `got`" for an array."""
+        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+
+        Its text names the file, too.
+        """
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 

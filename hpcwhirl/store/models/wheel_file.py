@@ -141,7 +141,10 @@ class FiniteElements:
         return InputError(f"{self.file}: {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error "FILE: `name` must `allowed`, got `got`" for a key."""
+        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+
+        Its text names the file, too.
+        """
         return self.refusal(f"{name} must {allowed}, got {got}")
 
 

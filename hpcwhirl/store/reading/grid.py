@@ -96,7 +96,9 @@ def nearest(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
-    """Return the case nearest to each point of the finest grid, panel after panel.
+    """Return the case nearest to each point of the finest grid of a refined campaign.
+
+    There is a grid for each combination of inputs not refined, one after the other.
 
     Only the corners of the unsplit cell around a point are considered. Distances are
     measured along each input in intervals of its coarse values.
@@ -132,7 +134,7 @@ def nearest_cases(
     cells : cells that are not split
     place : (cases,), position of each case along each refined input
     at : positions of the grid along each refined input, ascending
-    panels : number of panels
+    panels : number of panels, combinations of inputs not refined
 
     Returns
     -------

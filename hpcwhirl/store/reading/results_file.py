@@ -126,7 +126,7 @@ class Results:
     path : path of the file
     file : the open file
     attrs : root attributes
-    kept : names of the traces in the file; empty for `summary`
+    kept : names of the traces in the file; empty if none were kept
     """
 
     def __init__(self, place: Path) -> None:

@@ -81,7 +81,8 @@ def read_block(contents: Contents, cases: range) -> Block:
 def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
     """Mark cases without a record as missing; enter inputs of cases without numbers.
 
-    parts, out : the cases' records; variables of the cases, changed here
+    plan, cases : plan of the campaign; numbers of the cases
+    parts, out : their records; {variable: (cases,)}, changed here
     """
     none = np.ones((2, len(cases)), dtype=bool)
     for at, rows in parts:

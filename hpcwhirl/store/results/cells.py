@@ -73,7 +73,8 @@ class Refined:
     over : variables of the refined inputs
     scale : "linear" or "log" for each refined input
     cells : cells that are not split
-    panel_of : (cases,), panel of each case
+    panel_of : (cases,), number of the panel (combination of inputs not refined) of
+        each case
     last : {refined input: (cases,)}, whether a case has the largest value of that input
     by : kind of word that changes at the boundaries, "regime" or "whirl"
     at : {refined input: (p,)}, coordinates of the p points of boundaries
@@ -110,7 +111,7 @@ def cells_of(plan: Manifest) -> Cells | None:
 def _unsplit(
     tree: Tree, lattice: Lattice, panel: int, row: Mapping[Address, int]
 ) -> list[tuple[Cell, Node]]:
-    """Return the unsplit cells of a panel, each with its state.
+    """Return the cells of a panel that count as not split, each with its state.
 
     A cell counts as unsplit if cases of any of its parts are missing, since a budget
     may leave them out.

@@ -63,7 +63,7 @@ def bytes_of(
     Parameters
     ----------
     plan : plan of the campaign
-    samples : (cases,), number of samples of each case; 0 for `summary`
+    samples : (cases,), number of samples of each case; 0: no traces are kept
     intervals : (cases,), s, interval between samples
     sizes : {axis: largest size}, axes of traces other than samples
     facts : root attributes of the results
