@@ -210,7 +210,8 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     `in_contact` : ratio for steps in which blades touch; mean times of all steps are
         not compared, since the shares of such steps differ
     `shares` : share of timed steps with contact, with the feature and without
-    `touching` : mean number of blades in contact in a step with contact, likewise
+    `touching` : mean number of blades in contact in a step with contact, with and
+        without
     timings : times of a step, with and without these features
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}

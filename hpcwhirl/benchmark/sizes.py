@@ -163,7 +163,9 @@ def requests_of(
 ) -> list[tuple[str, str, Asked]]:
     """Return (sectors, motion, request) of each timing with N `blades`.
 
-    The scheme is `modal`. several : as of `rows_of`
+    The scheme is `modal`.
+
+    several : functions that return a scene with several contact points a tip
     """
     found = []
     for sectors in (CYCLIC, UNEQUAL):

@@ -154,7 +154,10 @@ class Continued:
         self._rest = copy_of(still)
 
     def between(self, low: Moment, high: Moment, share: float) -> Moment:
-        """Return the state between two simultaneous states; share 0: low, 1: high."""
+        """Return a state between two states that have the same time.
+
+        share : 0 gives the state `low`, 1 the state `high`
+        """
         put_between(self.march, low.state, high.state, share)
         return Moment(copy_of(self.march), low.rows[:0])
 

@@ -140,9 +140,10 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Check a user's function given in Python; return a `Measure`, None without one.
+    """Check a user's function given in Python; return a `Measure`, or None.
 
-    function, variables, version : as of `hpcwhirl.campaign`
+    function, variables, version : arguments `measure`, `variables` and `version` of
+        `hpcwhirl.campaign`; None: not given
 
     Raises
     ------

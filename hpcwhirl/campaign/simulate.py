@@ -351,7 +351,7 @@ def begun(
     march: Callable[[Case, Motion | None], Ended],
     ends: Checkpoints | None = None,
 ) -> Begin:
-    """Return a case as integrated, and the motion with which it begins, None for none.
+    """Return a case as it is integrated, and the motion with which it begins or None.
 
     Parameters
     ----------

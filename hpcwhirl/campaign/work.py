@@ -35,7 +35,8 @@ class Work:
 
     Attributes
     ----------
-    jobs, cases : number of jobs left so far, and of cases with jobs left
+    jobs, cases : number of jobs left, as known at the start, and of cases with such
+        jobs
     kinds : for each kernel that the cases left may need, one case that uses it
     suspects : cases to isolate, since they were being computed when two processes died
     mine : numbers of all cases of this run's shard

@@ -102,7 +102,7 @@ def _print_ranges(
 def _chosen(
     data: xarray.Dataset, over: str, settings: list[str]
 ) -> tuple[float | None, xarray.Dataset]:
-    """Return (value of ``--at`` for the input `over`, None without one; chosen cases).
+    """Return (value that --at gives for the input `over`, or None; the chosen cases).
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class Grid:
     settings : {swept input: value} of each case
     swept : names of the swept inputs
     digests : digest of each case
-    twins : table [twins] of the plan, empty for none
+    twins : table [twins] of the plan; empty: no twins
     """
 
     waiting: Sequence[int] = ()
@@ -66,7 +66,7 @@ class Grid:
     def twinned(self, words: Sequence[str] | NDArray[Any]) -> NDArray[np.bool_]:
         """Return which cases have twins, (cases,).
 
-        words : regime of each case, "" for none
+        words : regime of each case; "": it has none
         """
         if self.twins.get("of") not in LATE:
             return np.full(self.first, bool(self.twins))
@@ -133,7 +133,7 @@ class Refined:
     Parameters
     ----------
     family : all possible cases
-    twins : table [twins] of the plan, empty for none
+    twins : table [twins] of the plan; empty: no twins
     digest : function from a case number to its digest
     """
 
@@ -181,7 +181,7 @@ class Folds(Refined):
     Parameters
     ----------
     family : all possible cases
-    before : number of the case before each coarse case, -1 for none
+    before : number of the case before each coarse case, -1: it begins a branch
     digest : function from a case number to its digest
     """
 
@@ -243,7 +243,7 @@ def at_boundary(
     ----------
     settings : {swept input: value} of each case
     swept : names of the swept inputs
-    words : regime of each case, "" for none
+    words : regime of each case; "": it has none
     """
     table = Table.of(settings)
     found = np.zeros(len(table), dtype=bool)

@@ -195,7 +195,7 @@ class Planner:
     Attributes
     ----------
     ends : {row of a case: completion of its last stage with a result}; empty for a
-        plain campaign, see `is_plain`
+        campaign with one job for each case, see `is_plain`
     """
 
     def __init__(
@@ -291,7 +291,7 @@ class Planner:
         return left
 
     def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
-        """Record all completions of a plain campaign at once.
+        """Record all completions of a campaign with one job per case (`is_plain`).
 
         ended, ok : (cases,), whether a case has ended, and whether it gave a result
         """

@@ -47,7 +47,7 @@ class Cases:
     ----------
     inputs : (d, n), values of the refined inputs
     scales : "linear" or "log" for each input
-    word : (n,), words by which cells were split; "" for none
+    word : (n,), words by which cells were split; "": the case has none
     fidelity : (n,), 0 or 1, fidelity of that word
     """
 

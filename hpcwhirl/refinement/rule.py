@@ -39,7 +39,7 @@ class Rule:
     scale : for each input, "linear" or "log"
     words : kind of words that are compared, one of `words.COMPARED`
     speckle : levels after which a mostly mixed cell is not split further; 0: never
-    confirm : preset with which boundaries are computed again; "" for none
+    confirm : preset with which boundaries are computed again; "": they are not
     inputs : {dotted name: value} that `confirm` sets
     budget : largest total cost, then the cost of a case at fidelity 0 and at 1, all in
         cases or in core hours; empty for no limit
@@ -195,7 +195,7 @@ class Family:
     def growth(self, twins: str = "") -> Growth:
         """Return the initial `Growth`, in which the coarse cases are wanted.
 
-        twins : which cases have twins, see `Tree`; "" for none
+        twins : which cases have twins, see `Tree`; "": none
         """
         return Growth(
             self.lattice,

@@ -59,10 +59,10 @@ class Node:
 
 
 class Tree:
-    """The cells of one panel (cases that differ in refined inputs only), and their cases.
+    """The cells of one panel, and the cases at their points that must be computed.
 
-    They are the smallest sets that satisfy these rules, which only ever add cells and
-    cases:
+    A panel has the cases that differ in refined inputs only. Its cells and the wanted
+    cases are the smallest sets that satisfy these rules, which only ever add to them:
 
     - A cell is split if two of its points (corners, and hanging points on its sides)
       have different words by the same fidelity.

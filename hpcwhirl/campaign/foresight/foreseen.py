@@ -42,7 +42,7 @@ class Beyond:
 
 
 class Known(NamedTuple):
-    """A case that has ended: its regime, None without one, and its kernel time, s."""
+    """A case that has ended: its regime (None: no regime) and its kernel time, s."""
 
     word: Word | None
     seconds: float
@@ -132,7 +132,7 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
     Parameters
     ----------
     design : the campaign
-    words : regime of each case that has ended, None without one
+    words : regime of each case that has ended, None: no regime
     """
     if not words:
         return 0, 0

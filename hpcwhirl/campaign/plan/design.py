@@ -97,7 +97,7 @@ class Design:
     begun : `base` of the plan in an existing directory; not sent to other ranks
     measure : a user's own function of a case; not sent to other ranks
     sample : how inputs were drawn; not sent to other ranks
-    twins : the table [twins], None for none
+    twins : the table [twins]; None: there is no such table
     rule : rule by which refined cases follow from regimes; None: no refinement. With a
         rule, `scenes`, `settings` and `digests` are those of the coarse level, and the
         number of a refined case follows from its address, see `Family.number`
@@ -417,9 +417,9 @@ def design_of(
 
 
 def _anchored(rows: Table, folder: Path | str) -> Table:
-    """Return the cases with relative paths of engine files starting at a folder.
+    """Return the cases with absolute paths of their engine files.
 
-    rows, folder : {input: value} of each case; folder of the campaign's file
+    rows, folder : {input: value} of each case; folder at which relative paths start
     """
     if FILE not in rows.names:
         return rows

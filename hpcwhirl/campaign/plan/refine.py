@@ -72,7 +72,7 @@ class Coarse(Protocol):
 
     @property
     def twins(self) -> Twins | None:
-        """Table [twins], None for none."""
+        """Table [twins]; None: there is no such table."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean predicted time of coarse cases at fidelity 0 and at 1, s."""

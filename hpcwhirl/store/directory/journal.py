@@ -53,11 +53,11 @@ class Journals:
         self.logs, self.blocks = folder / "journal", folder / "traces"
 
     def files(self) -> list[Path]:
-        """Return the journals, the oldest run first."""
+        """Return the paths of the journals, the oldest run first."""
         return listed(self.logs, ".log")
 
     def trace_files(self) -> list[Path]:
-        """Return the files of traces, the oldest run first."""
+        """Return the paths of the trace files, the oldest run first."""
         return listed(self.blocks, ".bin")
 
     def rows(self) -> Iterator[Rows]:
@@ -332,7 +332,7 @@ def listed(folder: Path, ending: str) -> list[Path]:
 
 
 def run_of(path: Path) -> int:
-    """Return the run number in the name of a file, 0 for none."""
+    """Return the run number in the name of a file; 0: the name has none."""
     return _order(path)[0]
 
 

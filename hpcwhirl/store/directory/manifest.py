@@ -51,7 +51,7 @@ class Manifest:
     version, format : version of the program; format number of the file
     refine : the rule by which further cases follow from words; {} without [refine]
     extended : end times to which undecided cases were extended, s, ascending
-    twins : table [twins], empty for none
+    twins : table [twins]; empty: no twins
     """
 
     engine: str

@@ -142,7 +142,7 @@ class Rows:
         return out
 
     def record(self, number: int) -> Record:
-        """Return the record at index `number`."""
+        """Return the record with the index `number` as {name: value}."""
         text = self.texts.get(number, {})
         return self.header.record(self.slots[number].tobytes(), text)
 

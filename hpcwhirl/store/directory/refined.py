@@ -98,7 +98,7 @@ def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
 def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
     """Return which cases of a plan have twins, (cases,).
 
-    words : the regime of each case, "" for none
+    words : regime of each case; "": it has none
     """
     if isinstance(plan, RefinedPlan):
         return np.array([a in plan.twinned for a in plan.addresses], dtype=bool)

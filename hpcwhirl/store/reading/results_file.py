@@ -190,7 +190,7 @@ class Results:
         return self.plan.base | self.plan.settings[case]
 
     def value(self, case: int, name: str) -> Any:
-        """Return the value of a case's input, given by its short or dotted name."""
+        """Return the value of an input of a case; `name` is short or dotted."""
         return self.settings(case)[full_name(name)]
 
     def scene(self, case: int) -> Scene:

@@ -178,7 +178,7 @@ def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Blo
 
     parts, count : records of the cases; number of cases
 
-    of : prefix of these variables' fields in the records, such as "row."; "" for none
+    of : prefix of these variables' fields in the records, such as "row."; "": no prefix
     """
     out: Block = {}
     for name, quantity in table.items():

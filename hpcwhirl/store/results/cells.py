@@ -238,7 +238,7 @@ def _put(
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
-    """Return the word of each case, by which cells are split, (cases,); "" for none.
+    """Return the word of each case, by which cells are split, (cases,); "": none.
 
     rows : {variable: (cases,)}
     by : kind of word, see `refinement.words`
