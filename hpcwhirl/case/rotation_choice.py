@@ -184,6 +184,8 @@ def _by_diameter(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each wave.
 
+    A root is the s, 1/s, of its free motion e^{s t}.
+
     The rotor has equal sectors; only waves that matter to the tips are compared. The
     sorted frequencies of a nodal diameter keep their order at all speeds, so that the
     r-th from the middle outwards is the same wave in both models, even if one has more
@@ -229,6 +231,8 @@ def _of_whole(
     rest: ModalModel, turning: ModalModel, blades: int, speed: float
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each mode.
+
+    A root is the s, 1/s, of its free motion e^{s t}.
 
     It is for unequal sectors, whose modes have no nodal diameter and are compared by
     frequency.

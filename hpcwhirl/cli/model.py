@@ -50,7 +50,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
-    """Return the facts that `model --json` prints."""
+    """Return the facts on the model of a case that `model --json` prints.
+
+    orders : see `analysis.rotation.critical_of`, for the critical speeds
+    """
     engine, table = case.given.engine, modal_table(case.model)
     foreign = engine.file != ""  # only the tips of such a rotor's blades are known
     return {

@@ -102,7 +102,7 @@ class Lattice:
 
     @cached_property
     def depth(self) -> int:
-        """Number of levels of cells below the coarse one, the same as bisections."""
+        """Number of levels of cells below the coarse one."""
         return max(side.depth for side in self.sides)
 
     def level(self, point: Point) -> int:
