@@ -86,13 +86,9 @@ def room_of(scene: Scene) -> float:
 
 
 def departure(shape: Shape, angles: Floats) -> Floats:
-    """Return the outward departure of a shape from round at n angles.
+    """Return the outward departure of a shape from round at n angles, (n,), m.
 
     angles : (n,), rad, static frame
-
-    Returns
-    -------
-    (n,), m
     """
     waves = np.multiply.outer(angles, shape.orders)
     return np.asarray(np.cos(waves) @ shape.cosine + np.sin(waves) @ shape.sine)

@@ -191,8 +191,7 @@ def _by_diameter(
     r-th from the middle outwards is the same wave in both models, even if one has more
     modes.
 
-    rest, turning : modes of the rotor without and with the terms of rotation
-    blades, speed : N; Omega, rad/s
+    rest, turning : modes of the rotor without and with these terms; speed : Omega
     """
     seen = _seen(rest, blades)
     bodies = rest, turning
@@ -232,13 +231,10 @@ def _of_whole(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each mode.
 
-    A root is the s, 1/s, of its free motion e^{s t}.
+    A root is the s, 1/s, of its free motion e^{s t}. The function is for unequal
+    sectors, whose modes have no nodal diameter and are compared by frequency.
 
-    It is for unequal sectors, whose modes have no nodal diameter and are compared by
-    frequency.
-
-    rest, turning : modes of the rotor without and with the terms of rotation
-    blades, speed : N; Omega, rad/s
+    rest, turning : modes of the rotor without and with these terms; speed : Omega
     """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
     gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)

@@ -174,12 +174,9 @@ def _crossing(
 ) -> tuple[Floats, int, float, float, int, int]:
     """Return the middle of a cell's edge, as a point of a boundary.
 
-    cases, along : the cases, and the index of the input in which they differ
-    pair : rows of the cases at the ends of the edge
+    The result has `at`, `along`, `low`, `high`, `before` and `behind` of `Boundaries`.
 
-    Returns
-    -------
-    `at`, `along`, `low`, `high`, `before` and `behind` of `Boundaries`
+    along, pair : index of the input along the edge; rows of the cases at its ends
     """
     a, b = pair
     low, high = cases.inputs[along, [a, b]].tolist()
