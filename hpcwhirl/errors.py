@@ -72,12 +72,18 @@ def unwritable(message: str, failed: OSError | int) -> MissingFileError:
 
 
 def unreadable(path: Path | str, failed: OSError) -> MissingFileError:
-    """Return the error for an existing file that cannot be read."""
+    """Return the error for an existing file that cannot be read.
+
+    failed : the exception of the operating system
+    """
     return MissingFileError(f"cannot read {path}: {failed.strerror or failed}")
 
 
 def one_line(text: str, most: int = LONGEST) -> str:
-    """Return a text with control characters escaped, its middle cut out if too long."""
+    """Return a text with control characters escaped, its middle cut out if too long.
+
+    most : largest number of characters
+    """
     if len(text) > most:
         cut = len(text) - most
         text = f"{text[: most // 2]} ({cut} characters) {text[-most // 2 :]}"
@@ -128,7 +134,10 @@ def shown(value: Any) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the nearest known name, or ``""``."""
+    """Return ``"; did you mean 'x'?"``, x the name in `known` nearest to `word`.
+
+    The text is empty if no name is near.
+    """
     matches = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
     return f"; did you mean '{matches[0]}'?" if matches else ""
 

@@ -63,7 +63,7 @@ class Alone:
         return [value]
 
     def Barrier(self) -> None:
-        """Return at once: there is no other rank to wait for."""
+        """Return at once, since there is no other rank to wait for."""
 
     def Iprobe(self) -> bool:
         """Return False: no other rank can send a message."""
@@ -224,7 +224,7 @@ def has_pmi() -> bool:
 
 
 def alien_family() -> str:
-    """Return the MPI family that aborts if initialized in this process; "" for none.
+    """Return the MPI family that aborts if initialized in this process; "": none.
 
     MPICH aborts under Open MPI's mpirun; Open MPI aborts under an srun without PMI
     (``--mpi=none``), unless it was built with Slurm's PMI-1, which works with pmi2.
@@ -298,7 +298,7 @@ class Shard:
 
 
 def parse_shard(text: str) -> Shard:
-    """Parse ``I/N`` as a shard.
+    """Return the shard that a text ``I/N`` names.
 
     Raises
     ------

@@ -58,9 +58,10 @@ class Timing:
 
 
 def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
-    """Return a march advanced beyond the pulse of a scene, set to take no samples.
+    """Return a scene's integration, advanced beyond its pulse, that takes no samples.
 
-    contact : whether blades may touch; otherwise the gap is `FAR`
+    scheme, contact : name of the integrator; whether blades may touch; otherwise the
+        gap is `FAR`
     """
     step = scene.solver.time_step
     settings: dict[str, float | str] = {"scheme": scheme}
@@ -76,7 +77,11 @@ def settled(scene: Scene, scheme: str, *, contact: bool) -> March:
 
 @dataclass(frozen=True)
 class Asked:
-    """A request to time steps of a scene; without `contact` its gap is `FAR`."""
+    """A request to time the steps of a scene by one scheme.
+
+    contact : whether blades may touch; if not, the gap is `FAR`
+    engine : name of the engine in the resulting `Timing`
+    """
 
     scene: Scene
     scheme: str
@@ -85,12 +90,15 @@ class Asked:
 
 
 def time_steps(asked: Sequence[Asked], repeats: int) -> list[Timing]:
-    """Return the timing of each request, see `time_marches`."""
+    """Return the timing of each request, see `time_marches`.
+
+    asked, repeats : the requests; number of times that the steps of each are timed
+    """
     return time_marches(asked, settled_all(asked), repeats)
 
 
 def settled_all(asked: Sequence[Asked]) -> list[March]:
-    """Return the marches of requests, see `settled`."""
+    """Return for each request the integration whose steps are timed, see `settled`."""
     return [settled(a.scene, a.scheme, contact=a.contact) for a in asked]
 
 
@@ -101,6 +109,9 @@ def time_marches(
 
     Requests take turns and processor time is measured, so that other load of the
     machine affects all of them equally.
+
+    asked, marches : the requests, and the integration of each by `settled_all`
+    repeats : number of times that the steps of each are timed
     """
     saved = [m.state._make(array.copy() for array in m.state) for m in marches]
     spent: list[list[float]] = [[] for _ in marches]
@@ -125,7 +136,7 @@ def _timing(asked: Asked, march: March, before: Any, times: list[float]) -> Timi
 def _touching(march: March, saved: Any) -> float:
     """Return the mean number of blades in contact in a step with contact.
 
-    saved : state of the march at the first of the timed steps
+    march, saved : integration; its state at the first of the timed steps
     """
     march.put(saved)
     counter, counts = march.counter, []
@@ -141,6 +152,8 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 
     The ratio shows whether a decayed motion, of which products of amplitudes would be
     denormal numbers, is slower.
+
+    repeats : number of timings of each step, of which the median counts
     """
     faint = apply_settings(scene, {"force": FAINT})
     alive, tail = time_steps(
@@ -152,10 +165,11 @@ def tail_ratio(scene: Scene, repeats: int) -> float:
 def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
     """Return the requests for timings of a scene and its variants.
 
-    Each is timed in flight and in contact.
+    Each is timed in flight and in contact. All schemes are timed on the scene's engine,
+    and the default scheme on the other engines; on that with rotation also the scheme
+    that jumps over free steps.
 
-    All schemes are timed on the scene's engine, and the default scheme on the other
-    engines; on that with rotation also the scheme that jumps over free steps.
+    engines : {name: variant of the scene}
     """
     schemes = [(scene, scheme, OWN) for scheme in NAMES]
     variants = [
@@ -172,7 +186,10 @@ def rows_of(scene: Scene, engines: dict[str, Scene]) -> list[Asked]:
 
 
 def in_operation(scene: Scene) -> dict[str, Scene]:
-    """Return {variant in `OPERATION`: scene}; {} if the scene cannot have them."""
+    """Return {name: variant of a scene} with the inputs in `OPERATION`, such as wear.
+
+    {} if the scene has one of these features already, or does not allow all of them.
+    """
     spin = resolve(scene).model.rotor.spin
     plain = spin is None or (spin.support.is_plain and spin.released is None)
     alike = scene.solver.until == "end" and scene.engine.rotation != "auto"
@@ -193,7 +210,9 @@ def over_none(timings: Sequence[Timing]) -> dict[str, dict[str, Any]]:
     `in_contact` : ratio for steps in which blades touch; mean times of all steps are
         not compared, since the shares of such steps differ
     `shares` : share of timed steps with contact, with the feature and without
-    `touching` : mean number of blades in contact in a step with contact, likewise
+    `touching` : mean number of blades in contact in a step with contact, with and
+        without
+    timings : times of a step, with and without these features
     """
     of = {(t.scheme, t.engine, t.contact > 0.0): t for t in timings}
     found = {}
@@ -228,7 +247,10 @@ def apart(flight: Timing, mixed: Timing) -> tuple[float, float]:
 
 
 def fma_peak(repeats: int) -> float:
-    """Return the measured peak rate of a core, GFLOP/s; a multiply-add counts twice."""
+    """Return the measured peak rate of a core, GFLOP/s; a multiply-add counts twice.
+
+    repeats : number of measurements, of which the fastest counts
+    """
     values = np.linspace(0.0, 1.0, CHAINS)
     multiply_add(1, values, 0.5, 0.5)
     spent = []
@@ -253,7 +275,10 @@ def read_bandwidth(size: float) -> float:
 
 
 def bytes_of(scene: Scene, scheme: str) -> int:
-    """Return the size, bytes, of a scheme's state and operators for a scene."""
+    """Return the size, bytes, of the arrays by which a scheme integrates a scene.
+
+    They are the state of the motion and the scheme's operators.
+    """
     short = apply_settings(scene, {"scheme": scheme, "duration": 1e-3})
     march = March(resolve(short))
 

@@ -55,7 +55,10 @@ AROUND: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Counts:
-    """Floating-point operations and bytes of arrays of a step, padding included."""
+    """Work of a time step: floating-point operations, and bytes of the arrays it uses.
+
+    Padding of the arrays is included.
+    """
 
     operations: float
     bytes: float
@@ -89,12 +92,12 @@ class Row:
 
 
 def pattern(blades: int) -> list[float]:
-    """Return relative changes of the blades' Young's moduli, for a mistuned engine."""
+    """Return relative changes of the N blades' moduli, for a mistuned engine."""
     return [UNEVEN * math.sin(7.0 * j) for j in range(blades)]
 
 
 def sized(scene: Scene, blades: int) -> Scene:
-    """Return a scene with another number of blades, and as many modes per blade."""
+    """Return a scene with N `blades`, and as many modes per blade as before."""
     own = scene.engine.rotor.blades
     modes = round(scene.solver.modes * blades / own)
     return apply_settings(scene, {"blades": blades, "modes": modes})
@@ -160,7 +163,9 @@ def requests_of(
 ) -> list[tuple[str, str, Asked]]:
     """Return (sectors, motion, request) of each timing with N `blades`.
 
-    The scheme is `modal`. several : as of `rows_of`
+    The scheme is `modal`.
+
+    several : functions that return a scene with several contact points a tip
     """
     found = []
     for sectors in (CYCLIC, UNEQUAL):
@@ -180,7 +185,10 @@ def requests_of(
 def asked_of(
     scene: Scene, blades: int, sectors: str, motion: str, scheme: str = DEFAULT
 ) -> Asked:
-    """Return the request to time a motion, named as in `Row`, with N `blades`."""
+    """Return the request to time a motion, named as in `Row`, with N `blades`.
+
+    sectors, scheme : `CYCLIC` or `UNEQUAL`; name of the integrator
+    """
     if motion == RUBS:
         rubbing = {"plan": scene.solver.plan}
         scene = apply_settings(named_scene(RUBBING), rubbing)
@@ -268,7 +276,10 @@ def _of_points(rotor: PointsRotor, points: int, touching: float) -> Counts:
 
 
 def _turned(rotor: Any, state: CyclicState) -> float:
-    """Return the number of operations that advance a rotor's amplitudes by a step."""
+    """Return the number of operations that advance a rotor's amplitudes by a step.
+
+    rotor, state : arrays of the rotor's kernel; state of its integration
+    """
     if isinstance(rotor, WaveRotor):
         return 6 * int(rotor.hub.shape[1])
     if isinstance(rotor, WholeRotor | UncoupledRotor):
@@ -277,9 +288,10 @@ def _turned(rotor: Any, state: CyclicState) -> float:
 
 
 def _rotor_rows(rotor: Any) -> tuple[float, int]:
-    """Return how many matrix entries each step reads, and contact at all blades reads.
+    """Return the numbers of a rotor's matrix entries that a step reads, of two kinds.
 
-    If the rotor is integrated as waves, tips far from the casing are not read.
+    Entries read in every step; entries read if all blades are in contact. If the rotor
+    is integrated as waves, tips far from the casing are not read.
     """
     if isinstance(rotor, WholeRotor | UncoupledRotor):
         rows = rotor.read, rotor.push, rotor.slides, rotor.ring
@@ -290,7 +302,7 @@ def _rotor_rows(rotor: Any) -> tuple[float, int]:
 
 
 def table(rows: Sequence[Row]) -> list[list[str]]:
-    """Return timings as a table of texts: column names, then a line for each row."""
+    """Return `rows` as a table of texts: column names, then a line for each timing."""
     head = [
         "blades", "points", "sectors", "scheme", "motion", "in contact", "touching",
         "µs a step", "in contact, µs", "operations", "kB", "of the peak",
@@ -315,7 +327,10 @@ def _line(row: Row) -> list[str]:
 
 
 def over_single(rows: Sequence[Row]) -> list[str]:
-    """Return lines with the ratio of step times of several points a tip and of one."""
+    """Return lines: step time with several points a tip, divided by that with one.
+
+    rows : timings of a step, with one point a tip and with several
+    """
     of = {
         (row.blades, row.sectors, row.motion, row.points): row
         for row in rows

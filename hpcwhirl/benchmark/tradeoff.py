@@ -38,7 +38,11 @@ SCORED = ("orbit_radius", "contact_impulse", "centre_peak", "tip_peak")
 
 @dataclass(frozen=True)
 class Sample:
-    """One run: words (regime, whirl), {name: number}, and processor time, s."""
+    """One integration of a scene: its words, numbers and cost.
+
+    words : regime and whirl
+    numbers, seconds : {name: number}, names of `NUMBERS`; processor time, s
+    """
 
     words: tuple[str, str]
     numbers: dict[str, float]
@@ -51,7 +55,8 @@ class Compared:
 
     Attributes
     ----------
-    scene, axis, label : names of scene and setting
+    scene : name of the scene
+    axis, label : property that the setting varies, and name of the setting
     inputs : {name: value} of the setting
     seconds : processor time of each repeat, s
     words : "REGIME WHIRL" of each repeat
@@ -203,7 +208,7 @@ def difference(
 def _margin(a: Any, b: Any) -> float:
     """Return half the confidence interval of a difference of two means (Welch).
 
-    a, b : the numbers of two samples
+    a, b : values of one number in the runs of two samples
     """
     if min(len(a), len(b)) < 2:
         return math.inf
@@ -218,6 +223,8 @@ def floor_of(reference: Sequence[Sample], gap: float) -> dict[str, float]:
     """Return {name: largest error of one twin against the mean of the other twins}.
 
     Names are those of `NUMBERS`.
+
+    reference, gap : runs of a scene's twins with the settings of the reference; m
     """
     out = {}
     for number in NUMBERS:
@@ -239,7 +246,7 @@ class Tradeoff:
     ----------
     compared : results of each setting on each scene
     words : {scene: words of the reference's twins}
-    floors : {scene: result of `floor_of`}; smaller errors have no meaning
+    floors : {scene: result of `floor_of`}; errors below it are due to chance
     reference : inputs of the reference
     reference_seconds : {scene: median processor time of a reference run, s}
     """
@@ -251,7 +258,7 @@ class Tradeoff:
     reference_seconds: dict[str, float]
 
     def facts(self) -> dict[str, Any]:
-        """Return all results as data for JSON, with the score of each row."""
+        """Return all results as data for JSON, with the score of each comparison."""
         rows = [asdict(row) | {"score": row.score} for row in self.compared]
         return asdict(self) | {"compared": rows}
 

@@ -34,13 +34,19 @@ def trials() -> dict[str, Any]:
 
 
 def default_scenes(base: Scene) -> dict[str, Scene]:
-    """Return {name: scene}: a scene of each kind of motion, and one near a boundary."""
+    """Return {name: scene}: one for each kind of motion, and one near a boundary.
+
+    base : scene whose inputs they change
+    """
     table = trials()["scenes"]
     return {name: apply_settings(base, inputs) for name, inputs in table.items()}
 
 
 def applied(scene: Scene, inputs: Settings) -> Scene:
-    """Return the scene with inputs set; `modes_a_blade` times N becomes `modes`."""
+    """Return the scene with inputs set.
+
+    inputs : {input: value}; `modes_a_blade`, times N, sets the input `modes`
+    """
     settings: dict[str, Any] = {"until": "end", **inputs}
     if "time_step" in inputs:  # otherwise the input accuracy would choose it
         settings["accuracy"] = 0.0
@@ -73,7 +79,10 @@ def reference_of(scene: Scene) -> Scene:
 
 
 def axes() -> tuple[str, ...]:
-    """Return the names of the properties that settings vary; slow ones are last."""
+    """Return the properties that settings vary, such as the time step, by name.
+
+    Those that take long to compare are last.
+    """
     table = trials()
     return (*table["axes"], "together", *table["slow"])
 

@@ -54,14 +54,15 @@ FIXED = (
 
 
 class Policy(Campaign):
-    """Options of one run: the keys of [campaign], and the attributes listed here.
+    """Options of one run of a campaign: the keys of the TOML's [campaign], and these.
 
     Attributes
     ----------
     seconds : wall time until this run stops, s; None: no limit
     shard : part of the cases to compute; the last shard to end gathers
     take_over : whether claims of processes on other machines count as dead
-    pilot : computing time after which a pilot stops, s; its cases are spread evenly
+    pilot : computing time after which a pilot (a trial for a forecast) stops, s; its
+        cases are spread evenly; None: no pilot
     """
 
     seconds: float | None = None
@@ -78,7 +79,10 @@ class Policy(Campaign):
         take_over: bool = False,
         pilot: float | None = None,
     ) -> Self:
-        """Return the options of a run whose wall time counts from now."""
+        """Return the options of a run whose wall time counts from now.
+
+        rules : table [campaign] of the TOML; the other arguments are those of `Policy`
+        """
         given = walltime_seconds(rules.walltime) if rules.walltime else None
         own = {"seconds": time_left(given), "shard": shard, "take_over": take_over}
         own["pilot"] = pilot
@@ -112,6 +116,8 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
 
     stopping : handler of stop requests, which ends waiting for other processes
 
+    prepared : the campaign and its options
+
     Raises
     ------
     InputError
@@ -139,7 +145,10 @@ def begin(prepared: Prepared, stopping: Stopping) -> Claim:
 
 
 def _tell_stopped(journals: Journals, design: Design) -> None:
-    """Print how many cases are not extended since they reached the amplitude limit."""
+    """Print how many undecided cases cannot be extended.
+
+    They have reached the amplitude limit, at which integration stops.
+    """
     found = {
         int(case)
         for rows, cases in told_by(journals, design.digests)
@@ -166,7 +175,7 @@ def asking_of(stopping: Stopping, *, take_over: bool = False) -> Asking:
 
 
 def claim_of(shard: Shard | None) -> str:
-    """Return the kind of claim that a run needs: on the whole directory or a shard."""
+    """Return the kind of claim that a run makes: for the whole directory or a shard."""
     return shard_claim(shard.number, shard.of) if shard else CAMPAIGN
 
 
@@ -213,6 +222,7 @@ def owned(
 def _tidy(directory: Directory, own: Claim, *, shared: bool) -> None:
     """Remove incomplete files that killed runs have left in a directory.
 
+    own : this process's claim on the directory
     shared : whether other shards may be writing in the directory now
     """
     # Other shards may be writing now, but a small file never takes that long.
@@ -267,7 +277,11 @@ def prepare(
 
 
 def _check_measure(old: Manifest, new: Manifest, file: PlanFile) -> None:
-    """Refuse a measure other than the one whose numbers the directory holds."""
+    """Refuse a user's function (`measure`) unlike the one that gave the stored numbers.
+
+    old, new : plan in the directory, and plan of this call
+    file : file of the old plan, for the message
+    """
     was, now = (plan.base.get(FINGERPRINT, "") for plan in (old, new))
     changed = difference(was, now)
     if changed:
@@ -306,7 +320,9 @@ def extended_by(design: Design, plan: PlanFile, extend: float | None) -> list[fl
 
 
 def as_begun(design: Design, plan: PlanFile) -> Design:
-    """Return the design with the draws stored in the plan, if it stores draws.
+    """Return the design with the drawn inputs that the plan in its directory stores.
+
+    A design whose inputs are not drawn by [sample] is returned unchanged.
 
     Raises
     ------
@@ -332,7 +348,7 @@ def as_begun(design: Design, plan: PlanFile) -> Design:
 
 
 def planned(file: PlanFile) -> Design:
-    """Return the design of a campaign from its plan.
+    """Return the design of a campaign, read from the file of its plan.
 
     Raises
     ------
@@ -359,9 +375,9 @@ def planned(file: PlanFile) -> Design:
 def check_steps(design: Design) -> None:
     """Refuse a campaign in which the time step is too large for every case.
 
-    The limit of the time step depends only on the structures, eta and the gap, so one
-    case of each is tried, smallest step first, until one is accepted. After
-    `MOST_TRIED` models the campaign is accepted; invalid cases fail later.
+    The limit of the time step depends only on engine, modes and gap, so one case for
+    each combination of these is tried, smallest step first, until one is accepted.
+    After `MOST_TRIED` models the campaign is accepted; invalid cases fail later.
 
     Raises
     ------
@@ -385,7 +401,7 @@ def check_steps(design: Design) -> None:
 
 
 def _models(design: Design) -> list[int]:
-    """Return, for each structure, eta and gap, the case with the smallest time step."""
+    """Return, for each engine, modes and gap, the case with the smallest time step."""
     many, names = design.columns, design.settings.names
     own = [n for n in names if n.startswith("engine.") or n in ("solver.modes", "gap")]
     if "solver.time_step" not in names:

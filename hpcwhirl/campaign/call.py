@@ -145,13 +145,19 @@ def _unlike(rank: int, first: Any, other: Any) -> str:
 
 
 def _tell_broken(_session: Session, failed: BaseException) -> int:
-    """Print the traceback of this rank's error; return the exit code for all ranks."""
+    """Print the traceback of this rank's error; return the exit code for all ranks.
+
+    failed : the exception
+    """
     traceback.print_exception(failed)
     return INTERNAL
 
 
 def _concluded(ending: Ending, prepared: Prepared) -> Path | WhirlError:
-    """Return a campaign's directory, or the error that says why it has no results."""
+    """Return a campaign's directory, or the error that says why it has no results.
+
+    ending, prepared : outcome of the run; the campaign
+    """
     safe = f"finished cases are safe in {prepared.directory}"
     if ending.lasting:
         return InputError(f"{ending.reason}; {safe}")

@@ -28,12 +28,14 @@ MOTIONS = f"motion by {CODE}"
 
 
 def end_name(digest: str) -> str:
-    """Return the name under which the last motion of a case is stored."""
+    """Return the name under which `States` stores the last motion of a case."""
     return f"{digest}-end"
 
 
 class Checkpoints:
     """The saved states of unfinished cases in a campaign's directory.
+
+    In all methods `digest` is the digest of the case.
 
     Parameters
     ----------
@@ -52,8 +54,8 @@ class Checkpoints:
     def set_out(self, digest: str, course: Course) -> None:
         """Continue a case's `course` from its saved state, if a saved state fits it.
 
-        An undecided case has marches to several end times, see `simulate.Course`; the
-        saved state may belong to any of these marches.
+        An undecided case is integrated by marches to several end times, see
+        `simulate.Course`; the saved state may belong to any of these.
         """
         try:
             arrays = self.states.read(digest, {}) if digest in self.kept else {}
@@ -66,7 +68,10 @@ class Checkpoints:
             course.set_out(0, 0)
 
     def take_up(self, digest: str, march: March) -> None:
-        """Restore a march from the saved state of its case, if that state fits it."""
+        """Restore an integration from the saved state of its case.
+
+        march : the integration; unchanged if no saved state fits it
+        """
         self.saved[digest] = 0.0
         if digest not in self.kept:
             return
@@ -83,8 +88,8 @@ class Checkpoints:
     def _arrays(self, digest: str, march: March) -> Arrays | None:
         """Return the arrays of a case's saved state; None if no state is saved.
 
-        The state may be that of one sector or of all; the march is folded or unfolded
-        to match it.
+        The state may be that of one of the sectors that move alike, or of all of them;
+        `march` is changed to integrate as many as the state has.
         """
         try:
             return self.states.read(digest, {FITS: fingerprint(march)})
@@ -99,28 +104,37 @@ class Checkpoints:
             raise
 
     def is_due(self, digest: str, march: March) -> bool:
-        """Return whether the state of a case should be saved now."""
+        """Return whether the state of a case should be saved now.
+
+        march : its integration
+        """
         return march.seconds - self.saved[digest] >= self.every
 
     def save(self, digest: str, march: March) -> None:
-        """Save the state of a case; if that fails, print why, once, and go on."""
+        """Save the state of a case; if that fails, print why, once, and go on.
+
+        march : its integration, with the present state
+        """
         self.saved[digest] = march.seconds
         if march.steps:
             self.keep_state(digest, march, snapshot(march))
 
     def keep_state(self, digest: str, march: March, arrays: Arrays) -> None:
-        """Save `arrays`, a march's present or earlier state, as the state of a case."""
+        """Save a state of an integration, `march`, as the state of its case.
+
+        arrays : the state, the present one of `march` or an earlier one
+        """
         self._write(digest, {FITS: fingerprint(march)}, arrays)
 
     def keep(self, digest: str, motion: Motion | None) -> None:
-        """Save the last motion of a case; None: no case can continue from it."""
+        """Save the last motion of a case; None: no other case can begin with it."""
         arrays: Arrays = {}
         if motion is not None:
             arrays = {n: np.atleast_1d(part) for n, part in motion._asdict().items()}
         self._write(end_name(digest), {FITS: MOTIONS}, arrays)
 
     def read(self, digest: str) -> tuple[bool, Motion | None]:
-        """Return (whether the end of a case is stored, its last motion).
+        """Return (whether an end of a case is stored, the last motion stored for it).
 
         The motion is None if no end is stored, or no case can continue from it.
         """
@@ -150,7 +164,10 @@ class Checkpoints:
             self.mute = True
 
     def hand_over(self, digest: str, after: str) -> None:
-        """Copy the state of case `digest` for case `after`, unless it has its own."""
+        """Copy the state of case `digest` for case `after`, which continues it.
+
+        Nothing is copied if case `after` has a saved state already.
+        """
         if digest and after not in self.kept:
             with suppress(MissingFileError):  # the case can start anew
                 if self.states.hand_over(digest, after):  # any rank may have saved it

@@ -32,7 +32,10 @@ class FailedError(CaseError):
 
 
 def late(march: March, limit: float) -> LateError:
-    """Return the error of a case whose computing time has passed `limit`, s."""
+    """Return the error of a case that has exceeded its computing time, `limit`, s.
+
+    march : integration of the case
+    """
     share = march.steps / march.total
     return LateError(
         f"more than {limit:g} s of computing, {share:.1%} of the case done: a greater "
@@ -116,7 +119,10 @@ def _compiled(
 
 
 def _within(course: Course, limit: float, between: Callable[[], None]) -> None:
-    """Raise LateError if a case exceeds its limit, s; else call `between`."""
+    """Raise LateError if a case exceeds its limit; else call `between`.
+
+    course, limit : integration of the case; longest computing time, s
+    """
     if course.seconds > limit and not course.done:
         raise late(course.march, limit)
     between()
@@ -132,8 +138,8 @@ class Computation:
     scene, digest : the scene to integrate, and its digest
     before : digest of the case's preceding stage, whose last state is continued; "":
         no preceding stage
-    facts : further entries of the record: digest of the case, number of the twin, end
-        time, s
+    facts : further entries of the job's record: digest of the case, number of the twin,
+        end time, s
     lasts : whether the last state is saved, since a longer run may continue from it
     follows : digest of the case whose last motion is the initial one of this case; "":
         the case begins with its pulse
@@ -182,7 +188,7 @@ def computation(
 
 
 def resolved(design: Design, computed: Computation) -> Case:
-    """Return the resolved case that a computation integrates."""
+    """Return the case, with model and plan, that a computation integrates."""
     if not computed.facts:
         return design.resolved(computed.job.case)
     return resolve(computed.scene)

@@ -79,7 +79,10 @@ TRACKING = Tracking()
 
 
 class Moment(NamedTuple):
-    """A state, and the rows of evidence since the state before it, (rows, columns)."""
+    """A state, and the rows of evidence since the previous state, (rows, columns).
+
+    A row holds the numbers at one time from which words are determined, see `tracks`.
+    """
 
     state: Any
     rows: Floats
@@ -87,7 +90,7 @@ class Moment(NamedTuple):
 
 @dataclass(frozen=True)
 class Leaving:
-    """A motion that leaves the edge: word; time, s, and orbit radius, m, (n,) each."""
+    """A motion that leaves the edge: its word, and n times, s, and orbit radii, m."""
 
     word: str
     time: Floats
@@ -100,7 +103,7 @@ class Edge:
 
     Attributes
     ----------
-    time : (n,), s, since the start of the pulses
+    time : (n,), s, since the start of the pulses, of n rows of evidence
     centre : (n, 2), m, STATIC frame
     energy : (n,), J, kinetic + strain of both bodies
     pieces : (n,), number of the piece to which a row belongs; between pieces the states
@@ -129,14 +132,14 @@ class Continued:
 
     Parameters
     ----------
-    march : march of the scene with all sectors; its state is overwritten
+    march : integration of the scene with all sectors; its state is overwritten
     look : time after which a motion gets its word, s; up to `LOOKS` times if undecided
 
     Attributes
     ----------
     words : (low, high), words of the sides; set once they are known
     stride : number of steps between two states of a motion that is followed
-    judged : number of continuations integrated
+    judged : number of continuations integrated to find a word
     """
 
     def __init__(self, march: March, look: float) -> None:
@@ -151,7 +154,10 @@ class Continued:
         self._rest = copy_of(still)
 
     def between(self, low: Moment, high: Moment, share: float) -> Moment:
-        """Return the state between two simultaneous states; share 0: low, 1: high."""
+        """Return a state between two states that have the same time.
+
+        share : 0 gives the state `low`, 1 the state `high`
+        """
         put_between(self.march, low.state, high.state, share)
         return Moment(copy_of(self.march), low.rows[:0])
 
@@ -163,7 +169,10 @@ class Continued:
         return apart / size if size > 0.0 else math.inf
 
     def ahead(self, moment: Moment) -> Moment | None:
-        """Return the state `stride` steps later; None if the run ends earlier."""
+        """Return the state `stride` time steps after a state.
+
+        None if the run ends earlier, at the amplitude limit or by a proof.
+        """
         start = self._put(moment)
         rows = int(self.march.counter[contact.JUDGED])
         self.march.reach(start + self.stride)
@@ -177,7 +186,11 @@ class Continued:
         return int(self.march.counter[contact.STOP]) != contact.RUNNING
 
     def side(self, moment: Moment) -> int:
-        """Return the side of the edge on which a state lies: LOW, HIGH or OPEN."""
+        """Return the side of the edge on which a state lies: LOW, HIGH or OPEN.
+
+        It follows from the word of the motion that continues from the state; OPEN: that
+        word is not one of `CAN_TELL`.
+        """
         word = self.word(moment)
         if word not in CAN_TELL:
             return OPEN
@@ -209,7 +222,7 @@ class Continued:
         return Leaving(word, start * self.step + later.judged.time, radius)
 
     def _put(self, moment: Moment) -> int:
-        """Set the march to a state; return its step."""
+        """Set the integration to a state; return the number of its time step."""
         put_between(self.march, moment.state, moment.state, 0.0)
         return self.march.steps
 
@@ -257,7 +270,7 @@ def edge(
 
 
 def moment_of(march: March) -> Moment:
-    """Return the present state of a march."""
+    """Return the present state of an integration, as a `Moment` without rows."""
     return Moment(copy_of(march), np.zeros((0, contact.COLUMNS)))
 
 
@@ -294,12 +307,12 @@ def edge_between(
 
 
 def _begun(scene: Scene, force: float, start: float, longer: float) -> March:
-    """Return a march with all sectors, integrated beyond the end of its pulse.
+    """Return an integration with all sectors, advanced beyond the end of its pulse.
 
     Parameters
     ----------
     scene, force : the scene, and the force of the pulse, N
-    start : time at which the march is returned, s
+    start : time until which it is advanced, s
     longer : time by which it can be integrated further, s
     """
     settings: dict[str, Any] = {"force": force, "duration": start + longer}
@@ -334,7 +347,10 @@ def _check_words(words: tuple[str, ...], told: str) -> None:
 
 
 def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
-    """Return a followed edge with its numbers, and with the motions that leave it."""
+    """Return the edge that was followed, its numbers, and the motions that leave it.
+
+    motions, found : motions of the scene; result of `analysis.edge_tracking`
+    """
     scene, beat = motions.march.scene, motions.march.beat
     states = [moment for piece in found.pieces for moment in piece[1:]]
     number = [n for n, piece in enumerate(found.pieces) for m in piece[1:]
@@ -363,7 +379,8 @@ def _told(motions: Continued, found: Tracked[Moment]) -> Edge:
 def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
     """Return {name: value} of numbers that describe an orbit in the static frame.
 
-    time, centre, speed : (n,), s; (n, 2), m, static frame; rad/s
+    time, centre : n times, (n,), s, and the centre then, (n, 2), m, static frame
+    speed : Omega, rad/s
     """
     whirl = whirl_numbers(time, centre, speed)
     z = centre @ np.array([1.0, 1j])
@@ -379,7 +396,11 @@ def _orbit(time: Floats, centre: Floats, speed: float) -> dict[str, float]:
 
 
 def _share(pieces: list[list[Moment]]) -> float:
-    """Return the share of steps with contact in the last half or more of the motion."""
+    """Return the share of time steps with contact in the later half of an edge motion.
+
+    pieces : successive states of the motion; the states are bisected anew between
+        pieces
+    """
     touched = steps = 0
     whole = sum(len(piece) - 1 for piece in pieces)
     strides = 0

@@ -57,10 +57,10 @@ class Evaluator:
     child : interpreter that computes isolated cases
     policy, stopping : options of the run; handler of stop requests
     suspects : cases to isolate, since they were being computed when two processes died
-    extended : s, end times to which undecided cases are continued
-    told : number of problems of this rank so far
-    lost : whether results could not be written
-    beside : s, time outside the kernel, of each result
+    extended : end times, s, to which undecided cases are continued
+    told : number of problems of cases on this rank so far, printed or not
+    lost : whether a result could not be written to disk
+    beside : computing time outside the kernel, s, of each case with a result
     """
 
     design: Design
@@ -81,7 +81,7 @@ class Evaluator:
         self.where = {"rank": self.rank, "host": socket.gethostname()}
 
     def warm(self, cases: Sequence[int]) -> None:
-        """Compile the kernels that some cases need."""
+        """Compile the kernels that some cases need, given by number."""
         cases = self._kinds(cases)
         self.running.begin(self.design.digest(case) for case in cases)
         if self.policy.isolate:
@@ -109,7 +109,10 @@ class Evaluator:
         return list(kinds.values())
 
     def __call__(self, task: int, between_slices: Callable[[], None]) -> Completion:
-        """Compute the job with the number `task`; return how it ended."""
+        """Compute the job with the number `task`; return how it ended.
+
+        between_slices : called between slices of the integration; may raise Stop
+        """
 
         def between() -> None:
             self._writing(self.journal.keep_due)
@@ -150,7 +153,10 @@ class Evaluator:
     def _compute(
         self, computed: Computation, between: Callable[[], None]
     ) -> tuple[Completion, float]:
-        """Compute a job and journal it; return completion and kernel time, s."""
+        """Compute a job and journal its record; return completion and kernel time, s.
+
+        between : called between slices of the integration; may raise Stop
+        """
         start, checkpoints = time.perf_counter(), self.checkpoints
         case, digest = computed.job.case, computed.digest
         try:
@@ -178,7 +184,7 @@ class Evaluator:
         return self._keep(computed, result, keep=keep), seconds
 
     def _changed(self, case: int) -> WhirlError | None:
-        """Return the error that the engine file of a case has changed, else None."""
+        """Return an error if the engine file of a case has changed, else None."""
         try:
             self.design.check_engine(case)
         except WhirlError as changed:
@@ -188,9 +194,9 @@ class Evaluator:
     def _fail(
         self, computed: Computation, failed: Exception, seconds: float
     ) -> Completion:
-        """Journal why a case failed; print the first `MOST_TOLD` reasons.
+        """Journal that a job failed, and why; print the reason unless many are printed.
 
-        seconds : computing time until the case failed
+        failed, seconds : the error; computing time until then, s
         """
         status = "failed"
         if isinstance(failed, LateError):
@@ -213,9 +219,9 @@ class Evaluator:
         return head | {"ended": time.time()} | computed.facts
 
     def _keep(self, computed: Computation, result: Result, *, keep: bool) -> Completion:
-        """Journal a result, or a failure if the engine file has changed meanwhile.
+        """Journal the result of a job; if the engine file has changed, a failure.
 
-        keep : whether the saved state is kept if a longer run may decide the case
+        keep : whether the saved state stays if a longer run may decide the case
         """
         if changed := self._changed(computed.job.case):
             return self._fail(computed, changed, float(result.performance["seconds"]))
@@ -233,7 +239,10 @@ class Evaluator:
         return end
 
     def _drop(self, *names: str) -> None:
-        """Remove the states saved for some digests, after writing waiting records."""
+        """Remove the saved states with some names, after writing waiting records.
+
+        names : digests of computations
+        """
         if self.checkpoints.kept.intersection(names):
             self._writing(self.journal.keep)
         for name in names:
@@ -241,7 +250,7 @@ class Evaluator:
 
     @one_thread()
     def _measured(self, computed: Computation, result: Result) -> Record:
-        """Return record entries: the user function's numbers, or why it has none."""
+        """Return record entries: the user function's numbers, or why there are none."""
         if self.design.measure is None or "twin" in computed.facts:
             return {}
         found = self.design.measure(computed.scene, result)
@@ -251,7 +260,7 @@ class Evaluator:
         return found
 
     def _tell(self, text: str) -> None:
-        """Print a problem with a case, if among the first `MOST_TOLD` of this rank."""
+        """Print a text on a problem, one of the first `MOST_TOLD` of this rank."""
         self.told += 1
         if self.told <= MOST_TOLD:
             say(text)
@@ -273,6 +282,9 @@ class Evaluator:
 
 
 def told(computed: Computation, case: str) -> str:
-    """Return the name of a computation in messages: its case and its twin."""
+    """Return the name of a computation in messages: its case and its twin.
+
+    computed, case : what a job requires; name of its case
+    """
     twin = computed.facts.get("twin")
     return f"twin {twin} of {case}" if twin else case

@@ -79,6 +79,8 @@ def conclude(
 
     If gathering fails, that is an early stop. Only the last shard to be complete
     gathers; the others count only the failures among their own cases.
+
+    work, asking : what this run had to compute; options of the claim on results
     """
     cases, found, planner = len(design.settings), None, None
     shard = len(work.mine) < cases
@@ -115,7 +117,10 @@ def conclude(
 def _gathered(
     design: Design, directory: Directory, comm: Communicator, work: Work, asking: Asking
 ) -> bool:
-    """Gather the results again if they are out of date; return whether it did so."""
+    """Gather the results again if they are out of date; return whether it did so.
+
+    work, asking : what this run had to compute; options of the claim on results
+    """
     fresh = work.jobs > 0
     if comm.rank == 0:
         fresh = fresh or not is_current(directory, threshold_facts())
@@ -126,7 +131,7 @@ def _gathered(
 
 
 def _tell_budget(design: Design, directory: Directory) -> None:
-    """Print how many cases the budget left out, if the budget ended the refinement."""
+    """Print how many cases the budget of [refine] left out, if it left out any."""
     dropped = dropped_of(full_plan(directory)) if design.grows else 0
     if dropped:
         say(f"the budget ended the refinement: it left out {dropped} cases, and others "
@@ -134,7 +139,7 @@ def _tell_budget(design: Design, directory: Directory) -> None:
 
 
 def _forget_the_dead(directory: Directory) -> None:
-    """Remove notes of dead processes whose cases have a result by now."""
+    """Remove heartbeat files of dead processes whose cases have a result by now."""
     if directory.notes.all():
         ended = {r["digest"]: r["status"] for r in directory.journals.records()}
         directory.notes.forget({name for name in ended if ended[name] == "ok"})
@@ -145,9 +150,9 @@ def _stopped(cases: int, error: Exception) -> Ending:
 
 
 def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
-    """Return the outcome of a shard: its failures, and cases of other shards left.
+    """Return the outcome of a shard, and how many cases are left in other shards.
 
-    mine : numbers of the shard's cases
+    mine, planner : numbers of the shard's cases; planner of the jobs left
     """
     own = np.asarray(mine)
     missing = int(planner.open[own].sum())
@@ -159,7 +164,7 @@ def _ending_of(mine: Sequence[int], planner: Planner) -> Ending:
 
 
 def _as_text(given: str) -> str:
-    """Return a text that UTF-8 can encode; other bytes of a path are escaped."""
+    """Return a text in UTF-8, with bytes of a path that are not UTF-8 escaped."""
     return given.encode("utf-8", "backslashreplace").decode()
 
 
@@ -176,7 +181,10 @@ def _git_state() -> str:
 
 
 def _preset_facts(design: Design) -> dict[str, str | float]:
-    """Return the preset of all cases and its accuracy loss, as facts; {} for none."""
+    """Return {attribute: value}: the preset of all cases, and its accuracy loss.
+
+    {} without a preset, or if an input of the preset is swept.
+    """
     name = preset_of(design.base)
     if not name or set(design.swept) & preset_inputs(name).keys():
         return {}
@@ -184,7 +192,7 @@ def _preset_facts(design: Design) -> dict[str, str | float]:
 
 
 def facts_of(design: Design, comm: Communicator = ALONE) -> dict[str, str | float]:
-    """Return the root attributes that describe the origin of results."""
+    """Return the root attributes of results.h5 that describe the origin of results."""
     hosts = sorted(set(comm.allgather(socket.gethostname())))
     now = dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds")
     return {

@@ -95,6 +95,8 @@ def difference(was: str, now: str) -> str:
     """Return a phrase on how two fingerprints differ; "" for no known difference.
 
     Code and values are compared only if both are from the same version of Python.
+
+    was, now : the stored fingerprint, and that of the function of this call
     """
     if was == now or not was:
         return ""
@@ -107,7 +109,7 @@ def difference(was: str, now: str) -> str:
 
 
 def _checked(version: object) -> str:
-    """Return a version as text, after checking it."""
+    """Return a user's `version` as text, after checking it."""
     text = str(version) if isinstance(version, int | str) else ""
     if isinstance(version, bool) or not 0 < len(text) <= MOST_LETTERS:
         msg = "version must be a whole number or a text of 1 to "
@@ -136,7 +138,7 @@ def _source_of(function: Any) -> None:
 
 
 def _within(called: Any) -> Any:
-    """Return the function that a wrapper or callable object calls; None if unknown."""
+    """Return the function inside a wrapper or callable object; None if unknown."""
     if isinstance(called, functools.partial):
         return called.func
     if isinstance(called, MethodType):
@@ -151,7 +153,10 @@ def _within(called: Any) -> Any:
 
 
 def _attribute(given: Any, name: str) -> Any:
-    """Return an attribute; None if there is none, or if reading it raises."""
+    """Return the attribute `name` of an object.
+
+    None if there is none, or if reading it raises.
+    """
     try:
         return getattr(given, name, None)
     except Exception:  # noqa: BLE001 - what a user's property raises is no attribute
@@ -159,14 +164,17 @@ def _attribute(given: Any, name: str) -> Any:
 
 
 def _wrapped(given: Any) -> Any:
-    """Return the function that a wrapper of an installed package wraps, else None."""
+    """Return the function inside a wrapper made by an installed package, else None.
+
+    given : the wrapper, or any other object
+    """
     if isinstance(given, MethodType):
         return None
     return next(filter(callable, (_attribute(given, n) for n in INNER)), None)
 
 
 def _name(given: Any) -> str:
-    """Return the name of an object for messages, or that of its type."""
+    """Return the name of a function or value for messages, or that of its type."""
     own = _attribute(given, "__qualname__")
     return own if isinstance(own, str) else f"a {type(given).__qualname__}"
 
@@ -197,7 +205,7 @@ def _is_own(module: str) -> bool:
 
 
 class _Walk:
-    """Traversal of all objects that a function can reach, each visited once."""
+    """Visits every object that a function can reach, once, and computes digests."""
 
     def __init__(self) -> None:
         self.sources: set[str] = set()  # SHA-256 of each file
@@ -223,7 +231,7 @@ class _Walk:
         return self._known[number]
 
     def _parts(self, given: Any) -> Iterator[str]:
-        """Yield the texts that are hashed for a value."""
+        """Yield the texts whose hash is the digest of a value: its type and content."""
         kind = type(given)
         yield f"{kind.__module__}.{kind.__qualname__}"
         if kind in PLAIN:
@@ -253,7 +261,7 @@ class _Walk:
         yield from (self.digest(_attribute(given, name)) for name in names)
 
     def _state(self, given: Any) -> str:
-        """Return a digest of the attributes of a function or wrapper."""
+        """Return a digest of the attributes that a function or wrapper has."""
         own = {n: v for n, v in vars(given).items() if n not in UNTOLD}
         return self.digest(own)
 

@@ -82,7 +82,10 @@ class Measure:
             return {WHY_NOT: one_line(text_of(failed), LONGEST)}
 
     def _checked(self, given: Any) -> dict[str, float]:
-        """Return {variable: number}; raise if these are not the declared variables."""
+        """Return {variable: number}; raise if these are not the declared variables.
+
+        given : what the user's function has returned
+        """
         if not isinstance(given, Mapping):
             msg = f"measure must return {{name: number}}, got {shown(given)}"
             raise InputError(msg)
@@ -97,8 +100,9 @@ class Measure:
 def _guarded() -> Iterator[None]:
     """Protect this process and its working directory while a user's function runs.
 
-    `os._exit` raises in this process and thread, a forked child that returns is ended,
-    and the working directory and NumPy's error settings are restored.
+    In the block `os._exit` raises in this process and thread. A forked child that
+    leaves the block is ended; the working directory and NumPy's error settings are
+    restored.
     """
     process, thread, leave = os.getpid(), threading.get_ident(), os._exit
     place = os.open(".", os.O_PATH)
@@ -136,7 +140,10 @@ def _end_child(leave: Callable[[int], Any]) -> None:
 
 
 def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | None:
-    """Check a user's function given in Python; return a `Measure`, None without one.
+    """Check a user's function given in Python; return a `Measure`, or None.
+
+    function, variables, version : arguments `measure`, `variables` and `version` of
+        `hpcwhirl.campaign`; None: not given
 
     Raises
     ------
@@ -160,9 +167,9 @@ def measure_of(function: Any, variables: Any, version: Any = None) -> Measure | 
 
 
 def _told(name: Any, given: Any) -> tuple[str, str]:
-    """Check a variable's name, unit and meaning; return unit and meaning.
+    """Check a variable that a user's function returns; return its unit and meaning.
 
-    given : unit, or (unit, meaning)
+    name, given : its name; its unit, or (unit, meaning)
     """
     if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
         msg = f"variables: a name has only letters, digits and _, got {shown(name)}"

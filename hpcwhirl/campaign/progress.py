@@ -109,7 +109,7 @@ class Worker:
     ----------
     begun, ended : start of the rank, and end of its last case, s since 1970
     seconds : computing time of its cases, s
-    work : steps of its cases
+    work : number of time steps of its cases
     cases : number of cases
     """
 
@@ -134,7 +134,8 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
     Parameters
     ----------
-    ended, seconds, work : (records,), s since 1970, NaN if unknown; s; steps
+    ended, seconds, work : (records,), end of each case, s since 1970, NaN if unknown;
+        its computing time, s; its number of time steps
     """
     timed = np.flatnonzero(np.isfinite(ended))
     if not len(timed):
@@ -151,7 +152,10 @@ def worker_of(ended: Floats, seconds: Floats, work: Floats) -> Worker | None:
 
 
 def status_of(end: Completion) -> str:
-    """Return the status of an ended case, or its outcome if it has no regime."""
+    """Return the word by which `status` counts an ended case.
+
+    It is its status, such as "ok" or "failed", or its outcome if it has no regime.
+    """
     return end.outcome if end.outcome in NO_REGIME else end.status
 
 
@@ -200,7 +204,7 @@ def predicted_work(manifest: Manifest) -> Floats:
 
 
 def active(workers: Sequence[Worker], longest: float) -> list[Worker]:
-    """Return the workers whose last case ended recently, and so seem to be working.
+    """Return the ranks whose last case ended recently, and so seem to be working.
 
     "Recently" is relative to the last case that ended on any rank.
 
@@ -222,7 +226,7 @@ class Seen:
     ----------
     manifest : plan with all cases that refinement has asked for so far
     work : (cases,), number of steps of each case
-    workers : one for each journal that has times
+    workers : work of each rank whose journal has times
     open : (cases,), whether a job of a case or of its twins is left
     without : number of cases without a result, or that failed in an extension
     regimes, statuses : {word: number of cases}, see `Progress`
@@ -241,7 +245,7 @@ class Seen:
             self._from_records()
 
     def _from_columns(self) -> None:
-        """Read the journals as columns; each case of the plan must be one job."""
+        """Read the journals of a plan whose cases are one job each, as columns."""
         count = len(self.work)
         status, regime = (np.full(count, "", dtype=object) for _ in range(2))
         last = np.full(count, -np.inf)
@@ -269,7 +273,7 @@ class Seen:
         self.ends = {n: float(last[case]) for n, case in cases.items() if case >= 0}
 
     def _take(self, case: NDArray[np.int64], ended: Floats, seconds: Floats) -> None:
-        """Add the work of the rank that wrote a journal; one entry per record.
+        """Add the work of the rank that wrote a journal, from columns of its records.
 
         case : (records,), number in the plan, -1 for none
         ended, seconds : (records,), s since 1970, and computing time, s
@@ -283,7 +287,7 @@ class Seen:
         self.longest = max(self.longest, float(seconds.max(initial=0.0)))
 
     def _from_records(self) -> None:
-        """Read a plan with extensions, twins or refined cases, record by record."""
+        """Read the journals record by record: extensions, twins or refined cases."""
         journals = self.journals.by_file()
         every = itertools.chain.from_iterable(journals.values())
         records = {record["digest"]: record for record in every}
@@ -354,7 +358,7 @@ def stopped(directory: Directory, left: int, running: Sequence[Computing]) -> st
 
     Return "" after a kill, and while a run is active.
 
-    left, running : number of cases left; what the ranks compute now
+    left, running : number of cases left; cases that the ranks compute now
     """
     if directory.stop_file.exists():
         return STOP

@@ -66,7 +66,7 @@ class Tally:
 
     @contextmanager
     def computing(self) -> Iterator[None]:
-        """Count a computation, and its time even if it is stopped."""
+        """Count the computation in the block, and its time even if it is stopped."""
         start = time.perf_counter()
         try:
             yield
@@ -76,7 +76,7 @@ class Tally:
         self.cases += 1
 
     def wait(self) -> None:
-        """Call `waits`, then sleep for `IDLE` s."""
+        """Call the function `waits`, then sleep for `IDLE` s."""
         self.waits()
         time.sleep(IDLE)
 
@@ -121,7 +121,7 @@ def map_ranks(
 
 
 class _Root:
-    """Rank 0: hands out units, computes, and counts completions."""
+    """Rank 0: hands out units of work, computes too, and counts completions."""
 
     def __init__(
         self,
@@ -169,7 +169,7 @@ class _Root:
         self.notice(unit, end)
 
     def while_busy(self) -> None:
-        """Serve messages between slices; that time does not count as busy."""
+        """Call `between`; its time does not count as busy."""
         start = time.perf_counter()
         try:
             self.between()
@@ -190,12 +190,12 @@ class _Root:
         self.dismiss()
 
     def dismiss(self) -> None:
-        """Send HALT to every worker, even to those that have finished."""
+        """Send HALT to every worker, even to those that have no more work."""
         for rank in range(1, self.comm.size):
             self.comm.send(None, dest=rank, tag=HALT)
 
     def serve(self) -> bool:
-        """Answer every message that has arrived; return whether there was one."""
+        """Answer every message of a worker that has arrived; return whether any had."""
         any_came = False
         while self.comm.Iprobe():
             any_came = True
@@ -218,12 +218,12 @@ class _Root:
             self.comm.send(self.units(units), dest=rank, tag=WORK)
 
     def units(self, numbers: list[int]) -> list[Unit]:
-        """Return (number, task) of each unit in `numbers`, as sent to a worker."""
+        """Return (number, task) of units by their numbers, as sent to a worker."""
         return [(number, self.queue.task(number)) for number in numbers]
 
 
 class _Worker:
-    """Any rank but 0: asks for units in advance, computes, and reports."""
+    """Any rank but 0: asks for units of work in advance, computes, and reports."""
 
     def __init__(self, stopping: Callable[[], bool], comm: Any, tally: Tally) -> None:
         self.stopping, self.comm, self.tally = stopping, comm, tally
@@ -248,13 +248,16 @@ class _Worker:
             self.look()
 
     def tell(self, word: str) -> None:
-        """Send rank 0 a `word`, the units finished meanwhile, and any stop request."""
+        """Send rank 0 a word, the finished units, and whether a stop is requested.
+
+        word : what this worker wants, such as further units
+        """
         told = self.comm.rank, word, self.finished, self.stopping()
         self.comm.send(told, dest=0)
         self.finished = []
 
     def wait(self) -> list[Unit]:
-        """Return the units that rank 0 sends in answer; sleep while waiting."""
+        """Return the units that rank 0 sends; sleep until they arrive."""
         asked = False
         while not self.comm.Iprobe(source=0, tag=WORK):
             if not asked:
@@ -304,7 +307,10 @@ def keep_shares(
 
 
 def told(shares: list[Share]) -> str:
-    """Return one line: cases, time, throughput and busy fractions of the ranks."""
+    """Return one line on a run: cases, time, throughput and busy fractions.
+
+    shares : use of time of each rank
+    """
     span = max(share["span"] for share in shares)
     busy = [share["busy"] / max(share["span"], 1e-9) for share in shares]
     cases = sum(share["cases"] for share in shares)

@@ -105,6 +105,8 @@ def _computed(
     """Compute the jobs left in a campaign on all ranks.
 
     Return (work, whether all ended, whether it stopped after `max_fails` failures).
+
+    node, policy : ranks of this machine; options of the run
     """
     work, queue = work_of(design, directory, policy, comm)
     names = design.measure.variables if design.measure else ()
@@ -136,7 +138,10 @@ def _computed(
 
 
 def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
-    """Compile on one rank of each node; the others sleep, then read its cache."""
+    """Compile kernels on one rank of each node; the others sleep, then read its cache.
+
+    evaluate, work, node : evaluator of this rank; work of the run; ranks of this node
+    """
     if node.rank == 0:
         with suppress(Stop):  # the ranks will see the request, too
             evaluate.warm(work.kinds)
@@ -144,7 +149,10 @@ def _warm(evaluate: Evaluator, work: Work, node: Communicator) -> None:
 
 
 def _begun(work: Work, design: Design, shard: Shard | None) -> str:
-    """Return the first progress line: how many cases there are, ended, and isolated."""
+    """Return the first progress line: numbers of cases, ended and isolated ones.
+
+    work, shard : work of this run; its part of the cases, None: all
+    """
     cases, so_far = len(design.settings), ""
     if design.grows and work.jobs:
         so_far = " so far, and further ones that their words require"
@@ -157,7 +165,7 @@ def _begun(work: Work, design: Design, shard: Shard | None) -> str:
 
 
 class _Report:
-    """Progress lines on stderr of rank 0."""
+    """Prints progress lines on stderr of rank 0, and counts failed cases."""
 
     def __init__(self, queue: WorkQueue, most: int | None, stopping: Stopping) -> None:
         self.queue, self.most, self.stopping = queue, most, stopping
@@ -215,7 +223,7 @@ class Session:
     _after: ExitStack = field(default_factory=ExitStack)
 
     def on_root(self, action: Callable[[], T]) -> T | WhirlError:
-        """Return on every rank the value of rank 0's action, or its WhirlError."""
+        """Return on every rank what `action` returns on rank 0, or its WhirlError."""
         done: T | WhirlError | None = None
         if self.comm.rank == 0:
             try:

@@ -64,12 +64,13 @@ class Result:
     Attributes
     ----------
     row : numbers of the motion, the same bits on every computation
-    traces : {name: array}; `time` (n,), s; `centre` (n, 2), m, STATIC frame;
-        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; for `full` also
-        `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and `casing`
-        (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
+    traces : {name: array} of n samples; N blades, n_c contact points per tip, H
+        harmonics, P stress points: `time` (n,), s; `centre` (n, 2), m, STATIC frame;
+        `energy`, `fed`, `rubbed`, `lost` (n,), J; `impulse` (n,), N s; with full traces
+        also `tips` (n, N, 2), m, rotating frame, `blade_impulse` (n, N), N s, and
+        `casing` (n, H + 1, 2), m, STATIC frame, and with several contact points per tip
         `point_tips` (n, N, n_c, 2), `point_impulse` (n, N, n_c), and of a file with a
-        stress matrix `stress` (n, N, P), Pa; empty for `summary`
+        stress matrix `stress` (n, N, P), Pa; empty if none are kept
     performance : numbers that depend on the machine and its load, such as times
     """
 
@@ -141,7 +142,7 @@ def course_of(scene: Scene, between_slices: Callable[[], None] | None = None) ->
 
 
 class Course:
-    """A case in progress: one march, then longer marches while it is undecided.
+    """A case in progress: one integration (march), then longer ones while undecided.
 
     A case that lasts longer has, bit for bit, the row and the traces of a case with
     that duration: a longer march continues from the last row of evidence, or starts
@@ -172,7 +173,10 @@ class Course:
         self.number, self.march = 0, self._march(0)
 
     def _march(self, number: int) -> March:
-        """Return a new march to the end time `ends[number]`."""
+        """Return a new integration of the case, to one of its end times.
+
+        number : number of that end time, from 0, in `ends`
+        """
         if number == 0:
             return March(self.case, self.start)
         settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
@@ -182,7 +186,7 @@ class Course:
 
     @property
     def seconds(self) -> float:
-        """Computing time of the march and of the twins that measure chaos, s."""
+        """Computing time of the present march and of twins that measure chaos, s."""
         return self.march.seconds + (self.twins.seconds if self.twins else 0.0)
 
     @property
@@ -194,7 +198,7 @@ class Course:
     def set_out(self, steps: int, total: int) -> None:
         """Begin the march, among those of the case, to which a saved state belongs.
 
-        steps, total : step of the state, and number of steps of its march
+        steps, total : time step of the state; number of steps of the march it is from
         """
         marches = [self._march(number) for number in range(len(self.ends))]
         same = [n for n, march in enumerate(marches) if march.total == total]
@@ -207,6 +211,7 @@ class Course:
     ) -> Result:
         """Integrate until the regime is decided or the longest end time is reached.
 
+        between_slices : function called about every 10 ms; may raise to end the case
         measure : whether chaos is measured afterwards, if `output.chaos` > 0
         """
         with one_thread():
@@ -245,7 +250,7 @@ class Course:
         return Result({**row, "motion": word, **found}, result.traces, performance)
 
     def _go_on(self) -> None:
-        """Begin the next longer march, if possible from the state of the last one."""
+        """Begin the next longer march, from the state of the last one if it fits."""
         self.number += 1
         old, self.march = self.march, self._march(self.number)
         if old.lean.model.folds != self.march.lean.model.folds:
@@ -256,7 +261,10 @@ class Course:
 
 
 def result_of(case: Case, history: History) -> Result:
-    """Return the result of an integrated case: evidence, words, row and traces."""
+    """Return the result of an integrated case: evidence, words, row and traces.
+
+    history : what was recorded while it was integrated
+    """
     scene = case.scene
     found = evidence(scene, history) | {"stop": history.stop}
     outcome, regime, whirl = name_regime(found, USUAL)
@@ -287,7 +295,7 @@ def result_of(case: Case, history: History) -> Result:
 
 
 def notes_on(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return remarks on a case: its outcome, and motion beyond a film's clearance.
+    """Return remarks on a case: outcome, and motion beyond a squeeze film's clearance.
 
     Parameters
     ----------
@@ -332,7 +340,7 @@ def _traces(scene: Scene, history: History) -> dict[str, NDArray[np.float64]]:
 def end_of(row: Mapping[str, Any], march: March) -> Motion | None:
     """Return the last motion of a case, None if no case can continue from it.
 
-    row : result of the case, see `campaign.simulate.Result`
+    row, march : numbers and words of the case, see `Result`; its integration
     """
     lost = row["outcome"] != "completed" or row["regime"] == "divergent"
     return None if lost else march.motion()
@@ -343,13 +351,13 @@ def begun(
     march: Callable[[Case, Motion | None], Ended],
     ends: Checkpoints | None = None,
 ) -> Begin:
-    """Return the case to be integrated, and the motion with which it begins.
+    """Return a case as it is integrated, and the motion with which it begins or None.
 
     Parameters
     ----------
     case : the case
     march : function that integrates a case from a motion to its end and returns its row
-        and last march
+        and its last integration
     ends : storage of the last motions of cases; None: preceding cases are integrated
     """
     left, motion, scene = list[Scene](), None, case.given

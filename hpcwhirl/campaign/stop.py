@@ -35,7 +35,7 @@ AFTER_ROOT = 2.0  # s by which other ranks wait longer, so that rank 0 can repor
 
 
 class Stop(Exception):  # noqa: N818
-    """Raised between slices after a stop request."""
+    """Raised between slices of an integration after a stop request."""
 
 
 class Stopping:
@@ -78,11 +78,14 @@ class Stopping:
         self._pilot_ends = time.monotonic() + seconds
 
     def ask(self, reason: str) -> None:
-        """Request a stop of this process, and so of the campaign."""
+        """Request a stop of this process, and so of the campaign.
+
+        reason : text for the user
+        """
         self.reason = self.reason or reason
 
     def __call__(self) -> bool:
-        """Return whether a stop has been requested."""
+        """Return whether a stop of this process has been requested."""
         now = time.monotonic()
         if self._deadline is not None and now >= self._deadline:
             self.ask("the wall-time is nearly over")
@@ -180,7 +183,9 @@ def breakable(check: Callable[[], None]) -> Iterator[None]:
 
 
 def _unless_stop(hook: Callable[[Any], object], lost: Any) -> None:
-    """Pass an unraisable exception on to `hook`, unless it is Stop.
+    """Pass an exception that Python cannot raise on to `hook`, unless it is Stop.
+
+    hook, lost : former `sys.unraisablehook`, and its argument
 
     A tick of the timer during a callback of the compiler cannot raise Stop; the next
     tick will.
@@ -251,7 +256,7 @@ class Watchdog:
         return False
 
     def _end(self) -> None:
-        """End all ranks; finished cases and saved states are kept."""
+        """End all ranks by force; finished cases and saved states are kept."""
         whom = "ranks" if self.comm.size > 1 else "case"
         say(
             f"not all {whom} have stopped {self.seconds:g} s after the request: ended "

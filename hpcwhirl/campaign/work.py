@@ -35,8 +35,9 @@ class Work:
 
     Attributes
     ----------
-    jobs, cases : number of jobs left so far, and of cases with jobs left
-    kinds : one case for each kernel that the cases left may need
+    jobs, cases : number of jobs left, as known at the start, and of cases with such
+        jobs
+    kinds : for each kernel that the cases left may need, one case that uses it
     suspects : cases to isolate, since they were being computed when two processes died
     mine : numbers of all cases of this run's shard
     run : number of the run
@@ -57,7 +58,10 @@ class Work:
 def work_of(
     design: Design, directory: Directory, policy: Policy, comm: Communicator
 ) -> tuple[Work, WorkQueue]:
-    """Return the work of all ranks, and the queue of rank 0, empty on other ranks."""
+    """Return the work of all ranks, and the queue of rank 0, empty on other ranks.
+
+    policy : options of this run
+    """
     work, queue = None, WorkQueue([], Costs.unknown())
     if comm.rank == 0:
         work, queue = _planned(design, directory, policy, comm.size)
@@ -67,7 +71,10 @@ def work_of(
 def _planned(
     design: Design, directory: Directory, policy: Policy, ranks: int
 ) -> tuple[Work, WorkQueue]:
-    """Return the work that is left in a directory, and its queue."""
+    """Return the work left in a campaign's directory, and its queue.
+
+    policy, ranks : options of this run; number of ranks that share the work
+    """
     extended = directory.plan.read().extended
     plan = replace(design.manifest(), extended=extended)
     states, notes, journals = directory.states, directory.notes, directory.journals
@@ -99,7 +106,10 @@ def _planned(
 
 
 def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Costs:
-    """Return the costs of a planner's rows, learned from finished cases."""
+    """Return the costs of a planner's cases, learned from finished cases.
+
+    costs, ended : costs of the coarse cases; completed jobs with their times
+    """
     costs.learn_all(ended.seconds)
     if not design.grows:
         return costs
@@ -115,6 +125,7 @@ def _learned(design: Design, costs: Costs, ended: Ended, planner: Planner) -> Co
 def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool:
     """Return whether the case of a record must be computed again.
 
+    journals : journals of the campaign, by which traces are checked
     retry : statuses to compute again; cases with damaged traces, or for which the
         user's function returned no numbers, are computed again, too
     """
@@ -124,7 +135,7 @@ def is_again(journals: Journals, retry: Collection[str], record: Record) -> bool
 
 
 def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
-    """Return, for each kernel that the jobs left need, one case that uses it."""
+    """Return, for each kernel that the jobs left need, one case that needs it."""
     rows = np.unique(jobs.row)
     coarse = rows[rows < planner.kind.first]
     beyond: dict[tuple[int, int], int] = {}
@@ -135,7 +146,7 @@ def _kinds(design: Design, planner: Planner, jobs: Jobs) -> list[int]:
 
 
 def _tidy(states: States, ended: Mapping[str, Completion]) -> None:
-    """Remove states of ended cases, except timeouts and cases with an open regime."""
+    """Remove saved states of ended cases, except timeouts and undecided cases."""
     for name in states.names() & ended.keys():  # left by a killed process
         if ended[name].status != "timeout" and not ended[name].is_open:
             states.drop(name)
@@ -190,7 +201,7 @@ def share(
 
     Parameters
     ----------
-    costs : (n,), predicted cost of each case, any unit
+    costs : (n,), predicted cost of each of n cases, any unit
     shard : shard whose cases are returned
     """
     if shard is None:

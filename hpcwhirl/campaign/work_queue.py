@@ -31,7 +31,7 @@ FOLLOWING = 2  # priority of refined cases, from which others may follow
 
 
 def scattered(count: int) -> NDArray[np.int64]:
-    """Return 0 .. count - 1 in an order of which every part is spread evenly.
+    """Return 0 .. count - 1 in an order whose every part is spread evenly over them.
 
     Successive numbers differ, modulo count, by about 0.618 count, coprime to count.
     """
@@ -46,7 +46,7 @@ class Order(NamedTuple):
 
     Attributes
     ----------
-    last : units that are handed out after all others
+    last : numbers of units that are handed out after all others
     even : whether the first units are spread evenly over all cases; otherwise the
         longest goes first
     """
@@ -95,7 +95,7 @@ class WorkQueue:
         self.add(own, turn, costs.predict(own))
 
     def expected(self, rows: Cases) -> NDArray[np.float64]:
-        """Return the expected time, s, of one more unit of each of m cases, (m,).
+        """Return the expected time, s, (m,), of one more unit for each of m cases.
 
         rows : (m,), rows of the cases in `costs`
         """
@@ -107,7 +107,7 @@ class WorkQueue:
     def add(
         self, rows: Cases, turn: NDArray[np.int8], predicted: NDArray[np.float64]
     ) -> None:
-        """Add units to the front of the queue, or to its end if the order is even.
+        """Add m units to the front of the queue, or to its end if the order is even.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ class WorkQueue:
         return len(self.queue)
 
     def take(self) -> int:
-        """Return the next unit, for rank 0 itself."""
+        """Return the number of the next unit, for rank 0 itself to compute."""
         return self.queue.pop()
 
     def bundle(self, most_units: int = MOST) -> list[int]:
@@ -175,14 +175,14 @@ class WorkQueue:
         return False
 
     def task(self, unit: int) -> int:
-        """Return the number of the task that is sent to a rank for a unit."""
+        """Return the number of the task that a rank is sent for a unit."""
         return unit
 
     def hear(self, unit: int, end: Any) -> None:
-        """Do nothing: in this queue, no unit follows from a completion."""
+        """Do nothing: units of this queue do not depend on how others end."""
 
     def drop(self) -> None:
-        """Hand out nothing more, not even units that are added later."""
+        """Hand out no more units, not even those that are added later."""
         self.dropped = True
         del self.queue[:]
 
@@ -212,7 +212,7 @@ class WorkQueue:
         return float(np.frombuffer(self.predicted)[still].sum()) * missed
 
     def _ordered(self, chosen: np.ndarray) -> bytes:
-        """Return `chosen` units, 8 bytes each; the last is handed out first."""
+        """Return `chosen` units sorted, 8 bytes each; the last goes out first."""
         order = scattered(len(chosen))
         turn, seconds = np.frombuffer(self.turn, np.int8), np.frombuffer(self.predicted)
         keys = (turn,) if self.even else (seconds, turn)
@@ -241,12 +241,12 @@ class Questions:
         self.idle: dict[int, None] = {}  # those ranks of `open` that have no work
 
     def ask(self, rank: int) -> Answers:
-        """Return the answers that are due after a rank has asked in advance."""
+        """Return the answers that are due once `rank` has asked in advance."""
         self.open[rank] = None
         return self._answer(rank) if len(self.queue) > self.ranks else self.rest()
 
     def hungry(self, rank: int) -> Answers:
-        """Return the answers that are due after a rank has run out of work.
+        """Return the answers that are due once `rank` has run out of work.
 
         This rank gets none if its request has been answered already.
         """
@@ -255,7 +255,7 @@ class Questions:
         return self.rest()
 
     def rest(self) -> Answers:
-        """Return answers to idle ranks; once no unit is left, empty answers to all."""
+        """Return answers to idle ranks; empty ones to all once no unit is left."""
         due: Answers = []
         while self.queue and self.idle:
             due += self._answer(next(iter(self.idle)))
@@ -309,11 +309,14 @@ class JobQueue(WorkQueue):
         return Job(case, self.twin[unit], self.stage[unit])
 
     def task(self, unit: int) -> int:
-        """Return the number of the job of a unit, as sent to a rank."""
+        """Return the number, by `JobCode`, that is sent to a rank for a unit."""
         return self.code.encode(self.job(unit))
 
     def hear(self, unit: int, end: Completion) -> None:
-        """Record the completion of a job, and add the jobs that follow from it."""
+        """Record how the job of a unit has ended, and add the jobs that follow.
+
+        end : how it has ended
+        """
         following = self.planner.complete(self.job(unit), end)
         if not following:
             return

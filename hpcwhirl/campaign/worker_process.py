@@ -64,6 +64,8 @@ class Child:
         """Let the child compile the kernels of some scenes.
 
         An error of a scene is reported only when its case is computed.
+
+        between : called while waiting; may raise Stop
         """
         for scene in scenes:
             with suppress(DiedError):
@@ -79,6 +81,8 @@ class Child:
         keep: bool = False,
     ) -> Result:
         """Return the result of a case, computed by `compute` in the child.
+
+        The arguments are those of the function `compute`.
 
         Raises
         ------
@@ -114,20 +118,20 @@ class Child:
         return self._process
 
     def _reap(self) -> int:
-        """Close the pipe, wait for the child's end, and return its exit code."""
+        """Close the socket to the child, wait for its end, and return its exit code."""
         process, self._process = self._process, None
         self._pipe.close()
         return process.wait() if process else 0
 
     def _send(self, told: Any) -> None:
-        """Send a message to the child; if it has died, reading its answer will fail."""
+        """Send a request to the child; if it has died, reading its answer fails."""
         with suppress(OSError):
             self._pipe.send(told)
 
     def _ask(self, asked: Any, limit: float, between: Callable[[], None]) -> Any:
         """Return the child's answer: a result, or the exception to raise.
 
-        asked, limit : request to the child; time limit of its case, s
+        asked, limit : request to the child; limit of the computing time of its case, s
         between : called while waiting; may raise Stop
         """
         process = self._process or self._begin()
@@ -155,7 +159,7 @@ class Child:
                 raise stop or late
 
     def _received(self, process: subprocess.Popen[bytes]) -> Any:
-        """Return an answer that has begun to arrive; kill a child that stalls in it."""
+        """Return an answer that has begun to arrive; kill a child that stalls."""
         timer = threading.Timer(GRACE, process.kill)
         timer.start()
         try:
@@ -165,7 +169,7 @@ class Child:
 
 
 class Server:
-    """The child's side: integrates requested cases until the parent ends."""
+    """The child's side of a `Child`: integrates cases until the parent ends."""
 
     def __init__(self, pipe: Any) -> None:
         self._pipe = pipe
@@ -173,7 +177,7 @@ class Server:
         self.checkpoints = Checkpoints(states, every, say)
 
     def serve(self) -> None:
-        """Answer one request after the other."""
+        """Answer the parent's requests one after the other."""
         while True:
             scene, *how = self._next()
             self._send(self._computed(scene, *how) if how else _warmed(scene))
@@ -203,7 +207,10 @@ class Server:
         limit: float,
         keep: bool,  # noqa: FBT001
     ) -> Result | Exception:
-        """Return the result of a case, or the exception for the parent to raise."""
+        """Return the result of a case, or the exception for the parent to raise.
+
+        digest, limit, keep : see `compute`
+        """
         try:
             return compute(
                 resolve(scene), digest, self.checkpoints, limit, self._between,
@@ -218,14 +225,14 @@ class Server:
 
 
 def _warmed(scene: Scene) -> str:
-    """Compile the kernels of a scene; return the answer to that request."""
+    """Compile the kernels of a scene; return the text that answers this request."""
     with suppress(Exception):  # this case will fail
         March(resolve(scene)).warm()
     return "warm"
 
 
 def main() -> None:
-    """Serve requests from the socket whose descriptor is this process's argument."""
+    """Serve requests from a socket; the argument of this process is its descriptor."""
     for name in SIGNALS:  # only the parent requests a stop
         signal.signal(name, signal.SIG_IGN)
     faulthandler.enable()

@@ -16,7 +16,7 @@ from hpcwhirl.scene import Scene, apply_settings
 
 
 class Note(TypedDict):
-    """One omission of a plan: what is left out, why that is safe, what it saves."""
+    """A part that the plan of a case leaves out: which, why that is safe, the gain."""
 
     left_out: str
     why: str
@@ -24,7 +24,7 @@ class Note(TypedDict):
 
 
 def amplitudes(model: Model) -> int:
-    """Return the number of modal amplitudes of both bodies together."""
+    """Return the number of modal amplitudes of rotor and casing together."""
     bodies = [body for body in (model.rotor, model.casing) if body is not None]
     return sum(len(body.omega) for body in bodies)
 
@@ -47,7 +47,10 @@ def _truncation(case: Case) -> Note:
 
 
 def _spared(case: Case) -> str:
-    """Return a text: amplitudes and longest time step, with and without truncation."""
+    """Return a text: how many amplitudes remain, and the longest stable step.
+
+    Both are also given for the model without truncation.
+    """
     scene = case.given
     few, limit = amplitudes(case.model), min(case.model.limits(scene.speed).values())
     kept = f"{few} modal amplitudes are left, and steps up to {limit:.3g} s"

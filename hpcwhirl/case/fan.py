@@ -16,7 +16,7 @@ light as the casings of fans, in which all regimes occur over speed and gap:
   period: with the modal mass m = pi R rho A (1 + 1/k^2) of an inextensional shape with
   k lobes, 2 F tau / (pi m) = 20 gap f_1F.
 
-`Checked` holds the properties of the resulting model.
+The class `Checked` holds the properties of the resulting model.
 """
 
 from __future__ import annotations
@@ -224,13 +224,19 @@ def _round(value: float) -> float:
 
 
 def _first(table: list[Line]) -> float:
-    """Return the frequency, Hz, of 1F at the rotor's highest nodal diameter."""
+    """Return the frequency, Hz, of 1F (first bending) at the highest nodal diameter.
+
+    table : lines of the modal table of rotor and casing
+    """
     first = [line for line in table if line.body == "rotor" and line.family == "1F"]
     return max(first, key=lambda line: line.nodal_diameter).frequency_hz
 
 
 def _checked(scene: Scene, full: float, table: list[Line]) -> Checked:
-    """Return the properties of a scene's model; `table` is its modal table."""
+    """Return the properties of the model of a fan's scene.
+
+    full, table : full speed, rad/s; lines of the model's modal table
+    """
     casing, k = scene.engine.casing, scene.nodal_diameter
     mass = _modal_mass(casing.model_dump(), scene.engine.rotor.radius + scene.gap, k)
     kick = 2 * scene.force * scene.pulse / (math.pi * mass)

@@ -108,7 +108,7 @@ def _stiff_up_to(model: Model) -> float:
 
 
 def _check_range(bearing: Bearing, speeds: tuple[float, ...]) -> None:
-    """Raise InputError for a speed, rad/s, outside the range of a bearing's table."""
+    """Raise InputError if one of `speeds`, rad/s, lies outside a bearing's table."""
     least, most = float(bearing.speeds[0]), float(bearing.speeds[-1])
     for speed in speeds:
         if len(bearing.speeds) > 1 and not least <= abs(speed) <= most:
@@ -162,9 +162,11 @@ def check_supports(model: Model, scene: Scene) -> None:
 
 
 def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
-    """Return why no unbalance is allowed, as the end of a message; "": allowed.
+    """Return why an unbalance is refused on supports that make its orbit elliptic.
 
-    own : the supports at the scene's speed
+    The text is the end of a message; "": the unbalance is allowed.
+
+    own, scheme : the supports at the scene's speed; name of the integrator
     """
     where = "where supports differ by direction or have a film"
     if scheme == "paper":
@@ -177,7 +179,7 @@ def _ellipse_refused(model: Model, own: Support, scheme: str) -> str:
 
 
 def shortest_limits(model: Model, scene: Scene) -> dict[str, float]:
-    """Return {body: longest stable step, s} over all speeds of a scene."""
+    """Return {body: longest stable time step, s}, for all speeds of a scene."""
     slow, fast = (model.limits(speed) for speed in extremes(scene))
     return {body: min(slow[body], limit) for body, limit in fast.items()}
 
@@ -195,7 +197,7 @@ def check_step(model: Model, scene: Scene) -> None:
 
 
 def check_count(scene: Scene) -> None:
-    """Raise InputError if the step that accuracy chooses gives too many steps."""
+    """Raise InputError if the step that `accuracy` chooses makes a run too long."""
     step, end = scene.solver.time_step, scene.end_times[-1]
     if not end <= MOST_STEPS * step:
         raise InputError(
@@ -250,7 +252,11 @@ def check_wall(scene: Scene) -> None:
 
 
 def wall_limits(scene: Scene) -> dict[str, float]:
-    """Return {limit: longest time step, s} for growth and rise of a casing's shape."""
+    """Return {casing input: longest time step, s, that it allows}.
+
+    The inputs are `growth`, `rise` and `profile_rise`, by which the casing's shape
+    changes in time; those that set no limit are absent.
+    """
     casing, out = scene.engine.casing, {}
     if _shape_reach(scene, casing.profile_rise) > scene.gap:
         out["profile_rise"] = casing.profile_rise / FEWEST_IN_RISE
@@ -264,7 +270,7 @@ def wall_limits(scene: Scene) -> dict[str, float]:
 
 
 def _places(scene: Scene, time: float) -> Floats:
-    """Return the angles of blades at a time, (N,), rad, static frame."""
+    """Return the angles of the N blades at a time, s, (N,), rad, static frame."""
     blades = scene.engine.rotor.blades
     return np.asarray(scene.speed * time + 2 * np.pi * np.arange(blades) / blades)
 
@@ -379,7 +385,9 @@ def longest_phase(accuracy: float, ratio: float = 0.0) -> float:
 
 
 def turned(omega: Floats, speed: float) -> Floats:
-    """Return the frequencies at rest, (m,), whose error equals that of waves at speed.
+    """Return frequencies, rad/s, at which modes at rest err as the waves at speed do.
+
+    Each of m modes gets one, (m,).
 
     Integrated by central differences, a wave e^{i w t} with stiffness K and Coriolis
     forces 2 Omega c, |c| <= 1, both per mass, satisfies
@@ -394,8 +402,8 @@ def turned(omega: Floats, speed: float) -> Floats:
 
     Parameters
     ----------
-    omega : (m,), rad/s, at rest
-    speed : Omega, rad/s
+    omega : (m,), frequencies of the modes at rest, rad/s
+    speed : Omega of the rotor, rad/s
     """
     x = abs(speed) / np.maximum(omega, np.finfo(float).tiny)
     with np.errstate(over="ignore"):
@@ -457,6 +465,8 @@ def _fastest(model: Model) -> float:
 def beat_of(model: Model, scene: Scene) -> int:
     """Return the number of time steps between rows of evidence of a case.
 
+    A row is the state's numbers at one time, from which the word is determined later.
+
     It gives `PER_PERIOD` rows in a period of `fastest_line`, and depends on engine,
     speed, step and duration, never on the traces kept. A run has at least `FEWEST_ROWS`
     rows, so that its last 40 % has 64: the spacing of a short run follows from its
@@ -470,7 +480,7 @@ def beat_of(model: Model, scene: Scene) -> int:
 
 
 def step_counts(scene: Scene) -> tuple[int, int]:
-    """Return (steps of the whole run, steps between samples)."""
+    """Return (time steps of the whole run, time steps between samples of traces)."""
     step = scene.solver.time_step
     total = max(1, math.ceil(scene.end_time / step - 1e-9))
     stride = min(scene.output.interval / step, float(total))

@@ -1,14 +1,15 @@
 """Plans: which part of a scene's model is integrated, and until when.
 
-The part may be the model of one of g sectors that move alike: N / g blades on a folded
-circle. A rotor of N equal blades at rest, a round ring at rest and a load on k lobes
-are unchanged by a rotation of 2 pi / g, g = gcd(k, N); so is every later motion. Only
-nodal diameters and harmonics h = g h' ever move. In the angle g theta they are h' = h /
-g of N / g blades that turn with g Omega under a load on k / g lobes, and this model
-carries 1 / g of the energy: amplitudes of mass-orthonormal modes are y / sqrt(g), their
-shapes sqrt(g) times those of the whole, and the modal force is F / g. Displacements,
-gaps and multipliers are the same numbers; energies, works and impulses count g times.
-Terms of rotation are those of Omega, not of g Omega: C / g, K_1 / g^2 and K_2 / g^4.
+The part may be the model of one of g sectors that move alike: N / g blades, spread over
+a full circle by the angle g theta. A rotor of N equal blades at rest, a round ring at
+rest and a load on k lobes are unchanged by a rotation of 2 pi / g, g = gcd(k, N); so is
+every later motion. Only nodal diameters and harmonics h = g h' ever move. In the angle
+g theta they are h' = h / g of N / g blades that turn with g Omega under a load on k / g
+lobes, and this model carries 1 / g of the energy: amplitudes of mass-orthonormal modes
+are y / sqrt(g), their shapes sqrt(g) times those of the whole, and the modal force is F
+/ g. Displacements, gaps and multipliers are the same numbers; energies, works and
+impulses count g times. Terms of rotation are those of Omega, not of g Omega: C / g, K_1
+/ g^2 and K_2 / g^4.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ MOST_SECTORS = 32  # number of cached models of one sector
 
 
 class Marched(NamedTuple):
-    """A scene and its model as they are integrated: all sectors, or one."""
+    """A scene and its model as integrated: all sectors, or one of g that move alike."""
 
     scene: Scene
     model: Model
@@ -62,8 +63,8 @@ class Plan:
     ----------
     folds : g, number of sectors that move alike, of which one is integrated; 1: all
         sectors are integrated
-    settles : whether the run seeks a certificate, after which it continues in closed
-        form or ends
+    settles : whether the run seeks a certificate (a proof that no blade can touch
+        again), after which it continues in closed form or ends
     settling : s, time after which the ring, if not touched, moves less than the gap
     """
 
@@ -112,9 +113,12 @@ def settling_time(scene: Scene, model: Model) -> float:
 def _settling(
     model: Model, lobes: int, force: float, pulse: float, gap: float
 ) -> float:
-    """Return `settling_time` of a ring of harmonics under a pulse.
+    """Return the time, s, after which a ring pushed by a pulse stays within the gap.
 
-    force, pulse, gap : N, s, m
+    The ring is given by harmonics and is not touched; see `settling_time`.
+
+    lobes, force, pulse : the pulse: its lobes, its force, N, and its duration, s
+    gap : m
     """
     body, ring = model.casing, model.ring
     if body is None or ring is None:
@@ -135,7 +139,10 @@ def _settling(
 
 
 def plan_of(scene: Scene, model: Model) -> Plan:
-    """Return the plan of a scene; `model` is the model of all sectors."""
+    """Return the plan of a scene: which part is integrated, and until when.
+
+    model : the model of all sectors
+    """
     folds, settling = folds_of(scene), settling_time(scene, model)
     lean = scene.solver.plan == "lean" and SCHEMES[scene.solver.scheme].settles
     spin = model.rotor.spin
@@ -145,9 +152,9 @@ def plan_of(scene: Scene, model: Model) -> Plan:
 
 
 def lean_of(scene: Scene, model: Model) -> Marched:
-    """Return the scene and the model that are integrated for a scene and its model.
+    """Return the scene and the model that are integrated.
 
-    They are those of all sectors, or of one sector if g > 1 sectors move alike.
+    They are those of one sector if g > 1 sectors move alike, else `scene` and `model`.
     """
     folds = folds_of(scene)
     if folds == 1:
@@ -170,7 +177,8 @@ def folded_body(
     -------
     body : the modes of nodal diameters or harmonics h that g divides, labelled h / g;
         without mass and stiffness matrices
-    lift : (n, m), displacements of the whole body from the sector's amplitudes
+    lift : (n, m), displacements of the whole body's n coordinates from the sector's m
+        modal amplitudes
     """
     modes = np.flatnonzero(body.diameter % folds == 0)
     lift = np.ascontiguousarray(math.sqrt(folds) * body.shapes[:, modes])
@@ -214,7 +222,9 @@ def _folded(own: SpinBlock, folds: int) -> SpinBlock:
 def _coordinates(operator: FourierOperator, folds: int) -> NDArray[np.intp]:
     """Return indices of the coordinates of those harmonics of a ring that g divides.
 
-    The radial ones come first, then the tangential ones; folds : g
+    The radial ones come first, then the tangential ones.
+
+    operator, folds : the ring, by harmonics; g, the number of sectors
     """
     harmonics = folds * np.arange(1, operator.harmonics // folds + 1)
     pairs = np.column_stack([2 * harmonics - 1, 2 * harmonics]).ravel()

@@ -40,7 +40,7 @@ class Shape(NamedTuple):
 
     Attributes
     ----------
-    orders : (n,), h, ascending
+    orders : (n,), orders h of its n harmonics, ascending
     cosine, sine : (n,), a and b, m
     depth : m, largest departure inward at any angle; 0 where there is none
     missed : m, largest difference between these harmonics and a table over angle, at
@@ -86,13 +86,16 @@ def room_of(scene: Scene) -> float:
 
 
 def departure(shape: Shape, angles: Floats) -> Floats:
-    """Return the outward departure of a shape from round at angles, (n,), rad; in m."""
+    """Return the outward departure of a shape from round at n angles, (n,), m.
+
+    angles : (n,), rad, static frame
+    """
     waves = np.multiply.outer(angles, shape.orders)
     return np.asarray(np.cos(waves) @ shape.cosine + np.sin(waves) @ shape.sine)
 
 
 def departure_at_start(scene: Scene, angles: Floats) -> Floats:
-    """Return the casing's departure from round at time 0, (n,), m, outward.
+    """Return the casing's departure from round at n angles at time 0, (n,), m, outward.
 
     The lobes of a rigid casing are included.
 
@@ -122,7 +125,10 @@ def _shape(table: str, scale: float, offset: float, angle: float) -> Shape:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _series(table: str) -> dict[int, complex]:
-    """Return {h: a + i b}, m, of the harmonics in a profile's table."""
+    """Return the Fourier coefficients {h: a + i b}, m, of a casing's profile.
+
+    table : text of the input `profile`: harmonics, or departures over angle
+    """
     rows = kept_rows(table)
     if table.startswith(HARMONICS):
         return {
@@ -133,13 +139,13 @@ def _series(table: str) -> dict[int, complex]:
 
 
 def _of_lines(rows: Floats) -> dict[int, complex]:
-    """Return {h: a + i b} of straight lines between points (rad, m), by their kinks.
+    """Return the Fourier coefficients {h: a + i b}, m, of a piecewise linear profile.
 
     The second derivative is a kink s_i, the change of slope, at each angle theta_i: for
     a harmonic h > 0 the coefficient of e^{ih theta}, half of a - i b, is -sum s_i
     e^{-ih theta_i} / (2 pi h^2).
 
-    rows : (p, 2), angle, rad, and departure, m
+    rows : (p, 2), angle, rad, and departure, m, of p points joined by straight lines
     """
     angles, values = rows.T
     widths = np.diff(angles, append=angles[0] + 2 * math.pi)
@@ -168,9 +174,11 @@ def _depth(shape: Shape) -> float:
 
 
 def _missed(table: str, scale: float) -> float:
-    """Return the largest difference between harmonics and a table over angle, m.
+    """Return the largest difference, m, between a profile's table and its harmonics.
 
-    scale : factor on the departures in the table
+    It is 0 for a table of harmonics.
+
+    table, scale : text of the input `profile`; factor on the departures in it
     """
     if not table or table.startswith(HARMONICS):
         return 0.0
@@ -182,7 +190,7 @@ def _missed(table: str, scale: float) -> float:
 
 
 def release_step(scene: Scene) -> int:
-    """Return the step at whose end a casing is released; `NEVER` if it is not."""
+    """Return the time step at whose end a casing is released; `NEVER` if it is not."""
     casing = scene.engine.casing
     if casing.profile_release == 0.0 or not len(profile_of(scene).orders):
         return NEVER
@@ -190,7 +198,9 @@ def release_step(scene: Scene) -> int:
 
 
 def held_displacement(model: Model, scene: Scene) -> Floats:
-    """Return a casing's displacement (n,), m, static frame, when it is released.
+    """Return the displacement of a casing's n coordinates when it is released, (n,), m.
+
+    It is that in the static frame.
 
     model : model of all sectors
     """
@@ -226,6 +236,9 @@ def check_release(model: Model, scene: Scene) -> None:
 
 
 def told_of_release(scene: Scene) -> tuple[float, ...]:
-    """Return step and shape of a casing's release, which a saved march must match."""
+    """Return the numbers of a casing's release that a saved state must match.
+
+    They are the step of the release, then a and b of the profile's harmonics, m.
+    """
     shape = profile_of(scene)
     return release_step(scene), *shape.cosine.tolist(), *shape.sine.tolist()

@@ -29,7 +29,7 @@ class Case:
     Attributes
     ----------
     given : the scene as the user gave it, which identifies the case
-    own : model to use; None: the model is computed from the scene
+    own : model to use instead of the one computed from the scene; None: no such model
     goes_on : whether the case begins with the last state of another, without a pulse
     """
 
@@ -39,7 +39,7 @@ class Case:
 
     @cached_property
     def reduced(self) -> Scene:
-        """The scene with rotation chosen, and modes and harmonics by truncation."""
+        """The scene with rotation chosen, and the modes that `truncation` allows."""
         return with_truncation(with_rotation(self.given))
 
     @cached_property
@@ -111,7 +111,7 @@ class Case:
 
     @cached_property
     def lean(self) -> Marched:
-        """The scene and the model that are integrated by the plan."""
+        """The scene and the model of the part that the plan integrates."""
         return lean_of(self.scene, self.model)
 
     @property
@@ -137,11 +137,11 @@ class Case:
         return float(self.steps * step)
 
     def check(self) -> None:
-        """Raise InputError, naming the limit, if an input exceeds one."""
+        """Raise InputError if an input exceeds a limit, and name the limit."""
         check_tables(self.given)
         check_limits(self.model, self.scene)
 
 
 def resolve(scene: Scene) -> Case:
-    """Return the case of a scene."""
+    """Return the `Case` of a scene; its properties are computed on first use."""
     return Case(scene)

@@ -92,7 +92,10 @@ class Choice(NamedTuple):
 
 
 def needing(scene: Scene) -> str:
-    """Return the input (or `FREE`) that makes a scene need rotation full; "": none."""
+    """Return what makes a scene need `rotation = "full"`; "": nothing.
+
+    It is the name of an input, or `FREE`, a free centre.
+    """
     rotor = scene.engine.rotor
     usual = {**dict.fromkeys(STANDING, 0.0), **dict(WHOLE)}
     own = [name for name, value in usual.items() if getattr(rotor, name) != value]
@@ -109,7 +112,7 @@ def needing(scene: Scene) -> str:
 def choice_of(scene: Scene) -> Choice:
     """Return the choice of rotation auto for a scene, none or full, and its reason.
 
-    `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
+    The attribute `limit` is `LEFT_OUT`, or `solver.accuracy` if that is smaller.
 
     Raises
     ------
@@ -166,7 +169,10 @@ def _change(rest: Model, turning: Model, speed: float) -> Change:
 
 
 def _seen(body: ModalModel, blades: int) -> NDArray[np.bool_]:
-    """Return which modes matter to the compliance of a rotor's tips, (m,)."""
+    """Return which of a rotor's m modes matter to the compliance of its tips, (m,).
+
+    body, blades : modes of the rotor; N, the number of its blades
+    """
     free = np.maximum(body.omega, np.finfo(float).tiny)
     moved = sum((rows**2).sum(axis=0) for rows in tip_rows(body, blades))
     gives = np.asarray(moved) / free**2
@@ -178,10 +184,14 @@ def _by_diameter(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each wave.
 
+    A root is the s, 1/s, of its free motion e^{s t}.
+
     The rotor has equal sectors; only waves that matter to the tips are compared. The
     sorted frequencies of a nodal diameter keep their order at all speeds, so that the
     r-th from the middle outwards is the same wave in both models, even if one has more
     modes.
+
+    rest, turning : modes of the rotor without and with these terms; speed : Omega
     """
     seen = _seen(rest, blades)
     bodies = rest, turning
@@ -203,9 +213,10 @@ def _grouped(lines: list[WaveLine]) -> dict[int, list[WaveLine]]:
 
 
 def _middle(lines: list[WaveLine], rank: int, k: int) -> list[WaveLine]:
-    """Return the waves of a rank: a pair, from the middle of `lines`; one if k = 0.
+    """Return the waves of a rank: for k > 0 two, counted from the middle of `lines`.
 
-    lines : waves of nodal diameter k, sorted by frequency
+    lines : waves of nodal diameter k, sorted by frequency, the backward ones first
+    rank : number of the pair, outward from 0; for k = 0 number of the single wave
     """
     half = len(lines) // 2
     return [lines[rank]] if k == 0 else [lines[half - 1 - rank], lines[half + rank]]
@@ -220,8 +231,10 @@ def _of_whole(
 ) -> Iterator[Pair]:
     """Yield (name, root without, root with terms of rotation) of each mode.
 
-    It is for unequal sectors, whose modes have no nodal diameter and are compared by
-    frequency.
+    A root is the s, 1/s, of its free motion e^{s t}. The function is for unequal
+    sectors, whose modes have no nodal diameter and are compared by frequency.
+
+    rest, turning : modes of the rotor without and with these terms; speed : Omega
     """
     count = int(np.flatnonzero(_seen(rest, blades)).max()) + 1
     gyro, damping, stiffness, push = turning_matrices(turning, speed, blades)

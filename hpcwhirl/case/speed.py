@@ -50,14 +50,14 @@ class SpeedLaw:
 
     @property
     def lasts(self) -> float:
-        """Duration of the change, s; of a decay its time constant."""
+        """Time until the speed is constant, s; of a decay its time constant."""
         if self.kind == "table":
             return self.times[-1]
         time = (self.end - self.start) / self.rate
         return time if time > 0.0 else math.inf
 
     def speed(self, time: Any) -> Any:
-        """Return Omega at times, rad/s."""
+        """Return Omega, rad/s, at times, s."""
         t, lasts = np.asarray(time, dtype=float), self.lasts
         if self.kind == "table":
             return np.interp(t, self.times, self.speeds)
@@ -70,7 +70,7 @@ class SpeedLaw:
         return self.start + half * (1.0 - np.cos(math.pi * t / lasts))
 
     def angle(self, time: Any) -> Any:
-        """Return theta at times, rad, the integral of Omega from 0."""
+        """Return theta, the integral of Omega from 0, rad, at times, s."""
         t, lasts = np.asarray(time, dtype=float), self.lasts
         if self.kind == "table":
             return self._angle_by_table(t)
@@ -128,13 +128,16 @@ def changes(scene: Scene) -> bool:
 
 
 def angle_at(scene: Scene, time: Any, step: float = 1.0) -> Any:
-    """Return the rotor's angle, rad, at `time` * `step`, s; it is 0 at time 0."""
+    """Return the rotor's angle, rad, at a time; it is 0 at time 0.
+
+    time, step : the time in units of `step`; this unit, s
+    """
     law = law_of(scene)
     return scene.speed * time * step if law is None else law.angle(time * step)
 
 
 def speed_at(scene: Scene, time: Any) -> Any:
-    """Return the speed at times, rad/s."""
+    """Return the speed of rotation, rad/s, at times, s, of any shape."""
     law = law_of(scene)
     return scene.speed + 0.0 * time if law is None else law.speed(time)
 
@@ -149,7 +152,10 @@ def extremes(scene: Scene) -> tuple[float, float]:
 
 
 def closure_at(scene: Scene, time: Any) -> Any:
-    """Return the closure of the gap at times, m, without the growth of the tips."""
+    """Return by how much the gap has closed at times, m, without growth of the tips.
+
+    time : s, of any shape
+    """
     if scene.gap_table:
         times, gaps = np.array(kept_rows(scene.gap_table)).T
         return gaps[0] - np.interp(time, times, gaps)
@@ -187,7 +193,7 @@ def growth_of(model: Model) -> Callable[[float], float]:
 
 
 class Interval(NamedTuple):
-    """Constants of speed, angle and gap in an interval of a march.
+    """Constants of speed, angle and gap in an interval of the time integration.
 
     Attributes
     ----------
@@ -214,7 +220,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Schedule:
-    """The intervals of a march.
+    """The intervals of a time integration in which speed or gap change.
 
     Attributes
     ----------
@@ -231,7 +237,7 @@ class Schedule:
 
     @cached_property
     def law(self) -> SpeedLaw | None:
-        """The law of the speed."""
+        """The law of the speed over time; None: the speed is constant."""
         return law_of(self.scene)
 
     def gap(self, time: float) -> float:
@@ -266,19 +272,19 @@ class Schedule:
 
     @cached_property
     def _ahead(self) -> Floats:
-        """The least gap from the start of each interval on, (intervals,), m."""
+        """The least gap from the start of each interval to the end, (intervals,), m."""
         count = math.ceil(self.scene.end_times[-1] / self.scene.solver.time_step)
         times = np.arange(count // self.every + 2) * self.every
         gaps = [self.gap(t * self.scene.solver.time_step) for t in times.tolist()]
         return np.minimum.accumulate(gaps[::-1])[::-1]
 
     def least_gap(self, steps: int) -> float:
-        """Return the least gap from step number `steps` on, m."""
+        """Return the least gap, m, from a time step, `steps`, to the end."""
         return float(self._ahead[min(steps // self.every, len(self._ahead) - 1)])
 
 
 def schedule_of(scene: Scene, model: Model) -> Schedule | None:
-    """Return the intervals of a scene's march; None if speed and gap are constant.
+    """Return the intervals of a scene's integration; None: constant speed and gap.
 
     scene, model : scene and model of all sectors, as integrated
     """
@@ -288,7 +294,10 @@ def schedule_of(scene: Scene, model: Model) -> Schedule | None:
 
 
 def rides(scene: Scene, model: Model) -> bool:
-    """Return whether a casing of harmonics is integrated in the rotor's frame."""
+    """Return whether the casing is integrated in the rotor's frame.
+
+    Only a casing given by harmonics can be.
+    """
     apart = model.rotor.spin is not None or scene.solver.scheme == "paper"
     return not (apart or scene.engine.casing.discretization == "elements")
 

@@ -88,12 +88,13 @@ class Missed(NamedTuple):
 
 
 def struck(body: ModalModel, weights: Floats, chosen: NDArray[np.bool_]) -> Floats:
-    """Return the motions (n, TIMES), m, of a body after a unit impulse, 1 N s.
+    """Return n motions, (n, TIMES), m, of a body after a unit impulse, 1 N s.
 
     Parameters
     ----------
     body : the body, with m modes
-    weights : (n, m), 1/kg, products of modal shapes that give each motion
+    weights : (n, m), 1/kg, for each motion the product of the modal shapes where the
+        impulse acts and where the motion is observed
     chosen : (m,), whether a mode moves
     """
     times = WINDOW * np.arange(1, TIMES + 1) / TIMES
@@ -112,7 +113,10 @@ class Wheel(NamedTuple):
     content: str
 
     def casing(self, casing: Casing) -> tuple[str, str]:
-        """Return (path, digest) of the file of a casing from file, else ("", "")."""
+        """Return (path, digest) of the engine file if it gives the casing, too.
+
+        ("", "") for any other casing.
+        """
         return (
             (self.file, self.content) if casing.discretization == "file" else ("", "")
         )
@@ -136,7 +140,10 @@ def _wheel(scene: Scene) -> Wheel:
 
 @lru_cache(maxsize=64)
 def _most_modes(wheel: Wheel) -> int:
-    """Return the number of all fixed-interface modes, at most `FINEST_FAMILIES` N."""
+    """Return the number of all fixed-interface modes of a rotor.
+
+    It is at most `FINEST_FAMILIES` for each of the N blades.
+    """
     rotor, most = wheel.rotor, FINEST_FAMILIES * wheel.blades
     if wheel.file:
         return min(most, file_model(wheel.file, wheel.content, rotor).kept)
@@ -149,7 +156,8 @@ def _most_modes(wheel: Wheel) -> int:
 def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
     """Return the motion of a struck tip, (2, TIMES), radial and tangential, m.
 
-    modes, folds : number of fixed-interface modes; g, see the module
+    wheel, modes, folds : the rotor; number of its fixed-interface modes; g, see the
+        module
     """
     body = wheel.model(modes)
     weights = [folds * (rows**2).mean(axis=0) for rows in tip_rows(body, wheel.blades)]
@@ -160,7 +168,8 @@ def _tip(wheel: Wheel, modes: int, folds: int) -> Floats:
 def _ring(casing: Casing, radius: float, folds: int, source: tuple[str, str]) -> Floats:
     """Return the radial motion of a struck ring, (TIMES,), m; 0 for a rigid casing.
 
-    radius, folds, source : m; g, see the module; result of `Wheel.casing`
+    radius : of the ring, m
+    folds, source : g, see the module; result of `Wheel.casing`
     """
     if casing.kind == "rigid":
         return np.zeros(TIMES)
@@ -213,7 +222,8 @@ def _pushed(
 ) -> Floats:
     """Return the motion (TIMES,), m, of a ring's crest under a pulse of 1 N s.
 
-    radius, source, pulse : m; result of `Wheel.casing`; s
+    radius, source : m; result of `Wheel.casing`
+    lobes, pulse : number of lobes of the pulse, and its duration, s
     """
     body, operator = casing_model(casing, radius, source)
     if not isinstance(operator, FourierOperator):
@@ -229,9 +239,11 @@ def _pushed(
 
 
 def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
-    """Return weight |part| / |whole|, without underflow or overflow.
+    """Return weight |part| / |whole|, |.| the norm over time; nothing overflows.
 
-    It is 0 if `whole` is 0, for a body too stiff or too heavy to move.
+    It is 0 if both motions are 0, for a body too stiff or too heavy to move.
+
+    part, whole : motions over time, m
     """
     if not (part.any() or whole.any()):
         return 0.0
@@ -241,7 +253,11 @@ def _share(part: Floats, whole: Floats, weight: float = 1.0) -> float:
 
 
 def _of_load(casing: Casing, whole: Casing, wheel: Wheel, load: Load) -> float:
-    """Return the relative error of a truncated casing's motion under the load."""
+    """Return the relative error, by truncation, of a casing's motion under the load.
+
+    casing, whole : the truncated casing, and the casing with all its harmonics
+    wheel, load : the rotor, for its radius; the load
+    """
     absent = casing.kind == "rigid" or math.isinf(load.pulse)
     if absent or load.lobes > casing.harmonics:  # too many lobes are refused later
         return 0.0

@@ -67,7 +67,7 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
     Returns
     -------
-    (n,), m, rotating frame, in the coordinates of the rotor's matrices
+    (n,), m, rotating frame, of the n coordinates of the rotor's matrices
 
     Raises
     ------
@@ -78,10 +78,11 @@ def circle(model: Model, scene: Scene) -> Floats | None:
 
 
 def swing(model: Model, scene: Scene) -> Complexes | None:
-    """Return the part of the steady motion that turns at 2 Omega, (n,), m, or None.
+    """Return the part of the rotor's steady motion that turns at 2 Omega, (n,), m.
 
     In the rotating frame the rotor moves by Re(xi e^{2 i Omega t}), xi the result,
-    about `circle`; None if balanced, or if the supports are the same in all directions.
+    about `circle`, in the same n coordinates. None if the rotor is balanced, or if the
+    supports are the same in all directions.
     """
     spin = model.rotor.spin
     if not is_unbalanced(scene) or spin is None or spin.support.is_round:
@@ -90,9 +91,10 @@ def swing(model: Model, scene: Scene) -> Complexes | None:
 
 
 def steady_at(model: Model, scene: Scene, time: float) -> Floats:
-    """Return the steady displacement without contact, (n,), m, rotating frame.
+    """Return the rotor's steady displacement without contact, (n,), m, rotating frame.
 
-    It is that of `circle` and `swing` at a time, s; 0 without an unbalance.
+    It follows from `circle` and `swing`, in their n coordinates, at a time, s; 0
+    without an unbalance.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -159,7 +161,10 @@ def _circle_in_film(
 
 
 def centre_of(model: Model, places: Any) -> complex:
-    """Return the centre's x_o + i y_o, m, of a rotor with displacements (n,), m."""
+    """Return the displacement of the rotor's centre, x_o + i y_o, m.
+
+    places : (n,), m, displacements of all coordinates of the rotor
+    """
     x, y = places[2 * model.blades : 2 * model.blades + 2]
     return complex(x + 1j * y)
 

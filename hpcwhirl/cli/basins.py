@@ -37,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a row for each point and motion, and draw the shares."""
+    """Print a row for each sweep point and motion, and draw the shares of starts."""
     from hpcwhirl.analysis.basins import basins
     from hpcwhirl.report.figures.coexisting import draw_fractions
     from hpcwhirl.store.hdf5 import reading
@@ -63,10 +63,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def columns_of(found: xarray.Dataset) -> dict[str, Any]:
-    """Return the table's columns, {name: (rows,)}: a row for each point and motion.
+    """Return the table {column: (rows,)}: a row for each sweep point and motion.
 
     A point has rows only for the attractors that occur there, but for every regime that
     occurs at any point, since a share of zero is a result, too.
+
+    found : result of the analysis `basins`
     """
     import numpy as np
 
@@ -85,7 +87,7 @@ def columns_of(found: xarray.Dataset) -> dict[str, Any]:
 
 
 def summary(found: xarray.Dataset) -> str:
-    """Return a line with the number of points whose starts end on several motions."""
+    """Return a line: how many sweep points have starts that end on several motions."""
     from hpcwhirl.store.reading.shares import interval
 
     along = str(found["count"].dims[1])

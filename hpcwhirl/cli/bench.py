@@ -209,9 +209,10 @@ def with_points(folder: Path, scene: Scene, points: int = POINTS) -> Scene:
 
 
 def whole_cases(scene: Scene) -> list[dict[str, Any]]:
-    """Integrate `CASES` by every scheme that folds; return a record for each run.
+    """Integrate `CASES` by each scheme that can use symmetry; return a record for each.
 
-    A record has speed, gap, scheme, words, steps, end time (s) and wall time (s).
+    Symmetry: one of several sectors that move alike is integrated. A record has speed,
+    gap, scheme, words, steps, end time (s) and wall time (s).
     """
     from hpcwhirl.campaign.simulate import simulate
 
@@ -228,10 +229,12 @@ def whole_cases(scene: Scene) -> list[dict[str, Any]]:
 
 
 def start_of(scheme: str) -> dict[str, Any]:
-    """Time processes that take one step, the first with an empty cache.
+    """Time new processes that take one time step, the first with an empty cache.
 
     The result has, for each of `STARTS`, wall and processor time, s, and the number of
     functions compiled.
+
+    scheme : name of the integrator
     """
     facts: dict[str, Any] = {"scheme": scheme}
     with tempfile.TemporaryDirectory(prefix="hpcwhirl-bench-") as cache:

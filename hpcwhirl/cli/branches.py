@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _columns(folds: list[Fold], others: list[str]) -> dict[str, Any]:
-    """Return the table of the changes of word, {column: (folds,)}.
+    """Return the table {column: (folds,)}: a row for each fold, a change of word.
 
     others : inputs that all cases of a branch share
     """

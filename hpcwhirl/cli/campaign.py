@@ -64,7 +64,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -> int:
-    """Print the error of this rank; return the exit code for all ranks."""
+    """Print the error of this rank; return the exit code for all ranks.
+
+    session, failed : invocation of the campaign; the exception
+    """
     if isinstance(failed, NoRoomError):
         _tell_stopped(session.directory or args.out, str(failed))
         return STOPPED
@@ -77,14 +80,20 @@ def _broken(args: argparse.Namespace, session: Session, failed: BaseException) -
 
 
 def _predict(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print what the campaign will cost, and warn of inputs; return exit code 0."""
+    """Print what the campaign will cost, and warn of inputs; return exit code 0.
+
+    session, prepared : invocation of the campaign; the campaign and its options
+    """
     code = _foretell(args, session, prepared)
     _tell_inputs(prepared.design)
     return code
 
 
 def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) -> int:
-    """Print a forecast for the cases left, learned from ended ones; return code 0."""
+    """Print a forecast for the cases left, learned from ended ones; return code 0.
+
+    session, prepared : invocation of the campaign; the campaign and its options
+    """
     from hpcwhirl.campaign.begin import extended_by
     from hpcwhirl.campaign.foresight.forecast import age, forecast
     from hpcwhirl.cli.forecast import tell
@@ -98,7 +107,10 @@ def _foretell(args: argparse.Namespace, session: Session, prepared: Prepared) ->
 
 
 def _refused(args: argparse.Namespace, failure: WhirlError, *, root: bool) -> int:
-    """Print on rank 0 why the preparation failed; return the exit code."""
+    """Print on rank 0 why the preparation failed; return the exit code.
+
+    failure, root : the error; whether this process is rank 0
+    """
     from hpcwhirl.store.directory.owner import BrokenOffError
 
     stopped = isinstance(failure, BrokenOffError | NoRoomError)
@@ -120,6 +132,8 @@ def _conclude(
     """Print how the campaign ended, draw map and page, and return the exit code.
 
     If the time of a pilot is over, print a forecast for the cases left instead.
+
+    ending, prepared : outcome of the run; the campaign and its options
     """
     if ending.piloted and not ending.complete:
         return _foretell(args, session, prepared)
@@ -140,7 +154,10 @@ def _conclude_early(args: argparse.Namespace, ending: Any) -> int:
 
 
 def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -> int:
-    """Print what failed, draw map and page, and return the exit code."""
+    """Print what failed, draw map and page, and return the exit code.
+
+    ending, prepared : outcome of the run; the campaign and its options
+    """
     from hpcwhirl.store.reading.results_file import has_contact
 
     if ending.failed:
@@ -165,6 +182,8 @@ def _conclude_whole(args: argparse.Namespace, ending: Any, prepared: Prepared) -
 def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     """Write report.html if `rules` ask for it and it is missing or outdated.
 
+    ending, rules : outcome of the run; table [campaign]
+
     Returns
     -------
     a list of its path; empty: no page is wanted
@@ -187,8 +206,10 @@ def _pages(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
 def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
     """Draw the map unless it is newer than unchanged results; return its files.
 
-    Print one line if it is not wanted and an older one is there, or if it cannot be
+    Print one line if no map is wanted but an older one is there, or if it cannot be
     drawn without options.
+
+    ending, rules : outcome of the run; table [campaign], which may turn the map off
     """
     out = directory.path
     files = [out / "map.png", out / "map.svg"]
@@ -210,7 +231,7 @@ def _maps(ending: Any, directory: Directory, rules: Campaign) -> list[Path]:
 
 
 def _is_after(results: Path, paths: list[Path]) -> bool:
-    """Return whether all `paths` exist and are no older than the results file."""
+    """Return whether all files `paths` exist and are no older than `results`."""
     try:
         oldest = min(path.stat().st_mtime_ns for path in paths)
         return oldest >= results.stat().st_mtime_ns

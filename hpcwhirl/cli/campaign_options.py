@@ -85,12 +85,15 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def option(name: str) -> str:
-    """Return the option for a key of [campaign]: ``case_limit``: ``--case-limit``."""
+    """Return the name of the option for a key of [campaign], such as --case-limit."""
     return f"--{name.replace('_', '-')}"
 
 
 def _add_option(parser: Any, name: str, field: Any) -> None:
-    """Add a key of [campaign] as an option whose value is None if it is not used."""
+    """Add a key of [campaign] as an option whose value is None if it is not used.
+
+    name, field : the key, and its field in the class `Campaign`
+    """
     kind, key = kind_of(field), key_of(field)
     meaning = key.meaning
     if field.default and kind is not bool:
@@ -150,6 +153,8 @@ def _ranks_foreseen(args: argparse.Namespace, ranks: int) -> int:
 
 def _design_of_call(args: argparse.Namespace, settings: Mapping[str, Any]) -> Design:
     """Return the design of the file, of the directory to extend, or the default design.
+
+    settings : {input: value} of --set and --preset
 
     Raises
     ------
@@ -234,6 +239,8 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
     A case ends when its word is certain; ``until = decided`` is kept if the campaign
     sets it.
+
+    file, settings : campaign file, None for the default; {input: value} of --set
     """
     file = None if file is None or file.is_dir() else file
     solver = load_document(file).get("solver") if file else {}
@@ -244,7 +251,7 @@ def _words_alone(file: Path | None, settings: Mapping[str, Any]) -> dict[str, st
 
 
 def _explain(design: Design) -> None:
-    """Print on stderr what the plan of each kind of cases leaves out."""
+    """Print on stderr what the plans of the cases leave out, each kind once."""
     from hpcwhirl.case.explain import notes_of
 
     kinds: dict[tuple[int, bool], list[int]] = {}

@@ -82,9 +82,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _shortened(columns: Columns, source: Source, data: xarray.Dataset) -> Columns:
-    """Return the columns with lists shortened: ``#2 [0.1, …`` for the second list.
+    """Return columns with values that are lists shortened, such as ``#2 [0.1, …``.
 
-    ``--at`` accepts this number instead of the list.
+    #2 is the second list of the input; ``--at`` accepts this number instead of the
+    list.
+
+    columns, source : columns to print; the same results, for all values of an input
     """
     from hpcwhirl.report.map.axes import short_names
     from hpcwhirl.store.reading.select import swept_of
@@ -104,8 +107,10 @@ def _print_first(
 ) -> None:
     """Print the first `limit` rows (0: all), and the number of further rows.
 
-    A value that is the same in all rows is printed once above the table, except for the
-    columns `named`.
+    A value that is the same in all rows is printed once above the table, except for
+    columns that the user has `named`.
+
+    units : {column: unit}
     """
     count = len(columns["case"])
     shown = count if not limit else min(limit, count)
@@ -121,14 +126,17 @@ def _print_first(
 
 
 def _is_same(values: NDArray[Any]) -> bool:
-    """Return whether there are several values and all are equal."""
+    """Return whether a column has several values that are all equal."""
     return len(values) > 1 and bool((values == values[0]).all())
 
 
 def _chosen(
     args: argparse.Namespace, data: xarray.Dataset, source: Source
 ) -> NDArray[np.intp]:
-    """Return numbers of the cases that --at and --where select, sorted by --sort."""
+    """Return numbers of the cases that --at and --where select, sorted by --sort.
+
+    data, source : the results as a dataset, and as columns by name
+    """
     from hpcwhirl.analysis.columns import matching
     from hpcwhirl.store.reading.select import swept_of, where
 

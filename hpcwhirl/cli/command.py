@@ -59,6 +59,7 @@ class _Parser(argparse.ArgumentParser):
 def run_command(words: Sequence[str], *, program: bool = False) -> int:
     """Run a sub-command and return its exit code.
 
+    words : the command and its arguments
     program : whether this process is the program itself: its streams are replaced, and
         its stdout is flushed
     """
@@ -78,7 +79,11 @@ def run_command(words: Sequence[str], *, program: bool = False) -> int:
 
 
 def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -> int:
-    """Print an error and return the exit code; raise other exceptions again."""
+    """Print an error and return the exit code; raise other exceptions again.
+
+    words : the command and its arguments
+    program : whether this process is the program itself, which --help ends
+    """
     if isinstance(failed, WhirlError):
         tell_error(failed)
         return code_of(failed)
@@ -93,7 +98,10 @@ def _code_after(failed: BaseException, words: Sequence[str], *, program: bool) -
 
 
 def _flushed(code: int, words: Sequence[str]) -> int:
-    """Flush stdout; return `code`, or the exit code of an error of flushing."""
+    """Flush stdout; return `code`, or the exit code of an error of flushing.
+
+    words : the command and its arguments
+    """
     try:
         flush_stdout()
     except WhirlError as failed:
@@ -116,7 +124,10 @@ def code_of(failed: BaseException) -> int:
 
 
 def _unread(words: Sequence[str]) -> int:
-    """Return the exit code if stdout was closed: 0 for commands that only print."""
+    """Return the exit code if the reader closed stdout: 0 for commands that only print.
+
+    words : the command and its arguments
+    """
     return COMPLETE if {*words[:1]} <= TELL else FAILED
 
 
@@ -153,7 +164,10 @@ def _limit() -> str:
 
 
 def _prepared(words: Sequence[str]) -> Callable[[], int]:
-    """Return a sub-command bound to its arguments, once both are checked."""
+    """Return the function that runs a sub-command, after checking its arguments.
+
+    words : the command and its arguments
+    """
     if not words or words[0].startswith("-"):
         return partial(_help, words)
     _check_words(words)
@@ -242,7 +256,7 @@ class _Deaf(io.FileIO):
 
 
 class _Strict(io.FileIO):
-    """Raw stdout; a failed write is a MissingFileError, but a closed pipe is not."""
+    """Raw stdout: a failed write is a MissingFileError, a closed pipe is not."""
 
     def write(self, data: Any) -> int:
         """Write some of the data and return the number of bytes, like `io.FileIO`."""
@@ -286,6 +300,8 @@ def _tell_late(number: int) -> None:
 
     Closing a duplicate of the descriptor makes the server report it, and leaves the
     stream open.
+
+    number : the descriptor
     """
     try:
         os.close(os.dup(number))

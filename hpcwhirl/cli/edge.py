@@ -44,7 +44,11 @@ NONE = {"word_high": "", "message": ""}  # of a line without edge; numbers are N
 
 
 class Asked(NamedTuple):
-    """An edge to follow: inputs fixed on a campaign's line, scene, both forces, N."""
+    """An edge to follow.
+
+    fixed : {input: value} that a line of a campaign's cases has in common
+    scene, low, high : the case; forces of the two pulses, N
+    """
 
     fixed: dict[str, Any]
     scene: Scene
@@ -99,7 +103,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, Any]]:
-    """Follow an edge; return the edge and the numbers to print, {name: value}."""
+    """Follow an edge; return the edge and the numbers to print, {name: value}.
+
+    asked : the edge to follow
+    """
     from hpcwhirl.campaign.edge import Tracking, edge
 
     how = Tracking(**{name: getattr(args, name) for name in TRACKING})
@@ -115,7 +122,10 @@ def _followed(args: argparse.Namespace, asked: Asked) -> tuple[Edge, dict[str, A
 
 
 def _asked(args: argparse.Namespace) -> list[Asked]:
-    """Return the edges to follow: one of a scene, or one on each line of a campaign."""
+    """Return the edges to follow: one of a scene, or one on each line of a campaign.
+
+    A line is a group of cases that differ in force only.
+    """
     from hpcwhirl.store.reading.results_file import results_of
     from hpcwhirl.store.reading.select import number_of
 
@@ -144,7 +154,7 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
     An edge lies between the two pulses of a line's first change of word.
 
-    place : `results.h5`
+    place, at : path of results.h5; texts ``NAME=V`` that select cases
     """
     import numpy as np
 
@@ -171,12 +181,18 @@ def _of_campaign(place: Path, at: list[str]) -> list[Asked]:
 
 
 def _case_of(swept: dict[str, Any], cases: list[int], wanted: dict[str, Any]) -> int:
-    """Return the first of `cases` whose swept inputs have the values `wanted`."""
+    """Return the first of `cases` whose swept inputs have the values `wanted`.
+
+    swept : {swept input: (cases,)}
+    """
     return next(c for c in cases if all(swept[n][c] == v for n, v in wanted.items()))
 
 
 def _print_lines(args: argparse.Namespace, asked: list[Asked]) -> int:
-    """Print a row for each line of a campaign, with the reason if its edge was lost."""
+    """Print a row for each line of a campaign, with the reason if its edge was lost.
+
+    asked : the edges to follow, one for each line
+    """
     import numpy as np
 
     from hpcwhirl.analysis.edge_tracking import LostEdgeError
@@ -211,7 +227,10 @@ def _scaled(value: Any, factor: float) -> Any:
 
 
 def in_shown(name: str) -> tuple[str, float]:
-    """Return (unit in which an edge's number is printed, factor from SI to it)."""
+    """Return (unit in which a number of an edge is printed, factor from SI to it).
+
+    name : name of the number
+    """
     from hpcwhirl.scene.units import shown_in
     from hpcwhirl.store.reading.select import UNITS as INPUTS
 

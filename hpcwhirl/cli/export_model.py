@@ -57,11 +57,13 @@ def _body(name: str, model: ModalModel) -> dict[str, Any]:
 def turning_arrays(
     mass: Floats, stiffness: Floats, spin: Spin, omega: Floats
 ) -> dict[str, Any]:
-    """Return {name in the group rotor: array} of the terms of rotation.
+    """Return {name in the file's group rotor: array} of the terms of rotation.
 
     If K(Omega) has no term in Omega^4, its change is written as stress stiffness minus
     softening: the softening is the whole mass matrix, and the stress stiffness the
     change per Omega^2 plus the mass matrix. Otherwise K is written at two speeds.
+
+    mass, stiffness, omega : matrices of the rotor at rest, and its frequencies, rad/s
     """
     own = spin.support.at(0.0)  # a squeeze film is an input, no part of the file
     out = {

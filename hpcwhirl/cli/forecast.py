@@ -30,7 +30,7 @@ def tell(cost: Forecast, design: Design, ranks: int, *, as_json: bool) -> None:
 
 
 def facts_of(cost: Forecast, design: Design, ranks: int) -> dict[str, Any]:
-    """Return a forecast as plain data for JSON; parameters as of `tell`."""
+    """Return a forecast as plain data for JSON; for the arguments see `tell`."""
     usual, wall = cost.wall(ranks)
     hours = [seconds / 3600 for seconds in cost.range]
     facts: dict[str, Any] = {
@@ -95,7 +95,10 @@ def _on(ranks: int) -> str:
 
 
 def _step(cost: Forecast, seconds: float) -> float:
-    """Return the time of a step, us, if all cases left together take `seconds`."""
+    """Return the time of a step, us, if all cases left together take `seconds`.
+
+    cost : forecast of these cases
+    """
     return 1e6 * seconds / cost.steps if cost.steps else 0.0
 
 
@@ -149,7 +152,7 @@ def _extrapolated(design: Design) -> str:
 
 
 def _more(cost: Forecast, design: Design) -> str:
-    """Return a clause on the cases beyond the coarse level of a refined campaign."""
+    """Return a clause on how many refined cases may follow the coarse ones."""
     most = f"{design.most} cases at most{_twins(design)}"
     if not cost.finished:
         return f"these are the coarse level; their words may require more, {most}"
@@ -162,7 +165,7 @@ def _more(cost: Forecast, design: Design) -> str:
 
 
 def _twins(design: Design) -> str:
-    """Return a clause on twins whose number depends on words not known yet."""
+    """Return a clause on twins, which the forecast does not count; "" without twins."""
     twins = design.twins
     if twins is None:
         return ""
@@ -174,7 +177,10 @@ def _twins(design: Design) -> str:
 
 
 def _wall(cost: Forecast, ranks: int) -> str:
-    """Return the line on the wall time and its serial part."""
+    """Return the line on the wall time and its serial part, before and after the cases.
+
+    cost, ranks : forecast of the cases left; number of ranks
+    """
     usual, span = cost.wall(ranks)
     told = f"{_duration(usual)} ({_between(span)})" if cost.finished else _between(span)
     serial = sum(cost.before.values()) + sum(cost.after.values())

@@ -76,7 +76,10 @@ def _code(path: Path) -> int:
 
 
 def _tell(drawn: list[Path], stale: list[str]) -> None:
-    """Print which maps were drawn again, and which other files show older results."""
+    """Print which maps were drawn again, and which other files show older results.
+
+    drawn, stale : files of maps; a line on each of the other files
+    """
     for made in drawn:
         print(made)
     for line in stale:

@@ -39,7 +39,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def arrays_of(rotor: Imported) -> dict[str, Any]:
-    """Return {path in the engine file: array} of a reduced rotor."""
+    """Return {path in the engine file: array} of a rotor reduced from elements."""
     each = [len(rotor.points["tip_station"])] if rotor.points else []
     tips = 2 * np.arange(rotor.blades * (each or [1])[0]).reshape(rotor.blades, *each)
     hub = 2 * tips.size + np.arange(2 if rotor.centre else 0)

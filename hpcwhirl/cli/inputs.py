@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(name: str | None) -> list[InputFact]:
-    """Return the inputs or table keys that a name stands for; None: all inputs."""
+    """Return what is known of inputs or table keys with a name; None: all inputs."""
     if name is None:
         return sorted(catalogue().values(), key=lambda fact: TABLES.index(fact.table))
     designs = design_tables()
@@ -129,7 +129,8 @@ def _tell_named(
     """Print presets or engines: names, and the inputs for which they stand.
 
     kind : key of the rows in JSON
-    lines : format of a row's text, with the row's keys in braces
+    rows : {key: value} of each preset or engine
+    lines : format of the text of a row, with its keys in braces
     """
     if as_json:
         print_json({kind: rows})

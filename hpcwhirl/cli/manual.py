@@ -44,7 +44,7 @@ def pages() -> dict[str, str]:
 
 
 def purpose(text: str) -> str:
-    """Return the paragraph below a page's title, which says what the page is for."""
+    """Return the paragraph below a page's title: what the page is for."""
     return text.split("\n\n")[1].strip()
 
 

@@ -102,7 +102,7 @@ def _print_ranges(
 def _chosen(
     data: xarray.Dataset, over: str, settings: list[str]
 ) -> tuple[float | None, xarray.Dataset]:
-    """Return (value of ``--at`` for the input `over`, None without one; chosen cases).
+    """Return (value that --at gives for the input `over`, or None; the chosen cases).
 
     Parameters
     ----------
@@ -129,7 +129,10 @@ def _chosen(
 
 
 def _columns(found: list[SafeRange], point: float | None) -> dict[str, Any]:
-    """Return the table of safe ranges, {column: (ranges,)}; `point` adds distances."""
+    """Return the table of safe ranges, {column: (ranges,)}.
+
+    point : value of the input, which adds its distance from each range; None: none
+    """
     out: dict[str, list[Any]] = {n: [r.fixed[n] for r in found] for n in found[0].fixed}
     out |= {n: [getattr(r, n) for r in found] for n in (*ENDS, *WORDS)}
     out["cases"] = [r.cases for r in found]
@@ -145,7 +148,8 @@ def _nearest(
 ) -> str:
     """Return a line on the distance from the point to the nearest boundary.
 
-    over, point, asked : input, its value at the point, units wanted
+    found : safe ranges of the input
+    over, point, asked : the input, its value at the point, units wanted
     """
     inside = [r for r in found if r.distance(point) >= 0.0]
     lines = len({tuple(r.fixed.values()) for r in found})
@@ -200,7 +204,10 @@ def first_change(
 
 
 def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, Any]:
-    """Return the table of limits, {column: (lines,)}, also as multiples of `point`."""
+    """Return the table {column: (lines,)}: a limit for each line of cases.
+
+    point : value of the input; limits are also given as multiples of it; None: none
+    """
     out: dict[str, Any] = {n: [f.fixed[n] for f in found] for n in found[0].fixed}
     out |= {n: [getattr(f, n) for f in found] for n in ("safe", "unsafe", "word")}
     out["changes"] = [f.changes for f in found]
@@ -211,7 +218,10 @@ def _first_columns(found: list[FirstChange], point: float | None) -> dict[str, A
 
 
 def _sentences(found: list[FirstChange], over: str, point: float) -> list[str]:
-    """Return a sentence for each limit, or if many, one for the nearest limit."""
+    """Return a sentence for each limit, or if many, one for the nearest limit.
+
+    over, point : the input, and the value that limits are compared with
+    """
     told = setting_text(over, point)
     if len(found) <= TOLD:
         return [f"{_place(f)}safe {f.times(point)} times {told}{_then(f)}"
@@ -227,7 +237,7 @@ def _place(found: FirstChange) -> str:
 
 
 def _then(found: FirstChange) -> str:
-    """Return, as the end of a sentence, the word that follows above a limit."""
+    """Return, as the end of a sentence, the word of the cases above a limit."""
     if not found.word:
         return ", the largest value tried"
     more = found.changes - (not np.isnan(found.safe))
@@ -237,7 +247,10 @@ def _then(found: FirstChange) -> str:
 
 
 def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
-    """Print the safe range along each input of ``--at``, around the point they give."""
+    """Print the safe range along each input of ``--at``.
+
+    The settings of --at give the point around which the ranges lie.
+    """
     from hpcwhirl.analysis.margins import working_point
 
     found = working_point(data, _point(args.at), args.sure)
@@ -254,7 +267,7 @@ def each_input(args: argparse.Namespace, data: xarray.Dataset) -> int:
 
 
 def _point(settings: list[str]) -> dict[str, float]:
-    """Return {input: value in SI} of the settings of --at."""
+    """Return {input: value in SI} by the texts ``NAME=V`` of --at."""
     from hpcwhirl.scene import input_names
     from hpcwhirl.store.reading.select import number_of, variable_of
 
@@ -272,7 +285,10 @@ def _point(settings: list[str]) -> dict[str, float]:
 
 
 def _each_columns(found: list[Along]) -> dict[str, Any]:
-    """Return the table of safe ranges by input, {column: (inputs,)}, in SI."""
+    """Return the table {column: (inputs,)}, in SI: a safe range along each input.
+
+    found : these ranges
+    """
     out: dict[str, Any] = {"input": [a.name for a in found]}
     out["unit"] = [UNITS.get(a.name, "1") for a in found]
     out["at"] = [a.value for a in found]
@@ -288,7 +304,10 @@ def _line(fixed: Mapping[str, Any]) -> str:
 
 
 def _cell(name: str, along: Along) -> str:
-    """Return a cell of the table of safe ranges by input, as text in the unit shown."""
+    """Return a cell of the table of safe ranges by input, as text in the unit shown.
+
+    name, along : column of the table; safe range along one input
+    """
     if name in {"at", "distance", *ENDS}:
         value = {"at": along.value, "distance": along.found.distance(along.value)}
         number = float(value.get(name, getattr(along.found, name, np.nan)))

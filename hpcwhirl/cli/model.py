@@ -50,7 +50,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def facts_of(case: Case, orders: int) -> dict[str, Any]:
-    """Return the facts that `model --json` prints."""
+    """Return the facts on the model of a case that `model --json` prints.
+
+    orders : see `analysis.rotation.critical_of`, for the critical speeds
+    """
     engine, table = case.given.engine, modal_table(case.model)
     foreign = engine.file != ""  # only the tips of such a rotor's blades are known
     return {
@@ -200,7 +203,7 @@ def told_circle(circle: dict[str, Any]) -> str:
 
 
 def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
-    """Return lines on the time-step limits, the tips' growth and the unbalance."""
+    """Return lines on a model's time-step limits, tip growth and unbalance."""
     unit, rotation = DERIVED["time_step_limit"].unit, facts["rotation"]
     circle, growth = rotation["unbalance"], rotation["tip_growth"]
     lines = [
@@ -216,7 +219,7 @@ def _limits_and_circle(facts: dict[str, Any]) -> list[str]:
 
 
 def folded(modes: list[dict[str, Any]]) -> list[tuple[str, ...]]:
-    """Return the rows of the modal table, as texts for its columns.
+    """Return the rows of the modal table as texts, with modes of a family in one row.
 
     Modes of one family of the rotor that do not move the centre share a row.
 

@@ -98,7 +98,10 @@ def _fan(args: argparse.Namespace) -> Fan:
 
 
 def _number(name: str, text: str) -> float:
-    """Parse an option as a number in SI, a frequency in Hz."""
+    """Return the number, in SI (a frequency in Hz), that an option's text gives.
+
+    name, text : name of the option, for errors; its text, such as "0.8mm"
+    """
     unit = OPTIONS[name][0]
     value = told_of(f"--{name}", lambda: in_si(text, unit))
     try:
@@ -109,7 +112,10 @@ def _number(name: str, text: str) -> float:
 
 
 def told_of_model(checked: Checked) -> str:
-    """Return a line with the engine's frequencies, full speed and ring mass."""
+    """Return a line with the engine's frequencies, full speed and ring mass.
+
+    checked : properties of the engine's model
+    """
     full = checked.full_speed / (2 * math.pi)
     line = f"1F {checked.family:.1f} Hz, {checked.share:.2f} of the full speed's "
     line += f"{full:.1f} Hz ({checked.full_speed * RPM:.0f} rpm); "
@@ -119,7 +125,10 @@ def told_of_model(checked: Checked) -> str:
 
 
 def told_of_pulse(scene: Scene, checked: Checked) -> str:
-    """Return a line on the ring's speed and displacement caused by the pulse."""
+    """Return a line on the ring's speed and displacement caused by the pulse.
+
+    checked : properties of the engine's model
+    """
     return (
         f"the pulse gives the ring {checked.kick:.3g} m/s and closes the gap of "
         f"{scene.gap * 1e3:.3g} mm in {checked.closing * 1e3:.3g} ms; without blades "

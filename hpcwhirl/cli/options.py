@@ -46,7 +46,7 @@ UNTOUCHED = (
 
 
 class _Preset(argparse.Action):
-    """Insert a preset's inputs before those of ``--set``, so that ``--set`` wins."""
+    """Action of ``--preset``: put its inputs before those of ``--set``, which win."""
 
     def __call__(self, parser: Any, namespace: Any, name: Any, *_option: Any) -> None:
         """Store the preset's name; put its inputs before the settings given so far."""
@@ -82,7 +82,7 @@ def tell_preset(scene: Scene) -> None:
 
 
 def tell_remarks(cases: Many | Scene, *, load: bool = False) -> None:
-    """Warn on stderr, a line each, of inputs that seem to be in a wrong unit.
+    """Print on stderr one line for each input that seems to be in a wrong unit.
 
     load : whether to warn if the pulse moves the casing by many gaps, too
     """
@@ -198,7 +198,10 @@ def scene_of(name: str, settings: Sequence[str]) -> Scene:
 
 
 def _tell_ignored(path: Path, document: Mapping[str, Any]) -> None:
-    """Print in one line on stderr which tables of a campaign file are not used."""
+    """Print in one line on stderr which tables of a campaign file are not used.
+
+    path, document : the file, and its parsed TOML
+    """
     ignored = [name for name in DESIGN_TABLES if name in document]
     if ignored:
         tables = ", ".join("[[cases]]" if n == "cases" else f"[{n}]" for n in ignored)

@@ -89,7 +89,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
-    """Return warnings on a case, among them that tips may have slid backward."""
+    """Return warnings on a case, among them that tips may have slid backward.
+
+    row : numbers and words of the case
+    """
     from hpcwhirl.campaign.simulate import notes_on
 
     out = notes_on(scene, row)
@@ -102,7 +105,7 @@ def all_notes(scene: Scene, row: Mapping[str, Any]) -> list[str]:
 
 
 def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
-    """Write the file of --out and the figures of --plot."""
+    """Write the results file of --out and the figures of --plot."""
     from hpcwhirl.campaign.finalize import write_case
 
     if args.out:
@@ -115,7 +118,10 @@ def _write(args: argparse.Namespace, design: Design, result: Result) -> None:
 
 
 def _tell_unequal(march: March, *, quiet: bool) -> None:
-    """Print on stderr that unequal sectors make a rotor slower to integrate."""
+    """Print on stderr that unequal sectors make a rotor slower to integrate.
+
+    march, quiet : integration of the case; whether nothing is printed
+    """
     from hpcwhirl.case.explain import facts_of_file
 
     if march.case.given.engine.file and not (quiet or march.model.rotor.cyclic):
@@ -143,7 +149,7 @@ def _explained(march: March) -> dict[str, Any]:
 
 
 def summary(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a case's row with the terms of the energy ledger moved into `ledger`."""
+    """Return a case's row; the terms of the energy ledger are in its entry `ledger`."""
     facts = {n: v for n, v in row.items() if not (n.startswith(LEDGER))}
     facts["ledger_error"] = row["ledger_error"]
     terms = {n.removeprefix(LEDGER): v for n, v in row.items() if n.startswith(LEDGER)}
@@ -180,7 +186,10 @@ def _plain(course: Course) -> Callable[[], None]:
 
 
 def motion_told(facts: Mapping[str, Any]) -> str:
-    """Return a line on the motion's word and exponent, for `output.chaos` > 0."""
+    """Return a line on the word `motion` and the Lyapunov exponent of a case.
+
+    facts : row of the case, integrated with `output.chaos` > 0
+    """
     if "exponent" not in facts:
         return f"motion {facts['motion']}: exponent, period and K were not measured"
     turn = 2 * math.pi / abs(facts["speed"])
@@ -195,7 +204,10 @@ def motion_told(facts: Mapping[str, Any]) -> str:
 
 
 def over_speed_told(facts: Mapping[str, Any]) -> list[str]:
-    """Return lines on the words over speed and time, and critical speeds crossed."""
+    """Return lines on the words of a run-up over speed and time, and critical speeds.
+
+    facts : row of the case
+    """
     from hpcwhirl.analysis.over_speed import spells_of
 
     lines = [

@@ -76,7 +76,10 @@ def _found(args: argparse.Namespace, data: xarray.Dataset) -> xarray.Dataset:
 
 
 def _rows(found: xarray.Dataset) -> list[dict[str, Any]]:
-    """Return a row, {column: value}, for each point, output and input."""
+    """Return {column: value} for each sweep point, output and drawn input.
+
+    found : Sobol' indices by `_found`
+    """
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     rows = []
     for point in range(found.sizes["point"]):
@@ -108,7 +111,10 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
 
 
 def _interval(row: dict[str, Any], order: str) -> str:
-    """Format the index of an order (first, total) with its confidence interval."""
+    """Format a Sobol' index with its confidence interval.
+
+    row, order : result of `_rows`; "first" or "total"
+    """
     value, low, high = (row[f"{order}{end}"] for end in ("", "_low", "_high"))
     if value != value:  # noqa: PLR0124 - NaN
         return "-"
@@ -117,7 +123,10 @@ def _interval(row: dict[str, Any], order: str) -> str:
 
 
 def tell(found: xarray.Dataset) -> None:
-    """Warn on stderr of left-out draws, constant outputs and wide intervals."""
+    """Warn on stderr of left-out draws, constant outputs and wide intervals.
+
+    found : Sobol' indices
+    """
     from hpcwhirl.analysis.sensitivity import pairs_needed, widest
 
     for name in found["quantity"].values.tolist():

@@ -117,7 +117,7 @@ def _watch(args: argparse.Namespace, directory: Directory, found: Progress) -> i
 
 
 def _shown(found: Progress) -> dict[str, str]:
-    """Return {label: text} of a campaign's progress."""
+    """Return {label: text} of all that is shown of a campaign's progress."""
     out = {n: str(getattr(found, n)) for n in ("cases", "done", "failed", "left")}
     if found.grows:
         out["cases"] += " wanted so far"
@@ -138,7 +138,10 @@ def _shown(found: Progress) -> dict[str, str]:
 
 
 def _pace(found: Progress) -> dict[str, str]:
-    """Return {label: text} on a campaign's rate, time left and core-hours."""
+    """Return {label: text} on a campaign's rate, time left and core-hours.
+
+    found : progress of the campaign
+    """
     from hpcwhirl.campaign.progress import duration_text
 
     out = {}
@@ -162,7 +165,7 @@ def _counts(found: Mapping[str, int]) -> str:
 
 
 def _ranks(found: Sequence[Computing]) -> str:
-    """Return a text with the cases of the first `MOST_SHOWN` ranks, and their times."""
+    """Return a text: what the first `MOST_SHOWN` ranks compute, and for how long."""
     from hpcwhirl.campaign.progress import duration_text
 
     parts = []
@@ -178,7 +181,10 @@ def _ranks(found: Sequence[Computing]) -> str:
 
 
 def _line(found: Progress, *, as_json: bool) -> str:
-    """Return the progress as one line, or as a JSON object, for logs and pipes."""
+    """Return the progress as one line, or as a JSON object, for logs and pipes.
+
+    found, as_json : progress of the campaign; whether it is printed as JSON
+    """
     if as_json:
         return json.dumps(finite(asdict(found)), allow_nan=False)
     shown = _shown(found)

@@ -49,7 +49,7 @@ def in_units(
     ----------
     args : arguments that include the options of `add_format`
     columns : {name: values (rows,)}, in SI
-    units : {name: unit}, empty without one
+    units : {name: unit}, "" for a column without a unit
     """
     asked = asked_units(args.units)
     if args.units is None and (args.csv or args.json):
@@ -63,7 +63,7 @@ def in_units(
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
-    """Return values in another unit, rounded to 15 digits to hide round-off."""
+    """Return values times a factor between units, rounded to 15 digits."""
     if factor == 1.0:
         return values
     return np.array([float(f"{factor * one:.15g}") for one in values.tolist()])
@@ -78,7 +78,7 @@ def print_data(
     ----------
     args : arguments that include the options of `add_format`
     columns : {name: values (rows,)}
-    units : {name: unit}, empty without one
+    units : {name: unit}, "" for a column without a unit
     rows : key of the rows in JSON
     facts : further entries of the JSON object
 
@@ -95,7 +95,7 @@ def print_data(
 
 
 def _records(columns: Columns) -> list[dict[str, Any]]:
-    """Return the rows as a list of {column: value}."""
+    """Return the rows of a table, given by columns, as a list of {column: value}."""
     rows = zip(*(c.tolist() for c in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
@@ -106,7 +106,7 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
     Parameters
     ----------
     columns : {name: values (rows,)}
-    units : {name: unit}, empty without one
+    units : {name: unit}, "" for a column without a unit
     headed : whether headers are ``name [unit]`` instead of ``name``
     """
     out = csv.writer(sys.stdout, lineterminator="\n")
@@ -119,7 +119,7 @@ def _print_csv(columns: Columns, units: Units, *, headed: bool) -> None:
 
 
 def print_table(columns: Columns, units: Units, shown: int) -> None:
-    """Print the first `shown` rows as an aligned table, with names and units above."""
+    """Print the first `shown` rows of columns as a table, names and units above."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -140,7 +140,7 @@ def _plain(value: Any) -> Any:
 
 
 def cell(value: Any) -> str:
-    """Return a value as text for a table, "" for NaN."""
+    """Return a value as text for a table; NaN as ""."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.6g}"  # noqa: PLR0124 - NaN
     return one_line(str(value))

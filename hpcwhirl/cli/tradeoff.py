@@ -93,7 +93,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(args: argparse.Namespace, facts: dict[str, Any], text: str) -> None:
-    """Write the files of --out and the figure of --plot."""
+    """Write the files of --out and the figure of --plot.
+
+    facts, text : results as data for JSON; the printed table
+    """
     from hpcwhirl.report.figures.pareto import draw_tradeoff
     from hpcwhirl.store.atomic import write_whole
 

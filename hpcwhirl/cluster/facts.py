@@ -225,7 +225,11 @@ def _usage(folder: Path) -> Facts:
 
 
 def _held(path: Path) -> tuple[Any, str]:
-    """Create a file, lock it as HDF5 does; return (open file, ``held`` or an error)."""
+    """Create a file and lock it as HDF5 does; return (open file, outcome).
+
+    The outcome is ``held``, or the system's error as text; the file is None if it
+    cannot be created.
+    """
     try:
         file = path.open("w", encoding="utf-8")
     except OSError as failed:

@@ -1,4 +1,4 @@
-"""Findings with remedies from the facts of all ranks, by pure functions."""
+"""Findings of `hpcwhirl doctor`, with remedies, from the facts of all ranks."""
 
 from __future__ import annotations
 
@@ -57,7 +57,10 @@ def findings(ranks: Sequence[Facts], size: int) -> list[Finding]:
 
 
 def mpi(facts: Facts) -> Iterator[Finding]:
-    """Check that MPI starts, and that the mpirun on PATH belongs to mpi4py's MPI."""
+    """Check that MPI starts, and that the mpirun on PATH belongs to mpi4py's MPI.
+
+    facts : facts of rank 0
+    """
     if not facts["mpi"]:
         level = BREAKS if facts["launched"] > 1 else SLOW
         remedy = "for more than one process: pip install 'hpcwhirl[mpich]', or " + SITE
@@ -78,7 +81,10 @@ def mpi(facts: Facts) -> Iterator[Finding]:
 
 
 def launcher(facts: Facts, size: int) -> Iterator[Finding]:
-    """Check that MPI sees as many ranks as the launcher started."""
+    """Check that MPI sees as many ranks as the launcher started.
+
+    facts, size : facts of rank 0; number of ranks in MPI's world
+    """
     launched = facts["launched"]
     if launched == size:
         yield Finding("ranks", FINE, f"{size}, as started")
@@ -162,7 +168,10 @@ def cache(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check the campaign directory: writable, shared, exclusive files, locks, space."""
+    """Check the campaign directory: writable, shared, exclusive files, locks, space.
+
+    ranks : facts of each rank
+    """
     first = ranks[0]
     place = f"{first['folder']} ({first['filesystem'] or 'unknown file system'})"
     bad = next((facts for facts in ranks if not facts["writable"]), None)
@@ -187,7 +196,10 @@ def directory(ranks: Sequence[Facts]) -> Iterator[Finding]:
 
 
 def locks(ranks: Sequence[Facts]) -> Iterator[Finding]:
-    """Check that file locks work, which HDF5 uses unless the environment forbids it."""
+    """Check that file locks work, which HDF5 uses unless the environment forbids it.
+
+    ranks : facts of each rank
+    """
     states = [f["locks"] for f in ranks[1:]] or [ranks[0]["locks"]]
     off = ranks[0]["locking"].upper() in {"FALSE", "0", "BEST_EFFORT"}
     variable = f"HDF5_USE_FILE_LOCKING={ranks[0]['locking'] or 'not set'}"

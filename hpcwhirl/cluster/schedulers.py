@@ -102,6 +102,8 @@ def _slurm_launch(request: Request) -> str:
 def _unless_used_up(used: str, *lines: str) -> Lines:
     """Return shell lines that run `lines` if the job may be requeued once more.
 
+    Otherwise they say that the requeues are used up.
+
     used : shell expression for the number of requeues so far
     """
     return [

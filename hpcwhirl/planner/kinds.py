@@ -1,4 +1,4 @@
-"""Kinds of designs: which cases and twins follow after a case has ended."""
+"""Kinds of designs: which cases and twins are to be computed after a case has ended."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Grid:
     settings : {swept input: value} of each case
     swept : names of the swept inputs
     digests : digest of each case
-    twins : table [twins] of the plan, empty for none
+    twins : table [twins] of the plan; empty: no twins
     """
 
     waiting: Sequence[int] = ()
@@ -49,7 +49,10 @@ class Grid:
         self._given = np.zeros(len(self._words), dtype=bool)  # cases with a result
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case."""
+        """Return the cases and twins to be computed because `case` has ended.
+
+        end : how it has ended
+        """
         if not len(self._words):
             return Followers(twinned=[case] if self.twins and end.is_ok else ())
         self._words[case], self._given[case] = end.word, end.is_ok
@@ -63,7 +66,7 @@ class Grid:
     def twinned(self, words: Sequence[str] | NDArray[Any]) -> NDArray[np.bool_]:
         """Return which cases have twins, (cases,).
 
-        words : regime of each case, "" for none
+        words : regime of each case; "": it has none
         """
         if self.twins.get("of") not in LATE:
             return np.full(self.first, bool(self.twins))
@@ -96,7 +99,10 @@ class Chains:
             self._next.setdefault(before[case], []).append(case)
 
     def after(self, case: int, end: Completion) -> Followers:  # noqa: ARG002
-        """Return the cases that begin where `case` ended, even if it failed."""
+        """Return the cases that begin with the last state of `case`, even if it failed.
+
+        end : how it has ended, which has no influence
+        """
         return Followers(self._next.get(case, ()))
 
 
@@ -122,12 +128,12 @@ def cases_before(settings: Settings) -> list[int]:
 
 
 class Refined:
-    """Design of a refined campaign: coarse cases, and cases that words then require.
+    """Design of a refined campaign: coarse cases, and those that their words require.
 
     Parameters
     ----------
     family : all possible cases
-    twins : table [twins] of the plan, empty for none
+    twins : table [twins] of the plan; empty: no twins
     digest : function from a case number to its digest
     """
 
@@ -143,7 +149,10 @@ class Refined:
         self._twinned = 0  # number of the growth's twinned cases already returned
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case."""
+        """Return the cases and twins to be computed because `case` has ended.
+
+        end : how it has ended
+        """
         word = self.family.rule.word_of(end._asdict()) if end.is_ok else None
         fresh = self.growth.learn(self.family.address(case), word)
         twinned = self.growth.twinned[self._twinned :]
@@ -154,9 +163,10 @@ class Refined:
         return Followers(cases, with_twins + self._even())
 
     def _even(self) -> list[int]:
-        """Return the sampled even cases that get twins; [] until all cases have ended.
+        """Return the even cases drawn to have twins; [] until all cases have ended.
 
-        See `refinement.growth.Growth.even`.
+        A case is even if all cells around it have one word, see
+        `refinement.growth.Growth`.
         """
         if self.twins.get("of") != "even" or self.growth.left:
             return []
@@ -171,7 +181,7 @@ class Folds(Refined):
     Parameters
     ----------
     family : all possible cases
-    before : number of the case before each coarse case, -1 for none
+    before : number of the case before each coarse case, -1: it begins a branch
     digest : function from a case number to its digest
     """
 
@@ -183,7 +193,10 @@ class Folds(Refined):
         self.waiting = self.chains.waiting
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the next case of the branch, and cases that bisect towards a fold."""
+        """Return the next case of the branch, and cases that bisect towards a fold.
+
+        case, end : the case that has ended, and how
+        """
         following = self.chains.after(case, end).cases
         return Followers([*following, *super().after(case, end).cases])
 
@@ -208,7 +221,7 @@ def sampled(named: Iterable[tuple[int, str]], count: int, seed: int) -> list[int
 
 
 def along(settings: Settings, swept: Sequence[str]) -> list[str]:
-    """Return the names of the swept inputs that are numbers in every case, the axes."""
+    """Return the names of swept inputs that are numbers and differ between cases."""
     table = Table.of(settings)
     columns = {name: listed(table.column(name, None).values) for name in swept}
     return [
@@ -230,7 +243,7 @@ def at_boundary(
     ----------
     settings : {swept input: value} of each case
     swept : names of the swept inputs
-    words : regime of each case, "" for none
+    words : regime of each case; "": it has none
     """
     table = Table.of(settings)
     found = np.zeros(len(table), dtype=bool)

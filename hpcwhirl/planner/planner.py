@@ -35,13 +35,13 @@ class Job(NamedTuple):
 
 
 class Completion(NamedTuple):
-    """How a job has ended: its status and the words and numbers of its result.
+    """How a job has ended: its status, and the words and features of its result.
 
     Attributes
     ----------
     status : status of the job's record, such as "ok" or "failed"
     outcome, regime, whirl : words of the result; "none" if there is none
-    features : numbers of its motion, see `refinement.words.features_of`
+    features : numbers that describe its motion, see `refinement.words.features_of`
     is_open : whether the regime may change in a longer run
     """
 
@@ -59,13 +59,13 @@ class Completion(NamedTuple):
 
     @property
     def word(self) -> str:
-        """The regime, by which neighbouring cases are compared; "" for none."""
+        """The regime, by which neighbouring cases are compared; "" if there is none."""
         word = word_of(self.status, self.outcome, self.regime)
         return word if word in REGIMES else ""
 
 
 def completion_of(record: Mapping[str, Any]) -> Completion:
-    """Return the completion of a job: what its journal record says of how it ended."""
+    """Return how a job has ended, from its record in a journal."""
     row = record.get("row") or {}
     status = str(record["status"])
     outcome, regime, whirl = (
@@ -78,7 +78,7 @@ def completion_of(record: Mapping[str, Any]) -> Completion:
 
 
 class JobCode(NamedTuple):
-    """Numbering of jobs: ranks receive a number instead of a `Job`.
+    """Numbering of jobs: a rank is sent a whole number instead of a `Job`.
 
     Attributes
     ----------
@@ -90,11 +90,11 @@ class JobCode(NamedTuple):
     twins: int
 
     def encode(self, job: Job) -> int:
-        """Return the number of a job."""
+        """Return the number by which a job is sent to a rank."""
         return (job.stage * (1 + self.twins) + job.twin) * self.cases + job.case
 
     def decode(self, number: int) -> Job:
-        """Return the job with a number, see `encode`."""
+        """Return the job that has a number, the inverse of `encode`."""
         rest, case = divmod(number, self.cases)
         stage, twin = divmod(rest, 1 + self.twins)
         return Job(case, twin, stage)
@@ -104,11 +104,11 @@ Find = Callable[[Job], Completion | None]  # returns None for a job that has not
 
 
 def nothing(_job: Job) -> None:
-    """Return None for any job: its completion is not known."""
+    """Return None: no job has ended yet, the default `find` of `Planner`."""
 
 
 class Stages(NamedTuple):
-    """The stages of an extended campaign.
+    """The stages of an extended campaign: runs of undecided cases to later end times.
 
     Attributes
     ----------
@@ -120,18 +120,22 @@ class Stages(NamedTuple):
     passed: NDArray[np.int8] | None = None
 
     def after(self, case: int, stage: int) -> int | None:
-        """Return the next stage of a case whose regime is open; None after the last."""
+        """Return the stage that follows stage `stage` of a case; None after the last.
+
+        It is called for a case whose regime is still open.
+        """
         skipped = int(self.passed[case]) if self.passed is not None else 0
         following = max(stage, skipped) + 1
         return following if following <= self.last else None
 
 
 class Jobs(NamedTuple):
-    """Several jobs as columns: three arrays with an entry for each job, (jobs,).
+    """Several jobs as columns: three arrays with one entry for each job, (jobs,).
 
     Attributes
     ----------
-    row : row of each job's case, see `Planner.cases`
+    row : number of the row of the planner that holds the job's case, see
+        `Planner.cases`
     twin, stage : see `Job`
     """
 
@@ -168,7 +172,7 @@ class Kind(Protocol):
     grows: bool
 
     def after(self, case: int, end: Completion) -> Followers:
-        """Return the cases and twins that follow from the completion of a case.
+        """Return the cases and twins to be computed because a case has ended.
 
         Parameters
         ----------
@@ -191,7 +195,7 @@ class Planner:
     Attributes
     ----------
     ends : {row of a case: completion of its last stage with a result}; empty for a
-        plain campaign, see `is_plain`
+        campaign with one job for each case, see `is_plain`
     """
 
     def __init__(
@@ -218,16 +222,16 @@ class Planner:
 
     @property
     def cases(self) -> Sequence[int]:
-        """The case number of each row, in the order in which cases were added."""
+        """The case numbers, one for each row; a case gets its row when it is added."""
         first = range(self.kind.first)
         return [*first, *self._more] if self._more else first
 
     def __len__(self) -> int:
-        """Return the number of rows, one for each case known so far."""
+        """Return the number of cases known so far, which is the number of rows."""
         return self.kind.first + len(self._more)
 
     def row(self, case: int) -> int:
-        """Return the row of a case by its number."""
+        """Return the row (position among the known cases) of a case by its number."""
         return case if case < self.kind.first else self._row[case]
 
     def number(self, row: int) -> int:
@@ -235,36 +239,39 @@ class Planner:
         return row if row < self.kind.first else self._more[row - self.kind.first]
 
     def left(self) -> Jobs:
-        """Return the jobs that are left, sorted by row and twin."""
+        """Return the jobs that are left, sorted by row of the case and by twin."""
         state = self._states
         row, twin = np.nonzero(state >= 0)
         return Jobs(row, twin, state[row, twin].astype(np.int64))
 
     def ahead(self) -> Jobs:
-        """Return the jobs left, and those of cases that must wait for other cases."""
+        """Return the jobs left, and the first job of each case that must wait."""
         left, waits = self.left(), np.flatnonzero(self._states[:, 0] == UNWANTED)
         none = np.zeros_like(waits)
         return Jobs(*map(np.append, left, (waits, none, none)))
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Whether each case, or one of its twins, has a job left, (rows,)."""
+        """Whether each case, or one of its twins, has a job left, (rows,).
+
+        There is a row for each case known so far, as in all arrays (rows,).
+        """
         state = self._states
         return np.asarray((state >= 0).any(axis=1) | (state[:, 0] == UNWANTED))
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether each case, or one of its twins, failed in its last stage, (rows,)."""
+        """Whether each known case, or a twin, failed in its last stage, (rows,)."""
         return np.asarray((self._states == FAILED).any(axis=1))
 
     @property
     def failed_alone(self) -> NDArray[np.bool_]:
-        """Whether each case itself failed in its last stage, (rows,)."""
+        """Whether each known case failed in its last stage, (rows,), twins apart."""
         return np.asarray(self._states[:, 0] == FAILED)
 
     @property
     def twinned(self) -> NDArray[np.bool_]:
-        """Whether each case has twins, as known so far, (rows,)."""
+        """Whether each known case has twins by what has ended so far, (rows,)."""
         return np.asarray((self._states[:, 1:] != UNWANTED).any(axis=1))
 
     def complete(self, job: Job, end: Completion) -> list[Job]:
@@ -284,7 +291,7 @@ class Planner:
         return left
 
     def complete_plain(self, ended: NDArray[np.bool_], ok: NDArray[np.bool_]) -> None:
-        """Record all completions of a plain campaign at once.
+        """Record all completions of a campaign with one job per case (`is_plain`).
 
         ended, ok : (cases,), whether a case has ended, and whether it gave a result
         """
@@ -294,9 +301,11 @@ class Planner:
 
     @property
     def _states(self) -> NDArray[np.int8]:
-        """State of each case and its twins, (rows, 1 + twins), writable.
+        """State of the jobs of each case and its twins, (rows, 1 + twins), writable.
 
-        The array is a view: no row may be added while it exists.
+        Column 0 is the case; an entry >= 0 is the stage to be computed, others are
+        constants of this module. The array is a view: no row may be added while it
+        exists.
         """
         return np.frombuffer(self._state, np.int8).reshape(len(self), 1 + self.twins)
 
@@ -311,7 +320,12 @@ class Planner:
                 self.complete(job, end)
 
     def _followers(self, job: Job, end: Completion) -> list[Job]:
-        """Record a completion; return the jobs that follow, even if they have ended."""
+        """Record how a job has ended; return the jobs that follow from it.
+
+        Those that have already ended are returned, too.
+
+        end : how it has ended
+        """
         row = self.row(job.case)
         at = row * (1 + self.twins) + job.twin
         if self.is_plain:

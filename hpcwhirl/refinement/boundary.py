@@ -20,7 +20,7 @@ STATES = ("even", "mixed", "speckle")  # states of a cell
 
 @dataclass(frozen=True)
 class Cells:
-    """The cells of a refined campaign that are not split.
+    """The m cells of a refined campaign that are not split.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class Cells:
 
 @dataclass(frozen=True)
 class Cases:
-    """The cases of a refined campaign as columns: their inputs and words.
+    """The n cases of a refined campaign as columns: d refined inputs, and words.
 
     Attributes
     ----------
     inputs : (d, n), values of the refined inputs
     scales : "linear" or "log" for each input
-    word : (n,), words by which cells were split; "" for none
+    word : (n,), words by which cells were split; "": the case has none
     fidelity : (n,), 0 or 1, fidelity of that word
     """
 
@@ -70,12 +70,12 @@ class Boundaries:
 
     Attributes
     ----------
-    at : (p, d), coordinates of each point
+    at : (p, d), coordinates of each of p points: values of the d refined inputs
     along : (p,), index of the input along which its edge lies; -1 where lines meet
     low, high : (p,), this input at the ends of the edge; NaN where lines meet
     before, behind : (p,), rows of the cases at `low` and at `high`; -1 where lines meet
-    panel : (p,), number of the panel of each point
-    lines : (s, 2), indices of the two points that a line joins
+    panel : (p,), number of the panel (combination of inputs not refined) of each point
+    lines : (s, 2), indices of the two points that each of s lines joins
     """
 
     at: Floats
@@ -89,7 +89,10 @@ class Boundaries:
 
 
 def boundaries_of(cells: Cells, cases: Cases) -> Boundaries:
-    """Return the points and lines at which words change in mixed cells."""
+    """Return the points and lines at which words change in mixed cells.
+
+    cells, cases : cells that are not split; cases at their corners
+    """
     points, known = list[Point](), dict[tuple[int, int], int]()
     lines = list[tuple[int, int]]()
     for number in np.flatnonzero(cells.state == STATES.index("mixed")):
@@ -154,7 +157,10 @@ def differ(cases: Cases, a: int, b: int) -> bool:
 
 
 def _middle(points: Sequence[Floats], scales: Sequence[str]) -> Floats:
-    """Return the mean of some points, (d,), on the scales of the inputs."""
+    """Return the mean of some points, (d,), each input on its own scale.
+
+    points, scales : (d,) of each point; "linear" or "log" of each of the d inputs
+    """
     log = [scale == "log" for scale in scales]
     at = np.array(points)
     at[:, log] = np.log(at[:, log])
@@ -166,9 +172,11 @@ def _middle(points: Sequence[Floats], scales: Sequence[str]) -> Floats:
 def _crossing(
     cases: Cases, along: int, pair: tuple[int, int]
 ) -> tuple[Floats, int, float, float, int, int]:
-    """Return the attributes of the point at the middle of an edge, as in `Boundaries`.
+    """Return the middle of a cell's edge, as a point of a boundary.
 
-    pair : rows of the cases at its ends, which differ in the input `along` only
+    The result has `at`, `along`, `low`, `high`, `before` and `behind` of `Boundaries`.
+
+    along, pair : index of the input along the edge; rows of the cases at its ends
     """
     a, b = pair
     low, high = cases.inputs[along, [a, b]].tolist()

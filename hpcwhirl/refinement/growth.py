@@ -11,13 +11,13 @@ from hpcwhirl.refinement.words import Word
 
 
 class Address(NamedTuple):
-    """Identity of a case; after the coarse cases, rows are in the order of addresses.
+    """Identity of a refined campaign's case; results list refined cases in this order.
 
     Attributes
     ----------
-    fidelity : 0: of the first computation, 1: of the confirming one
+    fidelity : 0: first computation; 1: confirmation with another preset
     level : level of bisection at which its point appears
-    panel : number of the panel
+    panel : number of the combination of the other inputs, which are not refined
     point : place along each refined input, see `lattice`
     """
 
@@ -96,7 +96,10 @@ class Growth:
         return new
 
     def learn(self, address: Address, word: Word | None) -> list[Address]:
-        """Record the word of an ended case; return the cases wanted because of it."""
+        """Record the word of an ended case; return the cases wanted because of it.
+
+        address, word : the case, and its word; None: it has none
+        """
         self.trees[address.panel].learn(address.fidelity, address.point, word)
         fresh = self._take(address.panel)
         self._open.discard(address)
@@ -111,7 +114,7 @@ class Growth:
         return self._admit(allowed)
 
     def _affordable(self, new: list[Address]) -> list[Address]:
-        """Return the cases of `new` that the budget allows; [] once it is spent."""
+        """Return the cases of `new` that the budget allows; [] if it allows none."""
         if self.dropped:
             return []
         spent, allowed = self._spent, []
@@ -133,7 +136,7 @@ class Growth:
         ----------
         found : function from a case to its word, None without one; raises KeyError for
             a case that has not ended
-        ask : wanted cases to start from
+        ask : wanted cases that are looked up first
         """
         todo, left = list(ask), []
         while todo:
@@ -152,10 +155,10 @@ class Growth:
         return len(self._open)
 
     def even(self) -> list[Address]:
-        """Return the even cases: all unsplit cells at their points have one word.
+        """Return the even cases: those whose adjacent unsplit cells all have one word.
 
-        At each point the case of the second fidelity is taken if it has a word, else
-        that of the first.
+        At each point (set of values of the refined inputs) the case of the second
+        fidelity is taken if it has a word, else that of the first.
         """
         level = self.lattice.level
         return [
@@ -165,5 +168,5 @@ class Growth:
         ]
 
     def ordered(self) -> list[Address]:
-        """Return the wanted cases after the coarse ones, in the order of their rows."""
+        """Return the wanted cases except coarse ones, by address, as in results."""
         return sorted(a for a in self.wanted if a.fidelity or a.level)

@@ -22,7 +22,7 @@ Cell = tuple[int, Point]  # (level, lower corner)
 
 @dataclass(frozen=True)
 class Side:
-    """One refined input: coarse values, and how often each interval may be bisected.
+    """One refined input: m coarse values, and how often each interval may be bisected.
 
     Attributes
     ----------
@@ -46,22 +46,22 @@ class Side:
 
     @property
     def last(self) -> int:
-        """Place of the last coarse value."""
+        """Place (an integer, see `lattice`) of the last coarse value."""
         return len(self.depths) << self.depth
 
     def shift(self, level: int, unit: int) -> int:
-        """Return s, where 2^s is the size of a level's cell along this input.
+        """Return s, where 2^s is the size of a cell of some level along this input.
 
-        unit : lower place of an interval of size 1 within the cell
+        level, unit : level of bisection; lower place of a smallest interval in the cell
         """
         return self.depth - min(level, self.depths[unit >> self.depth])
 
     def level(self, place: int) -> int:
-        """Return the level of a place: n if n bisections lead to it, 0 if coarse."""
+        """Return how many bisections lead to a place; 0 for a coarse value."""
         return max(self.depth - ((place & -place).bit_length() - 1), 0) if place else 0
 
     def value(self, place: int) -> float:
-        """Return the input's value at a place."""
+        """Return the value of the input at a place, an integer (see `lattice`)."""
         number, rest = divmod(place, 1 << self.depth)
         if not rest:
             return self.values[number]
@@ -71,11 +71,14 @@ class Side:
         return int(exact) if self.whole else float(exact)
 
     def position(self, place: int) -> float:
-        """Return a place in units of coarse intervals, such as 3.25; always exact."""
+        """Return a place in units of coarse intervals from the first value.
+
+        The number, such as 3.25, is always exact.
+        """
         return place / (1 << self.depth)
 
     def place(self, position: float) -> int:
-        """Return the place at a position, in units of coarse intervals."""
+        """Return the place at a position, the inverse of `position`."""
         return int(position * (1 << self.depth))
 
 
@@ -99,16 +102,16 @@ class Lattice:
 
     @cached_property
     def depth(self) -> int:
-        """Number of levels below the coarse one."""
+        """Number of levels of cells below the coarse one."""
         return max(side.depth for side in self.sides)
 
     def level(self, point: Point) -> int:
-        """Return the level at which a point appears; 0: coarse."""
+        """Return the level of bisection at which a point appears; 0: coarse."""
         both = zip(self.sides, point, strict=True)
         return max(side.level(place) for side, place in both)
 
     def coarse(self) -> Iterator[Cell]:
-        """Yield the cells of level 0."""
+        """Yield the cells of level 0, between neighbouring coarse values."""
         starts = (range(0, side.last, 1 << side.depth) for side in self.sides)
         for low in itertools.product(*starts):
             yield 0, low
@@ -121,14 +124,14 @@ class Lattice:
         )
 
     def corners(self, cell: Cell) -> tuple[Point, ...]:
-        """Return the corners of a cell, the last input varying fastest."""
+        """Return the corners of a cell as points; the last input varies fastest."""
         ends = zip(cell[1], self.sizes(cell), strict=True)
         return tuple(itertools.product(*((x, x + size) for x, size in ends)))
 
     def at(self, level: int, unit: Point) -> Cell:
-        """Return the cell of a level that contains a smallest cell, of size 1.
+        """Return the cell of a level that contains a given smallest cell, of size 1.
 
-        unit : lower corner of the cell of size 1
+        level, unit : level of bisection; lower corner of the smallest cell
         """
         low = []
         for side, x in zip(self.sides, unit, strict=True):
@@ -137,7 +140,7 @@ class Lattice:
         return level, tuple(low)
 
     def at_end(self, cell: Cell) -> bool:
-        """Return whether a cell cannot be split."""
+        """Return whether a cell cannot be split, as its intervals are the smallest."""
         level, low = cell
         return all(
             side.depths[x >> side.depth] <= level
@@ -145,7 +148,7 @@ class Lattice:
         )
 
     def children(self, cell: Cell) -> list[Cell]:
-        """Return the cells of the next level within a cell."""
+        """Return the cells, one level finer, into which a cell is split."""
         level, low = cell
         starts = []
         for side, x in zip(self.sides, low, strict=True):
@@ -154,7 +157,7 @@ class Lattice:
         return [(level + 1, part) for part in itertools.product(*starts)]
 
     def parts(self, cell: Cell, levels: int) -> int:
-        """Return into how many cells `levels` more levels can divide a cell."""
+        """Return the number of cells into which `levels` bisections divide a cell."""
         level, low = cell
         bits = 0
         for side, x in zip(self.sides, low, strict=True):
@@ -162,7 +165,7 @@ class Lattice:
         return 1 << bits
 
     def touching(self, level: int, point: Point) -> set[Cell]:
-        """Return the cells of a level whose closed boxes contain a point."""
+        """Return the cells of a level that contain a point, also on their sides."""
         near = [
             [x for x in (place - 1, place) if 0 <= x < side.last]
             for side, place in zip(self.sides, point, strict=True)

@@ -39,7 +39,7 @@ class Rule:
     scale : for each input, "linear" or "log"
     words : kind of words that are compared, one of `words.COMPARED`
     speckle : levels after which a mostly mixed cell is not split further; 0: never
-    confirm : preset with which boundaries are computed again; "" for none
+    confirm : preset with which boundaries are computed again; "": they are not
     inputs : {dotted name: value} that `confirm` sets
     budget : largest total cost, then the cost of a case at fidelity 0 and at 1, all in
         cases or in core hours; empty for no limit
@@ -55,11 +55,11 @@ class Rule:
     budget: tuple[float, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """Return the rule as data for JSON."""
+        """Return the rule as data for JSON, as the plan stores it."""
         return dict(json.loads(json.dumps(self.__dict__)))
 
     def word_of(self, end: Mapping[str, Any]) -> Word | None:
-        """Return the word of an ended case, for comparison; None if it has no word.
+        """Return the word by which an ended case is compared; None if it has none.
 
         A case that failed, or whose outcome is `unstable`, has no word.
 
@@ -69,7 +69,7 @@ class Rule:
 
 
 def rule_of(plain: Mapping[str, Any]) -> Rule:
-    """Return the rule from `Rule.plain`; raise StoreError if that data is damaged."""
+    """Return the rule from data by `Rule.plain`; raise StoreError if it is damaged."""
     try:
         fields = dict(plain)
         fields["depths"] = tuple(map(tuple, fields["depths"]))
@@ -92,13 +92,14 @@ class Family:
     Parameters
     ----------
     rule : rule of the campaign
-    rows : settings of the coarse cases; each panel has all combinations of the values
+    rows : {input: value} of each coarse case; each panel has all combinations of the
+        values of the refined inputs
     whole : names of inputs that take whole numbers only
 
     Attributes
     ----------
     lattice : places of the refined inputs, the same in each panel
-    panels : settings that the cases of each panel share
+    panels : {input: value} that all cases of a panel have in common, for each panel
     coarse : addresses of the coarse cases
     """
 
@@ -144,7 +145,7 @@ class Family:
         return [side.last + 1 for side in self.lattice.sides]
 
     def number(self, address: Address) -> int:
-        """Return the number of a case by its address."""
+        """Return the number of a case by its fidelity, level, panel and point."""
         if address in self.row_of:
             return self.row_of[address]
         number = address.fidelity * len(self.panels) + address.panel
@@ -153,7 +154,7 @@ class Family:
         return len(self.rows) + number
 
     def address(self, number: int) -> Address:
-        """Return the address of a case by its number."""
+        """Return (fidelity, level, panel, point) of a case by its number."""
         if number < len(self.rows):
             return self.coarse[number]
         rest, point = number - len(self.rows), []
@@ -165,7 +166,7 @@ class Family:
         return Address(fidelity, self.lattice.level(at), panel, at)
 
     def settings(self, address: Address) -> Settings:
-        """Return {input: value} of a case, from its point, panel and preset."""
+        """Return {input: value} of a case, by its point, panel and fidelity."""
         both = zip(self.lattice.sides, address.point, strict=True)
         refined = {side.name: side.value(place) for side, place in both}
         preset = self.rule.inputs if address.fidelity else {}
@@ -176,13 +177,13 @@ class Family:
 
     @property
     def span(self) -> int:
-        """Upper bound of the numbers of cases, exclusive."""
+        """Upper bound, exclusive, of the numbers by which cases are identified."""
         fidelities = 2 if self.rule.confirm else 1
         return len(self.rows) + fidelities * len(self.panels) * prod(self._lengths)
 
     @property
     def most(self) -> int:
-        """Upper bound of the number of cases: all cells split, within the budget."""
+        """Upper bound of the number of cases: all cells split, or the budget spent."""
         points = 1
         for side in self.lattice.sides:
             points *= 1 + sum(1 << depth for depth in side.depths)
@@ -194,7 +195,7 @@ class Family:
     def growth(self, twins: str = "") -> Growth:
         """Return the initial `Growth`, in which the coarse cases are wanted.
 
-        twins : which cases have twins, see `Tree`; "" for none
+        twins : which cases have twins, see `Tree`; "": none
         """
         return Growth(
             self.lattice,
@@ -244,7 +245,7 @@ class Branches:
     Parameters
     ----------
     lattice : lattice of the one input that varies along branches
-    places : coarse places of each branch, in the order in which they follow one another
+    places : places (see `lattice`) of the coarse cases of each branch, in their order
 
     Attributes
     ----------
@@ -260,12 +261,20 @@ class Branches:
         ]
 
     def history(self, branch: int, place: int) -> str:
-        """Return the input `history` of the case at a place of a branch."""
+        """Return the input `history` of a case: the values of the cases before it.
+
+        branch, place : number of the branch; place of the case, see `lattice`
+        """
         values = [self.side.value(before) for before in self.before(branch, place)]
         return history_of(self.side.name, values)
 
     def before(self, branch: int, place: int) -> list[int]:
-        """Return the places of the cases that precede a place on its branch."""
+        """Return the places of the cases whose motions lead to the case at a place.
+
+        They are in order, the first case of the branch first.
+
+        branch, place : number of the branch; place of the case, see `lattice`
+        """
         line = self.places[branch]
         sign = 1 if line[-1] > line[0] else -1
         found = [one for one in line if sign * (place - one) > 0]

@@ -16,7 +16,7 @@ Wish = tuple[int, Point]  # fidelity and point of a wanted case
 
 @dataclass(slots=True)
 class Node:
-    """State of a cell.
+    """State of a cell of the tree.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Node:
         smaller neighbours on its sides (hanging points)
     seen : words of the first fidelity at its points, and of the second
     at_corners : words of the first fidelity at its corners
-    open : number of corners whose cases have not ended
+    open : number of corners whose first-fidelity cases have not ended
     split : whether the cell is split
     opened : whether its corners are to be confirmed by the second fidelity
     followed : whether twins of the cases at its corners have been asked for
@@ -46,7 +46,7 @@ class Node:
 
     @property
     def mixed(self) -> bool:
-        """Whether words of the same fidelity differ at the cell's points."""
+        """Whether words of the same fidelity differ between points of the cell."""
         return any(map(apart, self.seen))
 
     @property
@@ -59,10 +59,10 @@ class Node:
 
 
 class Tree:
-    """The cells of one panel, and the cases that they require.
+    """The cells of one panel, and the cases at their points that must be computed.
 
-    They are the smallest sets that satisfy these rules, which only ever add cells and
-    cases:
+    A panel has the cases that differ in refined inputs only. Its cells and the wanted
+    cases are the smallest sets that satisfy these rules, which only ever add to them:
 
     - A cell is split if two of its points (corners, and hanging points on its sides)
       have different words by the same fidelity.
@@ -132,17 +132,20 @@ class Tree:
         self._settle()
 
     def take(self) -> list[Wish]:
-        """Return the cases that have become wanted since the last call."""
+        """Return the (fidelity, point) of cases wanted since the last call."""
         fresh, self.fresh = self.fresh, []
         return fresh
 
     def take_twins(self) -> list[Wish]:
-        """Return the cases whose twins have become wanted since the last call."""
+        """Return the cases, (fidelity, point), of twins wanted since the last call."""
         twinned, self.twinned = self.twinned, []
         return twinned
 
     def learn(self, fidelity: int, point: Point, word: Word | None) -> None:
-        """Record that the case at a point has ended, and its word, if any."""
+        """Record that the case at a point has ended, and its word; None: no word.
+
+        fidelity, point : 0 or 1, and the place along each refined input
+        """
         words = self.words[fidelity]
         if point in words:
             return
@@ -162,11 +165,14 @@ class Tree:
         return self._allowed(cell) is False
 
     def word(self, point: Point) -> Word | None:
-        """Return the word at a point, of the second fidelity if that has one."""
+        """Return the word at a point: that of the second fidelity, if it has one."""
         return self.words[CONFIRM].get(point) or self.words[FIRST].get(point)
 
     def even(self) -> list[Wish]:
-        """Return the cases at points whose adjacent unsplit cells all have one word."""
+        """Return the even cases, (fidelity, point), those away from boundaries.
+
+        All unsplit cells around the point of such a case have one word.
+        """
         even: set[Point] = set()
         other: set[Point] = set()
         for node in self.cells.values():
@@ -180,15 +186,16 @@ class Tree:
         return [(CONFIRM if second.get(p) else FIRST, p) for p in points]
 
     def _around(self, point: Point) -> list[Cell]:
-        """Return the existing cells whose closed boxes contain a point."""
+        """Return the existing cells that contain a point, inside or on their sides."""
         levels = range(self.lattice.depth + 1)
         touching = (c for level in levels for c in self.lattice.touching(level, point))
         return [cell for cell in touching if cell in self.cells]
 
     def _note(self, cell: Cell, fidelity: int, point: Point, *, changed: bool) -> None:
-        """Record the word at a point in the state of a cell that has this point.
+        """Enter the word of an ended case into the state of a cell that has its point.
 
-        changed : whether the fidelities have different words at the point
+        fidelity, point : fidelity and place of the case
+        changed : whether the two fidelities have different words at the point
         """
         node, word = self.cells[cell], self.words[fidelity][point]
         before = node.uneven
@@ -204,13 +211,16 @@ class Tree:
             self._revisit_waiting(cell)
 
     def _revisit_waiting(self, cell: Cell) -> None:
-        """Visit the cells again that depend on the words at this cell's corners."""
+        """Let the rules be applied again to cells that wait for words at this cell.
+
+        They wait to know whether a coarser cell around them lies in speckle.
+        """
         level, low = cell
         for above in range(max(level - self.levels, 0), level):
             self._todo += self._asking.pop(self.lattice.at(above, low), ())
 
     def _settle(self) -> None:
-        """Apply the rules until nothing changes."""
+        """Split cells and ask for cases and twins until no rule requires more."""
         while self._todo:
             self._visit(self._todo.pop())
 
@@ -232,7 +242,7 @@ class Tree:
             self._split(cell)
 
     def _follow(self, cell: Cell) -> None:
-        """Ask for twins of the cases at a mixed cell's corners if it stays unsplit."""
+        """Ask for twins at the corners of a mixed cell that is not split further."""
         allowed, fidelities = self._allowed(cell), [FIRST, CONFIRM]
         if allowed and self.twins == "boundary" and self.lattice.at_end(cell):
             fidelities = [CONFIRM if self.confirm else FIRST]
@@ -261,7 +271,10 @@ class Tree:
                     self._todo.append(above)
 
     def _make(self, cell: Cell, inherited: Iterable[Point]) -> None:
-        """Add a cell and ask for the cases at its corners."""
+        """Add a cell and ask for the cases at its corners.
+
+        inherited : wanted points of the cell of which it is a part
+        """
         corners = self.lattice.corners(cell)
         self._want(FIRST, corners)
         low, high = corners[0], corners[-1]
@@ -295,7 +308,10 @@ class Tree:
                         node.points.append(point)
 
     def _allowed(self, cell: Cell) -> bool | None:
-        """Return whether a cell lies outside speckle; None: not yet known."""
+        """Return whether a cell may be split or confirmed, as it lies outside speckle.
+
+        None: that depends on words not yet known.
+        """
         level = cell[0] - self.levels
         if not self.levels or level < 0:
             return True
@@ -309,7 +325,10 @@ class Tree:
         return not self._speckled[above]
 
     def _is_speckle_below(self, cell: Cell) -> bool | None:
-        """Return whether most parts of a cell are mixed; None: not yet known."""
+        """Return whether most descendants of a cell, `levels` below, are mixed.
+
+        None: that depends on words not yet known.
+        """
         parts = self.lattice.children(cell)
         for _ in range(self.levels - 1):
             if any(self._uneven(part) is None for part in parts):

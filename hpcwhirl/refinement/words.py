@@ -3,9 +3,10 @@
 The regime and the whirl are words: two cases differ if theirs are not the same. The
 name of an attractor does not follow from a case alone: `hpcwhirl basins` numbers
 attractors by clustering all cases. So whether two cases lie on different attractors is
-decided by their regimes, and by whether numbers of their windows differ by more than
-`TOLERANCES`. Where a number changes steadily from case to case, its differences shrink
-as cells are split, so that splitting ends; where it jumps, cells are split to the end.
+decided by their regimes, and by whether numbers from the last 40 % of their runs differ
+by more than `TOLERANCES`. Where a number changes steadily from case to case, its
+differences shrink as cells are split, so that splitting ends; where it jumps, cells are
+split to the end.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ TOLERANCES = {
 
 
 class Attractor(NamedTuple):
-    """The attractor on which a case has ended, described by numbers of that case.
+    """The attractor on which a case has ended: its regime, and numbers of its motion.
 
     Attributes
     ----------
@@ -73,7 +74,7 @@ def _log(value: Any) -> float:
 
 
 def apart(words: Collection[Word]) -> bool:
-    """Return whether any two words of a collection differ."""
+    """Return whether any two words differ, attractors by more than `TOLERANCES`."""
     if len(words) < 2:
         return False
     motions = [word for word in words if isinstance(word, Attractor)]

@@ -46,7 +46,7 @@ def part_of(path: Path) -> Path:
 
 
 def anyone() -> None:
-    """Do nothing: the default `check` of `publish`, which refuses no process."""
+    """Do nothing: the default `check` of `publish`; any process may publish."""
 
 
 def keep_names(folder: Path) -> None:
@@ -171,7 +171,10 @@ def write_whole(
 
 
 def _parts_in(folder: Path, stem: str) -> Iterator[os.DirEntry[str]]:
-    """Yield the temporary files of a directory whose names begin with `stem`."""
+    """Yield the temporary files of `part_of` in a directory.
+
+    stem : beginning of their names
+    """
     with suppress(OSError), os.scandir(folder) as found:
         for item in found:
             if item.name.startswith(stem) and PART.fullmatch(item.name):
@@ -179,14 +182,19 @@ def _parts_in(folder: Path, stem: str) -> Iterator[os.DirEntry[str]]:
 
 
 def sweep_idle(folder: Path, stem: str) -> None:
-    """Remove temporary files of `replacing` that no process has locked."""
+    """Remove temporary files of `replacing` that no process has locked.
+
+    folder, stem : their directory, and the beginning of their names
+    """
     for item in _parts_in(folder, stem):
         with suppress(OSError):
             _remove_idle(item)
 
 
 def _remove_idle(item: os.DirEntry[str]) -> None:
-    """Remove a temporary file unless it is younger than `YOUNG` or still locked.
+    """Remove a temporary file unless it is younger than `YOUNG` s or still locked.
+
+    item : entry of the file in its directory
 
     Raises
     ------

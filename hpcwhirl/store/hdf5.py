@@ -48,12 +48,12 @@ def utf8(text: str) -> NDArray[np.bytes_]:
 
 
 class _Patient(io.FileIO):
-    """A file whose writes always seem to succeed; `failed` keeps the first error."""
+    """A raw file whose writes seem to succeed; `failed` keeps the first error."""
 
     failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write some bytes or keep the error; return their number in either case."""
+        """Write bytes, or keep the error; return their number in either case."""
         left = memoryview(data).cast("B")
         size = len(left)
         try:
@@ -76,7 +76,7 @@ class _Patient(io.FileIO):
 def writing(path: Path, mode: str = "w", **options: Any) -> Iterator[h5py.File]:
     """Open an HDF5 file for the block; flush and close it at the end.
 
-    options : further arguments of `h5py.File`
+    mode, options : arguments of `h5py.File`
 
     Raises
     ------
@@ -128,7 +128,7 @@ def refusal(path: Path, failed: Exception) -> MissingFileError:
 
 
 def _number(failed: BaseException) -> int:
-    """Return the errno of an error, which HDF5 hides in its text; 0 for none."""
+    """Return the errno of an error, which HDF5 gives only in its text; 0: none."""
     found = re.search(r"errno = (\d+)", str(failed))
     return getattr(failed, "errno", None) or (int(found[1]) if found else 0)
 
@@ -139,13 +139,15 @@ def dtype(quantity: Quantity) -> np.dtype[Any]:
 
 
 def missing(quantity: Quantity) -> float | int | bytes:
-    """Return the value that is stored for a case without a value, such as NaN."""
+    """Return what a variable stores for a case without a value, such as NaN."""
     empty: dict[str, float | int | bytes] = {"f8": np.nan, "i8": -1, "enum": 0}
     return empty.get(quantity.kind, b"")
 
 
 def encode(name: str, quantity: Quantity, value: float | str) -> float | int | bytes:
-    """Return a variable's value as the file stores it; refuse an unknown word.
+    """Return the value of the variable `name` as the file stores it.
+
+    An unknown word is refused.
 
     A word is stored as its code, its place in the variable's list of words.
     """
@@ -183,19 +185,25 @@ def mpi_libraries() -> list[str]:
 
 
 def tell(data: h5py.Dataset, quantity: Quantity) -> None:
-    """Write a variable's unit and meaning as its `units` and `long_name`."""
+    """Write the unit and meaning of a variable as its `units` and `long_name`."""
     data.attrs["units"] = utf8(quantity.unit)
     data.attrs["long_name"] = utf8(quantity.meaning)
 
 
 def mark_words(data: h5py.Dataset, words: Sequence[str]) -> None:
-    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`."""
+    """Write what the codes of a variable mean: `flag_values`, `flag_meanings`.
+
+    words : the word of each code 0, 1, ...
+    """
     data.attrs["flag_values"] = np.arange(len(words), dtype="i1")
     data.attrs["flag_meanings"] = utf8(" ".join(words))
 
 
 def define_axis(group: h5py.Group, name: str, values: NDArray[Any] | int) -> None:
-    """Define an axis with given values, or, if `values` is its size, numbers from 0."""
+    """Define an axis (HDF5 dimension scale) of a group, with values along it.
+
+    values : the values, or the size of the axis, whose values are then 0, 1, ...
+    """
     if isinstance(values, int):
         values = np.arange(values, dtype="i8")
     axis = group.create_dataset(name, data=values)

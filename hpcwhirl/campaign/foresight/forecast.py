@@ -177,7 +177,7 @@ def forecast(
 
 
 def age() -> float:
-    """Return the age of this process, s."""
+    """Return the time since this process was started, s."""
     ticks = begun(os.getpid())
     if ticks is None:  # not Linux
         return time.process_time()
@@ -185,7 +185,7 @@ def age() -> float:
 
 
 def _pace(loaded: float) -> float:
-    """Return the ratio of this machine's times to the nominal ones of this module.
+    """Return the ratio of times on this machine to the nominal times in this module.
 
     loaded : time from the start of this process until it began to read its inputs, s
     """
@@ -196,6 +196,7 @@ def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, fl
     """Return {stage: predicted time, s} of gathering, and of map and page if asked for.
 
     rows, traces, pace : number of cases; bytes of their traces; result of `_pace`
+    rules : table [campaign], which says whether there are map and page
     """
     every = {
         "gather": GATHERED + A_ROW * rows + A_BYTE * traces,
@@ -207,9 +208,12 @@ def _after(rows: int, traces: int, pace: float, rules: Campaign) -> dict[str, fl
 
 
 def _range(seconds: float, factors: Floats) -> tuple[float, float]:
-    """Return the lower and upper limit of a time by the scatter of finished cases.
+    """Return the lower and upper limit of a predicted time, s, for the cases left.
 
-    factors : ratio of measured to nominal time of each finished case
+    The limits follow from the scatter of finished cases.
+
+    seconds, factors : the time, s; ratio of measured to nominal time of each finished
+        case
     """
     error = 1.0
     if len(factors) > 1 and factors.any():
@@ -237,8 +241,11 @@ def _nominal_range(
 def _to_their_end(ended: Ended, costs: Costs) -> Costs:
     """Return the costs of cases as if all of them ran to their end times.
 
-    Finished cases count with their time per step; a certificate ended some of them
-    early, and they would have taken proportionally longer.
+    Finished cases count with their time per step; a certificate (a proof that blades no
+    longer touch) ended some of them early, and they would have taken proportionally
+    longer.
+
+    ended, costs : completed jobs; costs learned from them
     """
     whole = Costs(costs.nominal, costs.places, costs.steps)
     part = ended.marched / np.maximum(np.asarray(costs.steps), 1.0)
@@ -249,7 +256,9 @@ def _to_their_end(ended: Ended, costs: Costs) -> Costs:
 def _beside(runs: Runs, pace: float) -> tuple[float, float]:
     """Return the time per case outside its kernel, and the first case's extra time, s.
 
-    Both are taken from the last run that recorded them; nominal if no run has.
+    Both are those of the last run that recorded them; nominal if no run has.
+
+    runs, pace : files of the campaign's runs; result of `_pace`
     """
     shares = [share for share in runs.shares() if "beside" in share]
     last = [share for share in shares if share["run"] == shares[-1]["run"]]
@@ -260,12 +269,18 @@ def _beside(runs: Runs, pace: float) -> tuple[float, float]:
 
 
 def _mean(found: Forecast) -> float:
-    """Return the mean kernel time of the coarse cases that are left, s."""
+    """Return the mean kernel time of the coarse cases that are left, s.
+
+    found : forecast of these cases
+    """
     return found.seconds / max(found.computations, 1.0)
 
 
 def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
-    """Return a forecast with the refined cases added."""
+    """Return a forecast of the coarse cases with the refined cases added.
+
+    found, beyond : that forecast; number and cost of the refined cases
+    """
     spread = GUESSED if beyond.guessed else 1.0
     least = beyond.count - beyond.guessed + int(beyond.guessed / spread)
     most = beyond.count - beyond.guessed + math.ceil(beyond.guessed * spread)
@@ -283,7 +298,10 @@ def _with_more(found: Forecast, beyond: Beyond) -> Forecast:
 
 
 def longest_of(design: Design, extended: Sequence[float]) -> Floats:
-    """Return the ratio of each case's longest end time to its first, (cases,)."""
+    """Return each case's longest possible end time divided by its first, (cases,).
+
+    extended : end times to which undecided cases are extended, s
+    """
     columns, out = design.columns, np.ones(len(design.settings))
     for cases, last in zip(columns.chunks(), columns.last_ends(), strict=True):
         longest = np.maximum(last, max(extended, default=0.0))
@@ -332,9 +350,10 @@ def _span(
 ) -> tuple[float, float]:
     """Return the least and largest simulated time of a case's stages from `stage` on.
 
-    Both are relative to the first end time of the case.
+    Both are divided by the first end time of the case. Least: it is decided at the next
+    time at which its word is determined; largest: never.
 
-    extended : s, end times of the extensions
+    extended : end times of the extensions, s
     """
     ends = design.scene(case).end_times
     before = max([ends[-1], *extended[: stage - 1]])
@@ -373,7 +392,10 @@ def _sampling(end: Floats, step: Floats, interval: Any) -> tuple[Floats, Floats]
 
 
 def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
-    """Return {trace: shape of one sample} of each case of `_widest`, by a short run."""
+    """Return {trace: shape of one sample} of some cases, each by a short run.
+
+    The cases are those with the largest samples, see `_widest`.
+    """
     detail, found = design.columns.values(DETAIL), []
     for case in sorted(_widest(design, detail)):
         scene = design.scene(case)
@@ -388,7 +410,9 @@ def _kinds(design: Design) -> list[dict[str, tuple[int, ...]]]:
 
 
 def _widest(design: Design, detail: NDArray[Any]) -> set[int]:
-    """Return cases with most blades, harmonics or rods for each `output.traces`.
+    """Return the cases with the largest samples, for each value of `output.traces`.
+
+    They have the most blades, harmonics or rods of a wearing layer.
 
     detail : (cases,), value of `output.traces`
     """

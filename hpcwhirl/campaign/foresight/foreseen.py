@@ -42,7 +42,7 @@ class Beyond:
 
 
 class Known(NamedTuple):
-    """A case that has ended: its regime, None without one, and its kernel time, s."""
+    """A case that has ended: its regime (None: no regime) and its kernel time, s."""
 
     word: Word | None
     seconds: float
@@ -75,7 +75,7 @@ def grown(design: Design, ended: Ended, mean: float) -> Beyond:
 
 
 def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
-    """Return {address: ended case}, and the number of refined cases now left."""
+    """Return {address: ended case}, and the number of refined cases that are left."""
     planner, address = ended.planner(), design.family.address
     known: dict[Address, Known] = {}
     for row, end in planner.ends.items():
@@ -91,7 +91,11 @@ def _known(design: Design, ended: Ended) -> tuple[dict[Address, Known], int]:
 def _each(
     design: Design, known: Mapping[Address, Known], mean: float
 ) -> tuple[float, float]:
-    """Return the mean kernel times, s, of a refined case at fidelity 0 and at 1."""
+    """Return the mean kernel times, s, of a refined case at fidelity 0 and at 1.
+
+    known, mean : cases that have ended; kernel time of a coarse case, s, used if none
+        of them has a time
+    """
     taken: tuple[list[float], list[float]] = ([], [])
     for address, one in known.items():
         if (address.level or address.fidelity) and math.isfinite(one.seconds):
@@ -106,7 +110,10 @@ def _each(
 
 
 def _steps(design: Design) -> tuple[float, float]:
-    """Return the number of steps of the middle coarse case at fidelity 0 and at 1."""
+    """Return the numbers of time steps of a case at fidelity 0 and at 1.
+
+    The case is the middle one of the coarse cases.
+    """
     family = design.family
     middle = family.coarse[len(family.coarse) // 2]
     first = design.predicted(family.number(middle))[0]
@@ -125,7 +132,7 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
     Parameters
     ----------
     design : the campaign
-    words : regimes of the known cases, None without one
+    words : regime of each case that has ended, None: no regime
     """
     if not words:
         return 0, 0
@@ -148,7 +155,10 @@ def followers(design: Design, words: Mapping[Address, Word | None]) -> tuple[int
 
 
 def _place(design: Design, address: Address) -> NDArray[np.float64]:
-    """Return a case's refined inputs and its panel's number, each scaled to 0 .. 1."""
+    """Return a point: refined inputs and panel number of a case, scaled to 0 .. 1.
+
+    address : identity of the case
+    """
     family = design.family
     both = zip(family.lattice.sides, address.point, strict=True)
     along = [side.position(x) / len(side.depths) for side, x in both]

@@ -60,7 +60,7 @@ def axes_with_branches(
 def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
     """Return the values of the input that varies along branches, ascending.
 
-    over, grid : name of this input; {dotted input: values} of [sweep]
+    over, grid : name of the input; {dotted input: values} of [sweep]
     """
     values = grid.get(over)
     if values is None or not all(map(is_number, values)):
@@ -77,7 +77,10 @@ def _values(over: str, grid: Mapping[str, Sequence[Any]]) -> list[Any]:
 
 
 def _branches(table: BranchTable, values: list[Any]) -> list[tuple[str, list[Any]]]:
-    """Return (name, values of the input in the order of its cases) of each branch."""
+    """Return the branches of a campaign: (name, values of the input in sweep order).
+
+    table, values : table [branch]; values of its input, ascending
+    """
     strange = [start for start in table.starts if start not in values]
     if strange:
         msg = f"[branch] starts must be values of [sweep] {table.over}, got "

@@ -50,8 +50,8 @@ class Costs:
 
     Parameters
     ----------
-    nominal : (n,), s, assumed cost of each case before any has finished
-    places : (n, d), scaled swept inputs of each case, or `Places`
+    nominal : (n,), s, assumed cost of each of n cases before any has finished
+    places : (n, d), the d swept inputs of each case, scaled to 0 .. 1; or `Places`
     steps : (n,), number of steps of each case without an early end
     """
 
@@ -66,25 +66,25 @@ class Costs:
 
     @classmethod
     def unknown(cls) -> Costs:
-        """Return empty costs, for ranks that do not hand out cases."""
+        """Return costs of no cases, for ranks that do not hand out cases."""
         return cls(np.zeros(0), np.zeros((0, 1)))
 
     def learn(self, case: int, seconds: float) -> None:
-        """Record the time that a case took, s."""
+        """Record the computing time of a finished case, s."""
         nominal = float(self.nominal[case])
         if nominal > 0.0 and math.isfinite(seconds):
             self.factor[case] = seconds / nominal
 
     def learn_all(self, seconds: Floats) -> None:
-        """Record the times of all cases, (n,), s; NaN for unfinished ones."""
+        """Record the computing times of all n cases, s, (n,); NaN: not finished."""
         known = np.isfinite(seconds) & (self.nominal > 0.0)
         self.factor[known] = seconds[known] / self.nominal[known]
 
     def cover(self, planner: Planner) -> None:
-        """Do nothing: the planner of a plain design adds no cases."""
+        """Do nothing: without refinement a planner adds no cases."""
 
     def predict(self, cases: Sequence[int] | NDArray[np.intp]) -> Floats:
-        """Return the predicted time of some cases, (m,), s."""
+        """Return the predicted times of m cases, s, (m,), by their numbers."""
         chosen = np.asarray(cases, dtype=np.intp)
         known = np.flatnonzero(np.isfinite(self.factor))
         if not len(known) or not len(chosen):
@@ -105,7 +105,7 @@ class Costs:
 
 
 class RefinedCosts(Costs):
-    """Costs of a refined design's cases, in the rows of its planner.
+    """Costs of a refined design's cases, in the order of its planner's rows.
 
     Refined cases are appended when the planner adds them. Their nominal cost is that of
     the nearest coarse case; for the second fidelity it is multiplied by the ratio of
@@ -126,7 +126,7 @@ class RefinedCosts(Costs):
         self._ratio: dict[int, float] = {}
 
     def cover(self, planner: Planner) -> None:
-        """Append the cases that the planner has added since the last call."""
+        """Append costs of the cases that the planner has added since the last call."""
         rows = range(len(self.nominal), len(planner))
         if not rows:
             return
@@ -138,7 +138,7 @@ class RefinedCosts(Costs):
         self.factor = np.append(self.factor, np.full(len(added), np.nan))
 
     def _added(self, address: Address) -> tuple[float, Floats]:
-        """Return a refined case's nominal time, s, and its scaled inputs."""
+        """Return a refined case's nominal time, s, and its swept inputs, scaled."""
         near = self._near(address)
         place = self.places[np.array([near])][0].copy()
         both = zip(self.design.family.lattice.sides, address.point, strict=True)
@@ -149,7 +149,7 @@ class RefinedCosts(Costs):
         return float(self.nominal[near]) * self._dearer(address, near), place
 
     def _near(self, address: Address) -> int:
-        """Return the coarse case nearest to a refined one."""
+        """Return the number of the coarse case nearest to a refined one."""
         sides = zip(self.design.family.lattice.sides, address.point, strict=True)
         point = tuple(round(side.position(x)) << side.depth for side, x in sides)
         return self.design.family.row_of[Address(0, 0, address.panel, point)]
@@ -166,7 +166,7 @@ class RefinedCosts(Costs):
 
 
 class Places:
-    """Scaled swept inputs of cases, computed from the case numbers.
+    """Swept inputs of cases, scaled to 0 .. 1, computed from the case numbers.
 
     The distinct numbers of an input are spread evenly over 0 .. 1. Different words or
     lists have the distance `APART`, so that cases of another scheme, for example, are
@@ -187,7 +187,7 @@ class Places:
         return self._cases
 
     def __getitem__(self, cases: NDArray[np.intp]) -> Floats:
-        """Return the scaled inputs of some cases, (m, swept inputs)."""
+        """Return the scaled inputs of m cases, (m, number of swept inputs)."""
         if not self._known:
             return np.zeros((len(cases), 1))
         return np.column_stack(
@@ -257,7 +257,10 @@ def _nominal(get: Columns, share: float) -> Any:
 
 
 def points_a_tip(get: Columns) -> Any:
-    """Return the number of contact points per tip: one for all cases, or (cases,)."""
+    """Return the number of contact points per tip: one for all cases, or (cases,).
+
+    get : function from an input's name to its value: one for all cases, or (cases,)
+    """
     files, place = np.unique(
         np.asarray(get("engine.file"), dtype=str), return_inverse=True
     )
@@ -305,7 +308,10 @@ def _asked_step(design: Design, case: int) -> float:
 
 
 def _kinds(many: Many) -> NDArray[np.int64]:
-    """Return a label for each case, (cases,), equal where the time step is the same."""
+    """Return a label for each case, (cases,), equal where time steps are the same.
+
+    many : the cases as columns of their inputs
+    """
     names = [n for n in many.columns if n not in STEPLESS and "output." not in n]
     kind = many.labels(names)
     ends = MOST_MODELS + 1, len(kind)  # the first cases mostly suffice

@@ -69,7 +69,7 @@ MOST_TOLD = 200  # largest number of characters of the inputs that two cases sha
 
 
 class Scenes(OfCases[Scene]):
-    """Sequence of the scenes of a design, each made on access."""
+    """Sequence of the scenes of all cases of a design, each made on access."""
 
     def __init__(self, base: Scene, settings: Sequence[Settings]) -> None:
         self.base, self.settings = base, settings
@@ -97,7 +97,7 @@ class Design:
     begun : `base` of the plan in an existing directory; not sent to other ranks
     measure : a user's own function of a case; not sent to other ranks
     sample : how inputs were drawn; not sent to other ranks
-    twins : the table [twins], None for none
+    twins : the table [twins]; None: there is no such table
     rule : rule by which refined cases follow from regimes; None: no refinement. With a
         rule, `scenes`, `settings` and `digests` are those of the coarse level, and the
         number of a refined case follows from its address, see `Family.number`
@@ -134,7 +134,7 @@ class Design:
 
     @cached_property
     def columns(self) -> Many:
-        """The cases as columns of their inputs."""
+        """The inputs of all cases, as columns."""
         return Many(self.base, self.settings)
 
     @classmethod
@@ -161,7 +161,7 @@ class Design:
 
     @classmethod
     def one(cls, scene: Scene) -> Design:
-        """Return the design of one case, with its engine file as it is now."""
+        """Return the design of a single case, with its engine file as it is now."""
         return cls(scene, Table.of([{}]), ())
 
     @cached_property
@@ -197,24 +197,24 @@ class Design:
 
     @cached_property
     def family(self) -> Family:
-        """All possible cases of a refined design."""
+        """The `Family` of a refined design: all cases that it may have."""
         if self.rule is None:
             raise TypeError
         return Family(self.rule, self.settings, WHOLE)
 
     @property
     def most(self) -> int:
-        """Largest possible number of cases."""
+        """Largest possible number of cases, with all refined ones."""
         return self.family.most if self.grows else len(self.settings)
 
     @property
     def code(self) -> JobCode:
-        """The numbering of jobs, by which they are sent to ranks."""
+        """The numbering of jobs: ranks are sent these numbers."""
         cases = self.family.span if self.grows else len(self.settings)
         return JobCode(cases, self.twins.count if self.twins else 0)
 
     def name(self, case: int) -> str:
-        """Return the name of a case in messages: its number, or inputs if refined."""
+        """Return how messages name a case: by its number, or by inputs if refined."""
         if self.rule is None or case < len(self.settings):
             return f"case {case}"
         own = self.settings_of(case)
@@ -223,14 +223,14 @@ class Design:
         return f"case {', '.join([*told, *([self.rule.confirm] if again else [])])}"
 
     def settings_of(self, case: int) -> Settings:
-        """Return {input: value} that a case sets."""
+        """Return {input: value} of the inputs that a case sets, the swept ones."""
         if case < len(self.settings):
             return self.settings[case]
         return self.family.settings(self.family.address(case))
 
     @cached_property
     def scene(self) -> Callable[[int], Scene]:
-        """The function from a case to its scene; the last ones are cached."""
+        """The function from the number of a case to its scene, with a cache."""
 
         def scene(case: int) -> Scene:
             return apply_settings(self.base, self.settings_of(case))
@@ -298,7 +298,7 @@ class Design:
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean kernel time of a coarse case at fidelity 0 and at 1, s.
 
-        Both are the same if `rule` has no confirming preset.
+        Both are the same if `rule` has no preset that confirms boundaries.
         """
         refined = replace(self, rule=rule)
 
@@ -314,7 +314,7 @@ class Design:
         return first, mean(again)
 
     def manifest(self) -> Manifest:
-        """Return the manifest that is stored in the campaign's directory."""
+        """Return the plan of the campaign, as its directory stores it."""
         file = self.base.engine.file
         content: dict[str, Any] = {CONTENT: self.contents[file]} if file else {}
         content[PHYSICS] = PHYSICS_VERSION
@@ -336,7 +336,10 @@ class Design:
 
 
 def _design_given(source: Any, settings: Mapping[str, Any]) -> Design:
-    """Return the design of any source that `Design.of` accepts."""
+    """Return the design of any source that `Design.of` accepts.
+
+    settings : {input: value}, set on the scene
+    """
     if isinstance(source, Design):
         if settings:
             msg = f"a Design takes no further settings, got {shown(settings)}"
@@ -414,7 +417,10 @@ def design_of(
 
 
 def _anchored(rows: Table, folder: Path | str) -> Table:
-    """Return settings in which relative paths of engine files start at `folder`."""
+    """Return the cases with absolute paths of their engine files.
+
+    rows, folder : {input: value} of each case; folder at which relative paths start
+    """
     if FILE not in rows.names:
         return rows
     return rows.mapped(
@@ -423,7 +429,11 @@ def _anchored(rows: Table, folder: Path | str) -> Table:
 
 
 def _check_twins(twins: Twins, base: Scene, rows: Table) -> None:
-    """Refuse twins equal to their case, and `of = "boundary"` without neighbours."""
+    """Refuse twins equal to their case, and `of = "boundary"` without neighbours.
+
+    twins, base, rows : table [twins]; scene with inputs not swept; inputs that cases
+        set
+    """
     check_spread(twins, base, rows)
     if twins.of != "boundary":
         return
@@ -443,7 +453,10 @@ def _check_unset(swept: Iterable[str], names: Iterable[str], what: str) -> None:
 
 
 def _check_distinct(columns: Many) -> None:
-    """Raise InputError if two cases of a design have the same inputs."""
+    """Raise InputError if two cases of a design have the same inputs.
+
+    columns : the inputs of all cases
+    """
     found = columns.twice()
     if found:
         both = columns.table[found[0]].items()

@@ -56,7 +56,7 @@ def first_inputs(
 
 
 class Coarse(Protocol):
-    """The part of a coarse design that its refinement needs."""
+    """What refinement needs to know of a design of coarse cases."""
 
     @property
     def base(self) -> Scene:
@@ -64,7 +64,7 @@ class Coarse(Protocol):
 
     @property
     def settings(self) -> Sized:
-        """{dotted input: value} of each case."""
+        """{dotted input: value} of each coarse case."""
 
     @property
     def swept(self) -> Sequence[str]:
@@ -72,7 +72,7 @@ class Coarse(Protocol):
 
     @property
     def twins(self) -> Twins | None:
-        """Table [twins], None for none."""
+        """Table [twins]; None: there is no such table."""
 
     def mean_seconds(self, rule: Rule) -> tuple[float, float]:
         """Return the mean predicted time of coarse cases at fidelity 0 and at 1, s."""
@@ -132,7 +132,10 @@ def refined(
 
 
 def _check_branch(table: Refine, branch: str) -> None:
-    """Refuse words = "branch" without [branch], and what [branch] does not allow."""
+    """Refuse words = "branch" without [branch], and what [branch] does not allow.
+
+    table, branch : table [refine]; input along which branches lead, "" without [branch]
+    """
     if not branch:
         if table.words == BRANCH:
             msg = f"[refine] words = {shown(BRANCH)} compares cases of [branch], which "
@@ -153,7 +156,7 @@ def _check_branch(table: Refine, branch: str) -> None:
 def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
     """Refuse twins with a budget, and relative changes of inputs that may become 0.
 
-    over : {refined input: its values}
+    table, over : table [refine]; {refined input: its values}
     """
     if design.twins is None:
         return
@@ -167,7 +170,10 @@ def _check_twins(design: Coarse, table: Refine, over: Listed) -> None:
 
 
 def _check_side(name: str, grid: Listed) -> None:
-    """Refuse a refined input without two different numbers in [sweep]."""
+    """Refuse to refine an input without two different numbers in [sweep].
+
+    name, grid : the input; {dotted input: values} of [sweep]
+    """
     if name not in grid:
         msg = f"[refine] over {name}: not in [sweep], which has {', '.join(grid)}"
         raise InputError(msg if grid else f"[refine] over {name}: there is no [sweep]")
@@ -203,7 +209,9 @@ def _bisections(
 ) -> int:
     """Return the number of bisections of an interval down to a resolution.
 
-    On a logarithmic scale the resolution is a relative step: 0.01 is one percent.
+    name : input, for the message
+    low, high, finest, scale : the interval; the resolution; "linear" or "log", on which
+        the resolution is a relative step: 0.01 is one percent
     """
     width = high - low
     if scale == "log":
@@ -218,7 +226,8 @@ def _bisections(
 def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -> None:
     """Refuse levels that lead to fractions of integer inputs, or to equal values.
 
-    values, depths : coarse values, and number of bisections of each interval
+    name : the input
+    values, depths : its coarse values, and number of bisections of each interval
     """
     for (low, high), depth in zip(pairwise(values), depths, strict=True):
         step = (high - low) / 2**depth
@@ -234,7 +243,7 @@ def _check_values(name: str, values: Sequence[Decimal], depths: Sequence[int]) -
 def _budget(
     given: Mapping[str, float] | None, design: Coarse, rule: Rule
 ) -> tuple[float, ...]:
-    """Return (total, cost of a case of each fidelity); empty for no budget.
+    """Return (largest total cost, cost of a case at fidelity 0, at 1); (): no budget.
 
     Parameters
     ----------

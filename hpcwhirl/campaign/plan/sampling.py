@@ -51,11 +51,11 @@ BITS = 53  # number of bits in the significand of a double
 
 
 class Sample(SampleTable):
-    """The table [sample], and the draws that follow from it."""
+    """The table [sample] of a campaign; its methods draw the inputs of cases."""
 
     @property
     def each(self) -> int:
-        """Number of cases at each point of the sweep."""
+        """Number of cases (draws, and the tuned engine) at each point of the sweep."""
         width = len(self.laws) + 2 if self.method == SALTELLI else 1
         return self.tuned + self.count * width
 
@@ -67,7 +67,10 @@ class Sample(SampleTable):
         return found | ({TUNED: True} if self.tuned else {})
 
     def draws(self, blades: int) -> Axis:
-        """Return the draws as an axis of cases, for an engine with `blades` blades."""
+        """Return the draws as an axis of cases: values of the drawn inputs.
+
+        blades : N, the number of values in a draw of an input with one per blade
+        """
         widths = [blades if takes_list(name) else 1 for name in self.laws]
         if self.method != SALTELLI:
             found = self._axis(self._unit(sum(widths)), widths)
@@ -85,7 +88,10 @@ class Sample(SampleTable):
         return self._axis(together.reshape(-1, sum(widths)), widths)
 
     def _unit(self, size: int) -> Floats:
-        """Return the draws as points in the unit cube, (count, size)."""
+        """Return the draws as points in the unit cube, (count, size).
+
+        size : number of numbers in a draw
+        """
         from scipy.stats import qmc
 
         if self.method == "random":
@@ -122,7 +128,10 @@ def sample_of(document: Mapping[str, Any]) -> Sample | None:
 
 
 def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
-    """Return the settings of all cases: every draw at each point of the sweep.
+    """Return {input: value} of all cases: every draw at each point of the sweep.
+
+    sample, rows, base : table [sample], None: no draws; {input: value} of each point of
+        the sweep; scene with the other inputs
 
     Raises
     ------
@@ -146,7 +155,10 @@ def sampled_rows(sample: Sample | None, rows: Table, base: Scene) -> Table:
 
 
 def _check_twin(sample: Sample, base: Scene) -> None:
-    """Refuse inputs that would choose other modes or time step for the tuned engine."""
+    """Refuse inputs that would give the tuned engine other modes or another step.
+
+    sample, base : table [sample]; scene with the inputs that are not drawn
+    """
     for name in ("truncation", "accuracy"):
         value = getattr(base.solver, name)
         if sample.tuned and value:
@@ -156,7 +168,11 @@ def _check_twin(sample: Sample, base: Scene) -> None:
 
 
 def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
-    """Raise InputError if a scene of a design is invalid, naming the draw, if any."""
+    """Raise InputError if a scene of a design is invalid, naming the draw, if any.
+
+    base, rows, sample : scene with the inputs that do not vary; {input: value} of each
+        case; table [sample], None without draws
+    """
     many = Many(base, rows)
     try:
         many.check()
@@ -169,11 +185,11 @@ def check_scenes(base: Scene, rows: Table, sample: Sample | None) -> None:
 
 
 class Twins(TwinsTable):
-    """The table [twins], and the twins that follow from it."""
+    """The table [twins] of a campaign; its methods make the twins of cases."""
 
     @property
     def is_late(self) -> bool:
-        """Whether the twins of a grid are chosen by the regimes of all its cases."""
+        """Whether twins are chosen only when the regimes of all cases are known."""
         return self.of in LATE
 
     def scene(self, scene: Scene, content: str, number: int) -> Scene:
@@ -205,7 +221,7 @@ def identity(scene: Scene, content: str) -> str:
 
 
 def draw(motion: str, number: int, name: str, seed: int = 0) -> float:
-    """Return a number drawn uniformly from -1 .. 1 for one input of one twin.
+    """Return the number, -1 .. 1, that perturbs one input of one twin; uniformly drawn.
 
     Parameters
     ----------
@@ -242,7 +258,7 @@ def check_spread(twins: Twins, base: Scene, rows: Table) -> None:
 
     Parameters
     ----------
-    rows : {dotted input: value} that each case sets
+    base, rows : scene with inputs not swept; {dotted input: value} that each case sets
     """
     values = flatten(base)
     for name in twins.spread:

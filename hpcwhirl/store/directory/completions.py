@@ -41,13 +41,17 @@ Cases = NDArray[np.int64]
 
 
 def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
-    """Return the number of steps integrated in each run, (rows,): up to a certificate.
+    """Return the number of time steps integrated in each run, (rows,).
+
+    A run with a certificate (a proof that no blade can touch again) was integrated
+    until then, others to the end.
 
     Parameters
     ----------
     steps : (rows,), number of steps that the whole duration has
-    certificate : (rows,), s, time from which the run is known in closed form; -1: never
-    duration : (rows,), s
+    certificate : (rows,), s, time from which the motion is known in closed form; -1:
+        never
+    duration : (rows,), s, simulated time of the whole run
     """
     with np.errstate(all="ignore"):  # a record may hold any numbers
         share = np.where(certificate < 0.0, 1.0, np.divide(certificate, duration))
@@ -55,21 +59,29 @@ def marched(steps: Any, certificate: Any, duration: Any) -> NDArray[np.float64]:
 
 
 def marched_in(rows: Rows) -> NDArray[np.float64]:
-    """Return `marched` of each record, (records,); NaN if unknown."""
+    """Return the number of time steps integrated for each record, (records,).
+
+    It is NaN where unknown; see `marched`.
+
+    rows : some records of a journal
+    """
     return marched(*(rows.numbers(name, np.nan) for name in MARCHED))
 
 
 def open_in(rows: Rows) -> NDArray[np.bool_]:
-    """Return whether the regime of each record may change in a longer run."""
+    """Return whether a longer run may change the regime of each record, (records,).
+
+    rows : some records of a journal
+    """
     status, regime, stop = map(rows.words, ("status", "row.regime", "row.stop"))
     still = np.logical_or.reduce([regime == word for word in OPEN])
     return np.asarray(still & (status == "ok") & (stop == "end"))
 
 
 def told_by(journals: Journals, digests: Sequence[str]) -> Iterator[tuple[Rows, Cases]]:
-    """Yield (a batch of records, the case of each), the oldest first.
+    """Yield (a batch of records, the number of the case of each), the oldest first.
 
-    The case is its number in the plan; -1 for twins, later stages, other plans' cases.
+    The number is that in the plan; -1 for twins, later stages, other plans' cases.
 
     Parameters
     ----------
@@ -108,8 +120,9 @@ class CaseIndex:
         return self._case_of.get(name, -1)
 
     def find_all(self, words: NDArray[Any], hints: Cases) -> Cases:
-        """Return the case number of each of m digests of 32 bytes, (m,); -1 for none.
+        """Return the case number of each of m digests, (m,); -1 for none.
 
+        words : (m,), digests of 32 bytes
         hints : (m,), number of the case to try first for each digest
         """
         if isinstance(self.digests, CaseDigests):
@@ -119,7 +132,7 @@ class CaseIndex:
         return np.array([self.find(*pair) for pair in both], np.int64)
 
     def cases_of(self, rows: Rows) -> Cases:
-        """Return the number of the case to which each record belongs, (m,); -1: none.
+        """Return the number of the case of each record, (records,); -1: none.
 
         The record of a twin belongs to the case that is perturbed.
 
@@ -141,7 +154,7 @@ class CaseIndex:
 
 
 class Place(NamedTuple):
-    """Key of a record: the case, twin and stage that was computed.
+    """Key of a record in a journal: the case, twin and stage that was computed.
 
     Attributes
     ----------
@@ -156,7 +169,7 @@ class Place(NamedTuple):
 
 
 def job_of(record: Record, plan: Manifest) -> Place:
-    """Return the key of a record; its stage is -1 if the plan has no such job."""
+    """Return the key (case, twin, stage) of a record; stage -1: no job of the plan."""
     of, twin = str(record.get("of", record.get("digest", ""))), record.get("twin", 0)
     time = record.get("longest", 0.0)
     if not isinstance(twin, int) or not 0 <= twin <= plan.twins.get("count", 0):
@@ -166,7 +179,10 @@ def job_of(record: Record, plan: Manifest) -> Place:
 
 
 def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
-    """Return the stage of each record, (records,); -1 if the plan has no such stage."""
+    """Return the stage of each record, (records,); -1 if the plan has no such stage.
+
+    rows : some records of a journal
+    """
     time, stages = rows.numbers("longest", 0.0), np.full(len(rows), -1)
     for stage, ends in enumerate(_times(plan)):
         stages[time == ends] = stage
@@ -174,7 +190,7 @@ def stages_in(rows: Rows, plan: Manifest) -> NDArray[np.int64]:
 
 
 def _times(plan: Manifest) -> list[float]:
-    """Return the end time of each stage, s; 0.0 for stage 0, the planned duration."""
+    """Return the end times of a plan's stages, s; 0.0 for the planned duration."""
     return [0.0, *plan.extended]
 
 
@@ -184,7 +200,10 @@ def family_of(plan: Manifest) -> Family:
 
 
 def digest_of(plan: Manifest, family: Family) -> Callable[[int], str]:
-    """Return a function from case number to digest, for a refined campaign."""
+    """Return the function from the number of a refined campaign's case to its digest.
+
+    family : all its possible cases
+    """
     find = digests_of(plan)
     known = dict(enumerate(plan.digests))
 
@@ -207,9 +226,9 @@ class Ended:
         case, has ended at its planned duration, and whether it gave a result
     seconds, marched : (cases,), computing time, s, and integrated steps, see
         `marched`; NaN for cases without a result
-    told : {digest: completion}; for a plain plan (`is_plain`), only for the digests
-        that were passed to `ended_in` as `asked`
-    places : {key of a record: completion}; empty for a plain plan
+    told : {digest of a job: how it has ended}; if no case follows from another
+        (`is_plain`), only for the digests passed to `ended_in` as `asked`
+    places : {key of a record: how its job has ended}; empty if `is_plain`
     taken : {digest: computing time, s} of cases at their planned duration
     """
 
@@ -224,7 +243,7 @@ class Ended:
 
     @classmethod
     def nothing(cls, plan: Manifest) -> Ended:
-        """Return the completed jobs of a plan of which no job has ended."""
+        """Return what is completed in a plan of which no job has ended: nothing."""
         count = len(plan.digests)
         over, ok = np.zeros((2, count), dtype=bool)
         seconds, steps = np.full((2, count), np.nan)
@@ -262,7 +281,7 @@ class Ended:
         return Refined(family, self.plan.twins, digest), find
 
     def take(self, record: Record, case: int, *, again: bool) -> None:
-        """Add a record; records must come in order, the oldest first.
+        """Enter what a record says of a job; records must come oldest first.
 
         Parameters
         ----------
@@ -288,7 +307,11 @@ class Ended:
 
 
 def stages_of(plan: Manifest) -> Stages:
-    """Return a plan's `Stages`: the last, and how many end times each case passes."""
+    """Return the stages of a plan, as the planner needs them, see `Stages`.
+
+    They are the number of the last stage, and how many end times each case's planned
+    duration passes.
+    """
     if not plan.extended:
         return Stages()
     columns = Many(digests_of(plan).base, plan.table)
@@ -298,7 +321,10 @@ def stages_of(plan: Manifest) -> Stages:
 
 
 def is_plain(plan: Manifest) -> bool:
-    """Return whether in a plan each case is one job, and none follows from another."""
+    """Return whether each case of a plan is one job, and none follows from another.
+
+    So it has no twins, extension, refinement or branches.
+    """
     chained = "history" in plan.table.names
     return not (plan.refine or plan.twins or plan.extended or chained)
 
@@ -309,7 +335,7 @@ def ended_in(
     asked: Collection[str] = (),
     again: Callable[[Record], bool] | None = None,
 ) -> Ended:
-    """Return the completed jobs in a directory.
+    """Return the completed jobs of a campaign, from the journals in its directory.
 
     Parameters
     ----------
@@ -330,7 +356,10 @@ def ended_of(
     records: Iterable[Record],
     again: Callable[[Record], bool] | None = None,
 ) -> Ended:
-    """Return the completed jobs from records, the oldest first; see `ended_in`."""
+    """Return the completed jobs of a plan by their records, given oldest first.
+
+    again : see `ended_in`
+    """
     ended, known = Ended.nothing(plan), CaseIndex(plan.digests)
     for record in records:
         planned = not record.get("twin") and not record.get("longest")
@@ -343,6 +372,7 @@ def _by_columns(journals: Journals, plan: Manifest, asked: Mapping[str, int]) ->
     """Return the completed jobs of a plan without twins, refinement and extension.
 
     asked : {digest: case} of the jobs whose completions `Ended.told` is to have
+    journals : journals of the campaign
     """
     ended = Ended.nothing(plan)
     names = {case: name for name, case in asked.items()}

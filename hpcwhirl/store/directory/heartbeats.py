@@ -51,7 +51,7 @@ class Running(AbstractContextManager["Running"]):
             self._file = open_regular(self._path, "w+b", 0)
 
     def begin(self, digests: Iterable[str]) -> None:
-        """Write a note on the cases that are computed from now on.
+        """Write a note on the cases, given by digests, that are computed from now on.
 
         The note is not synced: it must survive the process, not the machine.
         """
@@ -65,7 +65,10 @@ class Running(AbstractContextManager["Running"]):
                 os.pwrite(self._file.fileno(), line, 0)
 
     def _mapped(self, size: int) -> mmap | bytearray:
-        """Return the file mapped into memory, or a buffer if it cannot be mapped."""
+        """Return the file mapped into memory, or a buffer if it cannot be mapped.
+
+        size : bytes of both
+        """
         os.pwrite(self._file.fileno(), bytes(size), 0)  # a full disk shows only here
         try:
             return mmap(self._file.fileno(), size)
@@ -101,13 +104,13 @@ class Note:
 
     @property
     def left_over(self) -> bool:
-        """Whether the process that wrote this note ran on this host and is dead."""
+        """Whether the process of this note ran on this host and is dead."""
         here = self.host == socket.gethostname()
         return here and not is_alive(self.pid, self.ticks)
 
 
 def _note(path: Path) -> Note | None:
-    """Return the note in a heartbeat file; None if the file has no complete note."""
+    """Return the content of a heartbeat file; None if it is incomplete."""
     try:
         line, end, _ = read_regular(path).partition(b"\n")
         known = opened(line + end) or {}
@@ -132,7 +135,7 @@ class Notes:
         self.folder, self.place = folder, folder / "running"
 
     def _whole(self) -> list[tuple[Path, Note]]:
-        """Return (file, note) for each complete note; others are skipped."""
+        """Return (path, content) of each complete heartbeat file; skip others."""
         try:
             paths = listed(self.place, ".log")
         except MissingFileError:
@@ -140,7 +143,7 @@ class Notes:
         return [(path, note) for path in paths if (note := _note(path)) is not None]
 
     def all(self) -> list[Note]:
-        """Return all complete notes, of living and of dead processes."""
+        """Return the contents of all complete files, also of dead processes."""
         return [note for _, note in self._whole()]
 
     def crashes(self) -> Counter[str]:
@@ -148,7 +151,7 @@ class Notes:
         return Counter(digest for note in self.all() for digest in note.digests)
 
     def sweep(self, older: float) -> None:
-        """Remove incomplete notes of dead processes.
+        """Remove incomplete heartbeat files of dead processes.
 
         Such notes name no case, so `forget` would never remove them.
 
@@ -162,7 +165,10 @@ class Notes:
                         path.unlink()
 
     def forget(self, finished: Collection[str]) -> None:
-        """Remove notes whose cases have all ended, but none of a living process."""
+        """Remove files whose cases have all ended, but none of a living process.
+
+        finished : digests of ended cases
+        """
         ended = set(finished)
         here = socket.gethostname()
         for path, note in self._whole():
@@ -220,7 +226,7 @@ def is_alive(pid: int, ticks: int | None = None) -> bool:
 
 
 def _state(pid: int) -> list[str] | None:
-    """Return the fields of /proc/PID/stat after the command's name, see proc(5)."""
+    """Return the fields of /proc/PID/stat after the command's name; None: no file."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -53,15 +53,15 @@ class Journals:
         self.logs, self.blocks = folder / "journal", folder / "traces"
 
     def files(self) -> list[Path]:
-        """Return the journals, the oldest run first."""
+        """Return the paths of the journals, the oldest run first."""
         return listed(self.logs, ".log")
 
     def trace_files(self) -> list[Path]:
-        """Return the files of traces, the oldest run first."""
+        """Return the paths of the trace files, the oldest run first."""
         return listed(self.blocks, ".bin")
 
     def rows(self) -> Iterator[Rows]:
-        """Yield all records in batches, the oldest first.
+        """Yield all records of all journals in batches, the oldest first.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class Journals:
         return {record["digest"]: record for record in self.records()}
 
     def by_file(self) -> dict[str, list[Record]]:
-        """Return {journal: its records in the order written}, the oldest run first."""
+        """Return {journal: its records in written order}, the oldest run first."""
         out = defaultdict[str, list[Record]](list)
         for rows in self.rows():
             out[rows.journal.stem] += map(rows.record, range(len(rows)))
@@ -110,7 +110,7 @@ class Journals:
         return traces
 
     def is_whole(self, record: Record) -> bool:
-        """Return whether the traces of a record, if any, are undamaged."""
+        """Return whether the traces of a record are undamaged; True without traces."""
         if not record.get("traces"):
             return True
         try:
@@ -197,6 +197,8 @@ class Journal(AbstractContextManager["Journal"]):
     def append(self, record: Record, traces: dict[str, NDArray[np.float64]]) -> None:
         """Add a finished case; write the group of waiting cases if that is due.
 
+        traces : {trace: array} of the case
+
         Raises
         ------
         MissingFileError
@@ -213,7 +215,7 @@ class Journal(AbstractContextManager["Journal"]):
         self.keep_due()
 
     def keep_due(self) -> None:
-        """Write the waiting cases if a group is due; else return at once.
+        """Write the waiting cases to disk if a group is due; else return at once.
 
         Raises
         ------
@@ -248,7 +250,10 @@ class Journal(AbstractContextManager["Journal"]):
             self._begin_group()
 
     def _keep(self, group: list[tuple[bytes, bytes]]) -> None:
-        """Write a group of cases, all or none: traces first, then the records."""
+        """Write a group of cases, all or none: traces first, then the records.
+
+        group : (bytes of the record, bytes of the traces) of each case
+        """
         self._keep_names()
         records = self._head + b"".join(slots for slots, _ in group)
         offset = self._blocks.seek(0, os.SEEK_END)
@@ -264,7 +269,7 @@ class Journal(AbstractContextManager["Journal"]):
         self._head = b""  # the header is written once
 
     def _keep_names(self) -> None:
-        """Sync the directories of the files, so that they survive a crash."""
+        """Sync the directories of both files, so that their names survive a crash."""
         if self._named:
             return
         own = self.journals
@@ -280,7 +285,10 @@ class Journal(AbstractContextManager["Journal"]):
 
 
 def _write(file: FileIO, parts: Iterable[bytes]) -> None:
-    """Append bytes to a file, part by part, and sync it; if that fails, append none."""
+    """Append bytes to a file and sync it; if that fails, restore its former size.
+
+    parts : the bytes, in pieces
+    """
     with telling(str(file.name)):
         offset = file.seek(0, os.SEEK_END)
         try:
@@ -324,7 +332,7 @@ def listed(folder: Path, ending: str) -> list[Path]:
 
 
 def run_of(path: Path) -> int:
-    """Return the run number in the name of a file, 0 for none."""
+    """Return the run number in the name of a file; 0: the name has none."""
     return _order(path)[0]
 
 

@@ -51,7 +51,7 @@ class Manifest:
     version, format : version of the program; format number of the file
     refine : the rule by which further cases follow from words; {} without [refine]
     extended : end times to which undecided cases were extended, s, ascending
-    twins : table [twins], empty for none
+    twins : table [twins]; empty: no twins
     """
 
     engine: str
@@ -67,17 +67,23 @@ class Manifest:
 
     @cached_property
     def table(self) -> Table:
-        """The settings of the cases as columns."""
+        """The values that cases set, as columns."""
         return Table.of(self.settings)
 
     def values(self, name: str, default: Any = None) -> list[Any]:
-        """Return the values of the input `name`: that of `base`, then of the cases."""
+        """Return the values of the input `name`: that in `base`, then of the cases.
+
+        default : value where the plan has none
+        """
         base = self.base.get(name, default)
         return [base, *listed(self.table.column(name, base).values)]
 
 
 def inputs_in(base: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted input: value} of a plan's `base`, without its other entries."""
+    """Return {dotted input: value} of a plan's `base`.
+
+    Entries of `base` that are no inputs are left out.
+    """
     return {
         n: v
         for n, v in base.items()
@@ -189,7 +195,7 @@ def _parsed(path: Path, text: bytes) -> Manifest:
 def _unpacked(data: dict[str, Any]) -> bool:
     """Replace the key `cases` of a plan read from JSON by `digests` and `settings`.
 
-    Return whether the plan has the right keys.
+    Return whether the plan has the keys that it must have.
     """
     keys = {"cases", "reads", *Manifest.__dataclass_fields__} - {"digests", "settings"}
     if data.keys() != keys:
@@ -204,7 +210,7 @@ def _unpacked(data: dict[str, Any]) -> bool:
 
 
 def _has_types(data: dict[str, Any]) -> bool:
-    """Return whether the values of a plan have the types of `Manifest`."""
+    """Return whether the entries of a plan, read from JSON, have the right types."""
     kinds = {"engine": str, "base": dict, "swept": list, "version": str}
     kinds |= {"extended": list, "twins": dict, "refine": dict}
     return (
@@ -227,7 +233,8 @@ def _check_twins(
 ) -> None:
     """Raise InputError if new twins would be perturbed differently from old ones.
 
-    old, new : tables [twins]; begun, own : beginning and end of the message
+    old, new : tables [twins] of the plan in the directory and of the new one
+    begun, own : beginning and end of the message
     """
     for name, default in (("spread", {}), ("seed", 0)):
         was, now = (twins.get(name, default) for twins in (old, new))
@@ -237,7 +244,10 @@ def _check_twins(
 
 
 def _changed_file(old: Manifest, new: Manifest) -> str:
-    """Return the name of a swept engine file whose content has changed, else ""."""
+    """Return the name of a swept engine file whose content has changed, else "".
+
+    old, new : plan in the directory, and plan of this run
+    """
     digests = old.digests, new.digests
     was, now = (d.reads if isinstance(d, CaseDigests) else {} for d in digests)
     changed = (file for file in was if now.get(file, was[file]) != was[file])
@@ -245,7 +255,7 @@ def _changed_file(old: Manifest, new: Manifest) -> str:
 
 
 def _values(plan: Manifest, name: str, swept: list[str]) -> list[Any]:
-    """Return an input's distinct values in a plan; [] for an input in `swept`."""
+    """Return the distinct values of the input `name` in a plan; [] if in `swept`."""
     if name in swept:
         return []
     if name not in plan.swept:

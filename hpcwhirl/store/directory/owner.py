@@ -57,7 +57,7 @@ def shard_claim(number: int, of: int) -> str:
 
 
 def in_the_way(one: str, other: str) -> bool:
-    """Return whether two kinds of claims exclude each other.
+    """Return whether two kinds of claims, `one` and `other`, exclude each other.
 
     Shards I/N and J/N do not exclude each other, nor do a run and writing of results.
     """
@@ -75,7 +75,8 @@ class Owner:
     ----------
     path : file of the claim
     changed : last sign of life, ns since 1970 by the clock of the file system
-    known : host, machine, pid, ticks, since, command; {} if the claim is damaged
+    known : {name: value} of host, machine, pid, ticks and since (start of the process),
+        command; {} if the claim is damaged
     """
 
     path: Path
@@ -144,14 +145,17 @@ class Claim(AbstractContextManager["Claim"]):
         return os.open(self.path, NEW, 0o644)
 
     def _make_folders(self, place: Path) -> None:
-        """Make the directory `owners`; for a campaign also its parents."""
+        """Make the directory `owners`; for a computing process also its parents.
+
+        place : path of that directory
+        """
         if self.kind != RESULTS and not self.claims.folder.exists():
             make_folders(self.claims.folder)
             self._made = [self.claims.folder]
         place.mkdir(exist_ok=True)
 
     def take_back(self) -> None:
-        """Remove the claim, and those directories made for it that are empty."""
+        """Remove the claim, and the directories made for it, if they are empty."""
         with suppress(OSError):
             self.path.unlink()
         for place in (self.path.parent, *self._made):
@@ -164,7 +168,7 @@ class Claim(AbstractContextManager["Claim"]):
 
     @property
     def held(self) -> bool:
-        """Whether the claim still exists."""
+        """Whether the file of the claim still exists."""
         return self.path.exists()
 
     def check(self) -> None:
@@ -192,7 +196,10 @@ class Claim(AbstractContextManager["Claim"]):
         self.release()
 
     def moved(self, claims: Claims) -> None:
-        """Follow a renaming of the campaign's directory, whose new claims are given."""
+        """Follow a renaming of the campaign's directory.
+
+        claims : claims on the renamed directory
+        """
         self.claims, self._made = claims, []
         self.path = claims.place / self.path.name
 
@@ -249,6 +256,8 @@ class Asking:
 
     def waited(self, others: list[Owner], claim: Claim) -> None:
         """Print the process that this one waits for; refuse to wait for a living run.
+
+        others, claim : owners of the claims that exclude this process's claim, `claim`
 
         Raises
         ------
@@ -326,9 +335,10 @@ class Claims:
 
 
 def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
-    """Return the living claims that exclude the claim `own`; remove all dead ones.
+    """Return the claims of living processes that exclude `own`; remove all dead claims.
 
     now : time of the claim `own`, ns since 1970
+    asking : options, which decide when a process counts as dead
     """
     found = []
     for other in own.claims.owners():
@@ -346,7 +356,7 @@ def _others(own: Claim, now: int, asking: Asking) -> list[Owner]:
 
 
 def _owner(path: Path) -> Owner | None:
-    """Return who made a claim, from its file; None if it is no regular file."""
+    """Return the `Owner` of a claim by its file; None if that is no regular file."""
     data = b""
     try:
         state = path.lstat()
@@ -366,7 +376,7 @@ def _owner(path: Path) -> Owner | None:
 
 
 def _known(data: bytes) -> dict[str, Any]:
-    """Return the entries of a claim from the bytes of its file; {} if damaged."""
+    """Return {name: value} of a claim, see `Owner`, from its file; {} if damaged."""
     kinds = {"host": str, "machine": str, "pid": int, "command": str}
     try:
         known = json.loads(data)

@@ -73,7 +73,7 @@ class Rows:
         return len(self.slots)
 
     def take(self, which: Cases) -> Rows:
-        """Return the records at the positions `which`, all different."""
+        """Return the records with the indices `which`, all different."""
         if np.array_equal(which, np.arange(len(self))):
             return self
         texts = self.texts
@@ -86,7 +86,7 @@ class Rows:
 
     @cached_property
     def others(self) -> dict[str, dict[int, Any]]:
-        """Values in the texts of records, {`TABLE.NAME`: {index of the record: value}}.
+        """Values in texts of records: {`TABLE.NAME`: {index of the record: value}}.
 
         These are the values for which the journal's layout has no binary field.
         """
@@ -100,7 +100,7 @@ class Rows:
         return out
 
     def has(self, name: str) -> Bools:
-        """Return which records have a value in a field, (records,)."""
+        """Return which records have a value in the field `name`, (records,)."""
         place = self.header.layout.place.get(name)
         if place is None:
             return np.zeros(len(self), dtype=bool)
@@ -120,7 +120,7 @@ class Rows:
         return found
 
     def numbers(self, name: str, empty: float) -> Array:
-        """Return the numbers of a field, (records,); `empty` where there is none."""
+        """Return the numbers in the field `name`, (records,); `empty`: no number."""
         out = np.full(len(self), empty)
         has = self.has(name)
         if has.any():
@@ -132,7 +132,7 @@ class Rows:
         return out
 
     def words(self, name: str) -> NDArray[np.object_]:
-        """Return the words of a field, (records,); "none" where there is none."""
+        """Return the words in the field `name`, (records,); "none": no word."""
         has, own = self.has(name), self.header.layout.words.get(name, ())
         known = np.array([*map(str, own), "none"], dtype=object)
         codes = self.slots[name] if len(own) else len(own)
@@ -142,13 +142,13 @@ class Rows:
         return out
 
     def record(self, number: int) -> Record:
-        """Return the record at index `number`."""
+        """Return the record with the index `number` as {name: value}."""
         text = self.texts.get(number, {})
         return self.header.record(self.slots[number].tobytes(), text)
 
 
 def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
-    """Yield the records of a journal in batches.
+    """Yield the complete records of a journal in batches.
 
     sizes : {file of traces: bytes}, a cache that this function fills
 
@@ -178,6 +178,8 @@ def rows_in(path: Path, sizes: dict[str, int]) -> Iterator[Rows]:
 
 def rows_at(path: Path, header: Header, starts: Cases) -> Rows:
     """Return the records of a journal that begin at given bytes, in that order.
+
+    header, starts : header of the journal; first byte of each record
 
     Raises
     ------
@@ -241,9 +243,11 @@ def _parsed(path: Path, header: Header, data: bytes, *, last: bool) -> tuple[Row
 
 
 def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
-    """Return the slots that begin at ascending places of some bytes, (slots,).
+    """Return the slots that begin at given bytes, (slots,), as a structured array.
 
-    Without damage nothing lies between them, and they are not copied.
+    If the slots lie one after the other, they are not copied.
+
+    starts, data, layout : ascending positions in `data`, bytes of a journal; its layout
     """
     if not len(starts):
         return np.zeros(0, layout.dtype)
@@ -254,7 +258,10 @@ def _slots_at(starts: Cases, data: bytes, layout: Layout) -> Array:
 
 
 def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
-    """Return where undamaged slots start in some bytes, and the bytes consumed."""
+    """Return where undamaged slots begin in bytes of a journal, and the bytes consumed.
+
+    header : header of the journal
+    """
     size, found, place, run = header.layout.size, [np.zeros(0, np.int64)], 0, 1
     while place + size <= len(data):
         count = min((len(data) - place) // size, run)
@@ -272,14 +279,20 @@ def _whole_slots(header: Header, data: bytes) -> tuple[Cases, int]:
 
 
 def _are_whole(header: Header, data: memoryview) -> Bools:
-    """Return which slots have the right tag and checksum, (slots,)."""
+    """Return which slots have the right tag and checksum, (slots,).
+
+    header, data : header of the journal; the slots, one after the other
+    """
     slots, rest = np.frombuffer(data, header.layout.dtype), header.layout.size - CHECKED
     crc = list(starmap(zlib.crc32, struct.iter_unpack(f"{CHECKED}x{rest}s", data)))
     return np.asarray((slots["crc"] == crc) & (slots["tag"] == np.void(header.tag)))
 
 
 def _text(slots: Array, layout: Layout) -> Record | None:
-    """Return a record's entries from the text in its slots; None if damaged."""
+    """Return the entries that a record has as text; None if damaged.
+
+    slots, layout : slot of the record, then those of its text; layout of the journal
+    """
     first, more = slots[0], slots[1:]
     whole = (more["after"] == first["crc"]).all()
     if not whole or (more["text"] != -1 - np.arange(len(more))).any():
@@ -290,7 +303,7 @@ def _text(slots: Array, layout: Layout) -> Record | None:
 
 @lru_cache(maxsize=256)
 def _json(text: bytes) -> Record | None:
-    """Return the JSON object in a text, None for anything else; cached."""
+    """Return the JSON object in some bytes, None for anything else; cached."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):  # not written by this program
@@ -299,7 +312,7 @@ def _json(text: bytes) -> Record | None:
 
 
 def _have_words(slots: Array, layout: Layout) -> Bools:
-    """Return which slots have only known words in their fields, (slots,)."""
+    """Return which slots have only word codes that the layout knows, (slots,)."""
     good = np.ones(len(slots), dtype=bool)
     for name, words in layout.words.items():
         good &= slots[name] < max(len(words), 1)
@@ -350,7 +363,10 @@ def _have_traces(rows: Rows, sizes: dict[str, int]) -> Bools:
 
 
 def samples_of(text: Record) -> int | None:
-    """Return the number of samples in the traces of a record; None without traces."""
+    """Return the number of samples in the traces of a record; None without traces.
+
+    text : entries of the record that have no binary field
+    """
     try:
         return int(text["traces"]["shapes"]["time"][0])
     except (*MALFORMED, IndexError):

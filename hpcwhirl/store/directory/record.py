@@ -52,7 +52,7 @@ TYPE = "<f8"
 
 
 class Layout:
-    """Fields of the records of a journal, in their order.
+    """Fields of the records of a journal in order, and how a slot stores them.
 
     Parameters
     ----------
@@ -73,17 +73,17 @@ class Layout:
         self._body = struct.Struct(f"<{bits}s{codes}")
 
     def __reduce__(self) -> tuple[type[Layout], tuple[Sequence[Field]]]:
-        """Pickle the fields only; compiled parts cannot be pickled."""
+        """Pickle the fields only: compiled structures cannot be pickled."""
         return Layout, (self.fields,)
 
     @property
     def kinds(self) -> dict[str, str]:
-        """Kinds of the fields, by `TABLE.NAME`."""
+        """{`TABLE.NAME`: kind of the field} of all fields."""
         return {named(t, n): kind for t, n, kind, _ in self.fields}
 
     @cached_property
     def words(self) -> dict[str, Sequence[str]]:
-        """Words of the fields of the kind `word`, by `TABLE.NAME`."""
+        """{`TABLE.NAME`: possible words} of the fields of the kind `word`."""
         return {named(t, n): w for t, n, kind, w in self.fields if kind == "word"}
 
     @property
@@ -92,7 +92,7 @@ class Layout:
         return self.size - FRAME.itemsize
 
     def slots_of(self, text: int) -> int:
-        """Return the number of slots that a text of `text` bytes takes."""
+        """Return the number of slots for a text of `text` bytes."""
         return -(-text // self.room)
 
     def encode(self, record: Record, tag: bytes) -> bytes:
@@ -122,7 +122,7 @@ class Layout:
         return first + b"".join(more)
 
     def decode(self, slot: bytes, text: Record) -> Record:
-        """Return a record from its slot and `text`, the entries without a field."""
+        """Return a record from its slot and `text`, its entries without a field."""
         bits, *values = self._body.unpack_from(slot, FRAME.itemsize)
         has, record = int.from_bytes(bits, "little"), Record(message="")
         for place, (table, name, _, _) in enumerate(self.fields):
@@ -152,7 +152,7 @@ class Header(NamedTuple):
     traces: str
 
     def record(self, slot: bytes, text: Record) -> Record:
-        """Return a record from its slot and text, with the name of its trace file."""
+        """Return a record from its slot and text, and name its trace file in it."""
         found = self.layout.decode(slot, text)
         if isinstance(found.get("traces"), dict):
             found["traces"]["file"] = self.traces
@@ -160,7 +160,10 @@ class Header(NamedTuple):
 
 
 def header_of(plan: str, traces: str, fields: Sequence[Field]) -> tuple[Header, bytes]:
-    """Return a journal's header, and the bytes that store it at the journal's start."""
+    """Return a journal's header, and the bytes that store it at the journal's start.
+
+    plan, traces, fields : see `Header` and `Layout`
+    """
     body = json.dumps({"plan": plan, "traces": traces, "fields": fields}).encode()
     copy = COPY.pack(MAGIC, len(body), zlib.crc32(body)) + body
     return _header(body), 2 * copy
@@ -192,7 +195,7 @@ def _header(body: bytes) -> Header:
 
 @lru_cache(maxsize=64)
 def _layout(fields: str) -> Layout:
-    """Return the layout of fields in JSON; equal layouts are one object."""
+    """Return the layout of fields in JSON; for equal JSON, the same object."""
     layout, own = Layout(json.loads(fields)), Layout(fields_of())
     if any(layout.kinds.get(name, kind) != kind for name, kind in own.kinds.items()):
         raise ValueError("fields of other kinds")
@@ -221,7 +224,10 @@ def fields_of(measured: Iterable[str] = ()) -> list[Field]:
 
 
 def _fields(table: str, quantities: dict[str, Quantity]) -> list[Field]:
-    """Return the fields (table, name, kind, words) of a table of a record."""
+    """Return the fields (table, name, kind, words) of one table of a record.
+
+    table, quantities : name of the table; {name: quantity} of its entries
+    """
     kinds = {"enum": "word", "S16": "word", "S64": "text"}
     words = {**ENUMS, "scheme": tuple(SCHEMES)}
     return [(table, name, kinds.get(quantity.kind, quantity.kind), words.get(name, ()))
@@ -239,7 +245,10 @@ def _slot(tag: bytes, text: int, after: int, body: bytes) -> bytes:
 
 
 def _text_of(left: Record) -> bytes:
-    """Return as JSON the entries of a record that have no binary field; b"": none."""
+    """Return the JSON of a record's entries without a binary field; b"": none.
+
+    left : these entries; an empty message is removed
+    """
     if not left.get("message", " "):
         del left["message"]
     return json.dumps(left).encode() if left else b""
@@ -276,12 +285,14 @@ def _text(value: bytes) -> str:
 
 
 class _Kind(NamedTuple):
-    """How values of a field are stored.
+    """How the values of a field of a record are stored.
 
     Attributes
     ----------
-    dtype, code, empty : dtype, code for `struct`, and value of a record without one
-    write, read : functions to and from the stored value; `write` raises if it cannot
+    dtype, code : NumPy's dtype, and the code of `struct`
+    empty : what is stored for a record without a value
+    write, read : functions from a value to the stored one, and back; `write` raises
+        for a value that cannot be stored
     """
 
     dtype: str
@@ -300,7 +311,11 @@ KINDS = {
 
 
 def _kind(name: str, words: Sequence[str]) -> _Kind:
-    """Return a kind by its name; the kind `word` is stored as an index in `words`."""
+    """Return how values of a kind are stored.
+
+    name, words : name of the kind; for the kind `word`, its words, of which a value is
+        stored as an index
+    """
     if name != "word":
         return KINDS[name]
     places = {word: place for place, word in enumerate(words)}
@@ -308,7 +323,7 @@ def _kind(name: str, words: Sequence[str]) -> _Kind:
 
 
 def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], bytes]:
-    """Return (header, data) of arrays: their size, CRC-32 and shapes; their bytes.
+    """Return (header, data) of arrays: size, CRC-32 and shapes, and their bytes.
 
     Parameters
     ----------
@@ -322,7 +337,10 @@ def packed(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[dict[str, Any], b
 def unpacked(
     head: Mapping[str, Any], data: bytes
 ) -> dict[str, NDArray[np.float64]] | None:
-    """Return {name: read-only array} of packed data; None if these are damaged."""
+    """Return {name: read-only array} of packed data; None if these are damaged.
+
+    head, data : result of `packed`
+    """
     if len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         return None
     out: dict[str, NDArray[np.float64]] = {}
@@ -335,13 +353,13 @@ def unpacked(
 
 
 def sealed(record: Record) -> bytes:
-    """Return a JSON object as a line with its checksum."""
+    """Return a JSON object as a line of text with its CRC-32."""
     body = json.dumps(record).encode()
     return f"{zlib.crc32(body):08x} ".encode() + body + b"\n"
 
 
 def opened(line: bytes) -> Record | None:
-    """Return the JSON object of a line, None if its checksum is wrong."""
+    """Return the JSON object in a line by `sealed`; None if its CRC-32 is wrong."""
     seal, _, body = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or seal != f"{zlib.crc32(body):08x}".encode():
         return None

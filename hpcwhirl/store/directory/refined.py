@@ -30,7 +30,7 @@ PLACE = "place_"  # prefix of the variable with a case's position along an input
 
 @dataclass(frozen=True, kw_only=True)
 class RefinedPlan(Manifest):
-    """A plan with all cases that refinement has added so far.
+    """The plan of a refined campaign with all cases added so far.
 
     Attributes
     ----------
@@ -85,7 +85,10 @@ def _extended(
 
 
 def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
-    """Return the planner's row of each case of a plan from `grown_plan`, (cases,)."""
+    """Return the row that each case of a plan has in its planner, (cases,).
+
+    plan : result of `grown_plan`
+    """
     if not isinstance(plan, RefinedPlan):
         return np.arange(len(planner))
     numbers = map(plan.family.number, plan.addresses)
@@ -95,7 +98,7 @@ def rows_of(plan: Manifest, planner: Planner) -> NDArray[np.int64]:
 def with_twins(plan: Manifest, words: Sequence[str]) -> NDArray[np.bool_]:
     """Return which cases of a plan have twins, (cases,).
 
-    words : the regime of each case, "" for none
+    words : regime of each case; "": it has none
     """
     if isinstance(plan, RefinedPlan):
         return np.array([a in plan.twinned for a in plan.addresses], dtype=bool)

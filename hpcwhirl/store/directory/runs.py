@@ -27,11 +27,14 @@ class Runs:
         self.place = folder / "runs"
 
     def files(self) -> list[Path]:
-        """Return the files in the order of the runs."""
+        """Return the files in the directory, in the order of the runs."""
         return listed(self.place, ".json")
 
     def write(self, run: int, shares: list[Share], stopped: str = "") -> None:
-        """Write how a run's ranks used their time; `stopped`: why it stopped early."""
+        """Write how a run's ranks used their time; `stopped`: why it stopped early.
+
+        shares : use of time of each rank, see `shares`
+        """
         told = {"run": run, "stopped": stopped, "ranks": shares}
         text = json.dumps(told, indent=1) + "\n"
         write_whole(self.place / f"{run:04d}.json", text.encode())
@@ -93,7 +96,7 @@ def _shares(data: Any) -> list[Share]:
 
 
 def _check(value: Any, kind: type) -> None:
-    """Raise if a value is not of type `kind`, or is a number not finite or too big."""
+    """Raise if a value of a run's file has not the type `kind`, or is not finite."""
     kinds: Any = (int, float) if kind is float else kind
     if isinstance(value, bool) or not isinstance(value, kinds):
         raise TypeError(f"{value!r:.40} is no {kind.__name__}")

@@ -110,12 +110,15 @@ class States:
             self._path(digest).unlink()
 
     def names(self) -> set[str]:
-        """Return the digests of the cases with a saved state."""
+        """Return the digests of all cases with a saved state."""
         return {path.stem for path in listed(self.place, ".state")}
 
 
 def _arrays(head: Record | None, data: bytes, belongs: Record) -> Arrays:
-    """Return the arrays of a state; raise if it is damaged or `belongs` differs."""
+    """Return {name: array} of a state; raise if it is damaged or `belongs` differs.
+
+    head, data : parsed first line of the state's file, None if damaged; the rest
+    """
     if head is None or len(data) != head["bytes"] or zlib.crc32(data) != head["crc"]:
         raise ValueError("it is damaged")
     for name, value in belongs.items():

@@ -145,7 +145,7 @@ CHUNK = 1 << 28  # bytes, largest size of one chunk after decompression
 
 @dataclass(frozen=True)
 class Given:
-    """The arrays of one group of an engine's file.
+    """The arrays of one group, rotor or casing, of an engine's file.
 
     Attributes
     ----------
@@ -177,11 +177,14 @@ class Given:
         return array
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file, followed by `told` ("has no ...")."""
+        """Return an error whose text is the file's name and `told` ("has no ...")."""
         return InputError(f"engine.file {self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that array `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+
+        Its text names the file, too.
+        """
         return self.refusal(f"{self.group}/{name} must {allowed}, got {got}")
 
 
@@ -192,7 +195,7 @@ def missing_terms(there: Collection[str]) -> list[str]:
     `softening`, or by the stiffness at two speeds. If a file has neither, the two parts
     are returned as missing.
 
-    there : names that the file has
+    there : names of the arrays that the file has
     """
     names = ("coriolis", "centrifugal_load")
     way = AT_SPEEDS if any(name in there for name in AT_SPEEDS) else BY_PARTS
@@ -200,7 +203,10 @@ def missing_terms(there: Collection[str]) -> list[str]:
 
 
 def are_two_ways(there: Collection[str]) -> bool:
-    """Return whether a file gives stiffness at speed in both ways that are allowed."""
+    """Return whether a file gives the stiffness at speed twice, in both allowed ways.
+
+    there : names of the arrays that the file has
+    """
     return all(any(name in there for name in way) for way in (AT_SPEEDS, BY_PARTS))
 
 
@@ -217,7 +223,10 @@ def points_named(file: str) -> int:
 
 @lru_cache(maxsize=64)
 def _points_named(file: str, _content: str) -> int:
-    """Return n_c of a file; _content : digest of the file, a key of the cache."""
+    """Return the number of contact points per tip, n_c, in an engine's file.
+
+    _content : digest of the file, so that the cache misses a changed file
+    """
     import h5py
 
     with readable(f"engine.file {file}"), h5py.File(file, "r") as root:
@@ -264,7 +273,7 @@ def readable(
 ) -> Iterator[None]:
     """Turn errors of reading a damaged file, inside the block, into a single line.
 
-    what, failures : the file, for the message; classes of the errors to turn
+    what, failures : the file, for the message; classes of the errors that are turned
     """
     try:
         yield
@@ -280,6 +289,8 @@ def _check_layout(given: Given, root: h5py.File) -> None:
     """Refuse names that are not in the layout, and links out of the file.
 
     Links are checked before they are followed; a group may be a link, too.
+
+    given, root : for errors; root group of the file
     """
     import h5py
 
@@ -306,7 +317,8 @@ def _check_names(
 def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
     """Refuse a link that leads out of the file, or is broken.
 
-    path : path of the group in the file, for the message
+    given : for errors
+    name, path : name of the link; path of its group in the file
     """
     import h5py
 
@@ -330,7 +342,10 @@ def check_link(given: Given, group: h5py.Group, name: str, path: str) -> None:
 
 
 def _check_inside(given: Given, data: h5py.Dataset, name: str) -> None:
-    """Refuse a dataset whose numbers are stored outside the file."""
+    """Refuse a dataset whose numbers are stored outside the file.
+
+    given, name : for errors; name of the dataset
+    """
     if data.external:
         raise given.refusal(
             f"keeps {name} in another file, {data.external[0][0]}: copy it to this file"
@@ -346,7 +361,8 @@ def _check_kind(
 ) -> None:
     """Check type, dimensions and size of a dataset before it is read.
 
-    kind : numbers of dimensions that are allowed, and whether it must hold indices
+    given, name : for errors; name of the dataset
+    kind : allowed numbers of dimensions, and whether the data must be indices
     """
     dimensions, indices = kind
     kinds = ("iu", "whole numbers") if indices else ("iuf", "numbers")
@@ -367,7 +383,10 @@ def _check_kind(
 
 
 def check_chunks(given: Given, name: str, data: h5py.Dataset) -> None:
-    """Refuse chunks that decompress to far more bytes than the array needs."""
+    """Refuse a dataset with chunks of very many bytes, compressed or not.
+
+    given, name : for errors; name of the dataset
+    """
     size = int(np.prod(data.chunks, dtype=float)) * data.dtype.itemsize
     stored = 0
 

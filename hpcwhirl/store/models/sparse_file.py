@@ -45,19 +45,22 @@ UNREADABLE = (
 
 
 class _Source(Given):
-    """The file of a matrix, for errors that name the file and the matrix."""
+    """The file of a matrix; its methods return errors that name file and matrix."""
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file, followed by `told` ("has no ...")."""
+        """Return an error whose text is the file's name and `told` ("has no ...")."""
         return InputError(f"{self.file} {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that matrix `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+
+        Its text names the file, too.
+        """
         return self.refusal(f"({name}) must {allowed}, got {got}")
 
 
 def read_matrix(path: Path, name: str) -> sparse.csr_array:
-    """Return a finite real matrix (n, n), symmetric or skew, with both triangles.
+    """Return a finite real matrix (n, n) of n DoF, symmetric or skew, all entries.
 
     Parameters
     ----------
@@ -115,6 +118,7 @@ def _rectangle(
 ) -> sparse.csr_array:
     """Return a finite real matrix from a MatrixMarket file, checked.
 
+    name : name of the matrix, for errors
     shape : rows and columns that the matrix must have; rows None: any number
     """
     from scipy.io import mminfo
@@ -154,7 +158,11 @@ def _market(source: _Source, name: str, size: int) -> sparse.csr_array:
 def _read_entries(
     source: _Source, name: str, entries: int, size: int
 ) -> sparse.csr_array:
-    """Return the matrix of a MatrixMarket file with `entries` in `size` bytes."""
+    """Return the matrix of a MatrixMarket file; refuse impossible or too many entries.
+
+    source, name : file and name of the matrix
+    entries, size : number of entries by the file's header; size of the file, bytes
+    """
     from scipy.io import mmread
 
     _check_entries(source, name, entries, size // SHORTEST)
@@ -193,7 +201,12 @@ def _numpy(source: _Source, name: str, _size: int) -> sparse.csr_array:
 
 
 def _header(archive: zipfile.ZipFile, part: str) -> tuple[tuple[int, ...], Any]:
-    """Return (shape, dtype) from the header of a .npz array; refuse one cut short."""
+    """Return (shape, dtype) from the header of an array in a .npz file.
+
+    An array that is cut short is refused.
+
+    archive, part : the file; name of the array
+    """
     member = archive.getinfo(f"{part}.npy")
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
@@ -243,9 +256,11 @@ READERS = {".mtx": _market, ".npz": _numpy, ".h5": _hdf5, ".hdf5": _hdf5}
 def _check_part(
     source: _Source, name: str, shape: tuple[int, ...], kind: Any, kinds: str
 ) -> None:
-    """Check dimensions, type and size of an array of the matrix before it is read.
+    """Check dimensions, type and size of an array of a sparse matrix before reading.
 
-    kind, kinds : dtype of the array; letters of the kinds of dtype allowed
+    source, name : file and name of the matrix
+    shape, kind : shape and dtype of the array
+    kinds : letters of the kinds of dtype that are allowed
     """
     if kind.kind not in kinds:
         wanted = "be real" if "f" in kinds else "hold whole numbers"
@@ -273,7 +288,10 @@ def _check_entries(
 
 
 def _check_memory(source: _Source, name: str, size: int) -> None:
-    """Refuse arrays that need more than the free memory, by their headers."""
+    """Refuse a matrix whose arrays need more than the free memory.
+
+    source, name, size : file and name of the matrix; bytes that its arrays need
+    """
     most = _free_memory() / MEMORY
     if size > most:
         allowed = (
@@ -299,7 +317,12 @@ def _free_memory() -> float:
 def _compressed(
     source: _Source, name: str, arrays: Mapping[str, Array]
 ) -> sparse.csr_array:
-    """Return the matrix of CSR data, indices, indptr; of CSC arrays, its transpose."""
+    """Return the matrix of arrays data, indices and indptr in CSR form.
+
+    Of arrays in CSC form, it is the transpose.
+
+    source, name : file and name of the matrix, for errors
+    """
     size = len(arrays["indptr"]) - 1
     _check_square(source, name, (size, size))
     parts = tuple(arrays[part] for part in PARTS)

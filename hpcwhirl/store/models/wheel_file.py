@@ -69,13 +69,13 @@ class Centre:
 
 @dataclass(frozen=True)
 class Cut:
-    """DoF on the two cuts of a sector; left and right ones correspond.
+    """DoF on the two cuts of a sector; the left and right one at a position correspond.
 
     Attributes
     ----------
-    left, right : (s,), DoF along axes that turn with the sectors
-    left_plane, right_plane : (p, 2), DoF along x and y, axes that are the same for all
-        sectors
+    left, right : (s,), s DoF along axes that turn from sector to sector
+    left_plane, right_plane : (p, 2), DoF of p nodes along x and y, axes that are the
+        same for all sectors
     """
 
     left: Integers
@@ -92,7 +92,7 @@ class FiniteElements:
     ----------
     file : the TOML file
     sources : files of M, K and the terms of rotation
-    mass, stiffness : (n, n), symmetric
+    mass, stiffness : (n, n), kg and N/m, of n DoF, symmetric
     blades : N
     tips : (N, 2), or (1, 2) of a sector: DoF of each tip; with several contact points a
         tip, DoF of all of them, blade by blade, (N n_c, 2) or (n_c, 2)
@@ -137,16 +137,19 @@ class FiniteElements:
         return np.add.outer(blade, turn).ravel()
 
     def refusal(self, told: str) -> InputError:
-        """Return the error that names the file, followed by `told` ("has no ...")."""
+        """Return an error whose text is the file's name and `told` ("has no ...")."""
         return InputError(f"{self.file}: {told}")
 
     def wrong(self, name: str, allowed: str, got: object) -> InputError:
-        """Return the error that key `name` must `allowed` ("be ..."), got `got`."""
+        """Return the error that `name` must `allowed`, a verb and more, but got `got`.
+
+        Its text names the file, too.
+        """
         return self.refusal(f"{name} must {allowed}, got {got}")
 
 
 class _Table:
-    """A table of the TOML file; each method returns a value of one type, checked."""
+    """A table of the TOML file; its methods return checked values, one type each."""
 
     def __init__(self, file: str, name: str, data: Any) -> None:
         self.file, self.name = file, name
@@ -187,7 +190,7 @@ class _Table:
         return float(value)
 
     def indices(self, key: str, size: int, count: int | None = None) -> Integers:
-        """Return the DoF that a key lists, each 0 .. size - 1.
+        """Return the DoF that the key `key` lists, whole numbers 0 .. size - 1.
 
         count : required number of DoF; None: any. A single DoF may be written without a
             list
@@ -264,7 +267,7 @@ def read_wheel(path: Path) -> FiniteElements:
 
 
 def _kind_of(document: dict[str, Any], file: str) -> str:
-    """Return "wheel" or "sector", the table that a document has; refuse others."""
+    """Return which table a document has, "wheel" or "sector"; refuse others."""
     kinds = [name for name in ("wheel", "sector") if name in document]
     if len(kinds) != 1:
         msg = f"{file} must have one of the tables [wheel], [sector], got {len(kinds)}"
@@ -331,7 +334,11 @@ def _read_turning(
 
 
 def _points(table: _Table) -> dict[str, Floats]:
-    """Return {name in an engine's file: (n_c,)} of several contact points per tip."""
+    """Return {array in an engine's file: (n_c,)} of n_c contact points per tip.
+
+    The arrays are the axial place, the angle and the additional gap of each point; {}
+    for a single point.
+    """
     names = {"station": "tip_station", "turn": "tip_angle", "gap": "tip_gap"}
     beside = [name for name in ("turn", "gap") if name in table.data]
     if "station" not in table.data:
@@ -428,7 +435,10 @@ def _centre(table: _Table, size: int, angle: float) -> Centre:
 
 
 def _cut(table: _Table, size: int) -> Cut:
-    """Return the DoF on both cuts of a sector; refuse cuts of different sizes."""
+    """Return the DoF on both cuts of a sector; refuse cuts of different sizes.
+
+    table, size : table [sector] of the TOML file; number of DoF
+    """
     found = {name: table.indices(name, size) for name in CUTS}
     for left, right in (
         ("left", "right"),
@@ -449,7 +459,7 @@ def _cut(table: _Table, size: int) -> Cut:
 
 
 def _check_once(wheel: FiniteElements) -> None:
-    """Refuse a DoF that is named twice."""
+    """Refuse a DoF that the keys of the file name twice."""
     cut = wheel.cut
     sides = (
         [] if cut is None else [cut.left, cut.right, cut.left_plane, cut.right_plane]

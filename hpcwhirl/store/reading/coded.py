@@ -15,7 +15,7 @@ Words = NDArray[np.str_]
 
 @dataclass(frozen=True, eq=False)
 class Coded:
-    """Words of n cases, or of their twins; NumPy reads them as an array of text.
+    """Words of n cases, or of their twins, as codes; NumPy reads them as text.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Coded:
 
     @classmethod
     def of(cls, words: NDArray[Any]) -> Coded:
-        """Return words, (n,), as codes."""
+        """Return the words of n cases, (n,), as codes."""
         known, code = np.unique(words.astype(str), return_inverse=True)
         return cls(tuple(known.tolist()), code.astype(np.int8))
 
@@ -37,24 +37,24 @@ class Coded:
         return len(self.code)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001 - NumPy's
-        """Return the words as text, (n,)."""
+        """Return the words of all cases as text, (cases,)."""
         del copy
         return np.array(self.known, dtype=dtype)[self.code]
 
     def __getitem__(self, rows: NDArray[Any]) -> Coded:
-        """Return the words of some cases, by index or by mask."""
+        """Return the words of the cases that an index or a mask selects."""
         return Coded(self.known, self.code[rows])
 
     def __iter__(self) -> Iterator[str]:
-        """Return the words, one after the other."""
+        """Yield the word of each case."""
         return map(self.known.__getitem__, self.code.tolist())
 
     def tolist(self) -> list[str]:
-        """Return the words as a list."""
+        """Return the words of the cases as a list."""
         return list(self)
 
     def isin(self, words: Collection[str]) -> NDArray[np.bool_]:
-        """Return which cases have one of some words, (n,)."""
+        """Return which cases have one of the given words, (cases,)."""
         return np.array([word in words for word in self.known])[self.code]
 
     def counts(self) -> dict[str, int]:
@@ -66,12 +66,12 @@ class Coded:
 def _together(
     columns: Sequence[Coded],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Words]]:
-    """Return combinations of words of n cases: each case's, cases with each, words.
+    """Return the combinations of words that n cases have in several columns.
 
     Returns
     -------
-    place : (n,), number of each case's combination
-    count : (m,), number of cases with each combination; 0 for one that does not occur
+    place : (n,), number of the combination that each case has, one of m possible ones
+    count : (m,), number of cases with each combination, 0 if it does not occur
     words : (k,) for each column, the words of the k combinations that occur
     """
     shape = [len(column.known) for column in columns]
@@ -83,7 +83,7 @@ def _together(
 
 
 def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
-    """Return the word that a rule gives for the words of each case.
+    """Return the word that a rule gives to each case from its words in several columns.
 
     rule : function of arrays of text, one for each column; it is called once, with
         every combination of words that occurs
@@ -95,7 +95,7 @@ def combined(rule: Callable[..., Words], *columns: Coded) -> Coded:
 
 
 def counted(columns: Sequence[Coded]) -> Counter[tuple[str, ...]]:
-    """Return {words of a case in each column: number of cases}, as they occur."""
+    """Return {(a word of each column): number of cases}, in the order of occurrence."""
     place, count, words = _together(columns)
     first = np.zeros(len(count), dtype=np.int64)
     first[place[::-1]] = np.arange(len(place))[::-1]

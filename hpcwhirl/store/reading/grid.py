@@ -96,7 +96,9 @@ def nearest(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
-    """Return the case nearest to each point of the finest grid, panel after panel.
+    """Return the case nearest to each point of the finest grid of a refined campaign.
+
+    There is a grid for each combination of inputs not refined, one after the other.
 
     Only the corners of the unsplit cell around a point are considered. Distances are
     measured along each input in intervals of its coarse values.
@@ -125,14 +127,18 @@ def nearest_rows(data: xarray.Dataset) -> tuple[Ints, dict[str, NDArray[Any]]]:
 def nearest_cases(
     cells: Cells, place: list[Floats], at: list[Floats], panels: int = 1
 ) -> Ints:
-    """Return the case nearest to each point of a grid, (panels, *points); -1 for none.
+    """Return the row of the case nearest to each point of a grid; -1 for none.
 
     Parameters
     ----------
     cells : cells that are not split
     place : (cases,), position of each case along each refined input
     at : positions of the grid along each refined input, ascending
-    panels : number of panels
+    panels : number of panels, combinations of inputs not refined
+
+    Returns
+    -------
+    (panels, points along the first input, along the second, ...)
     """
     found = np.full((panels, *map(len, at)), -1)
     for number in np.argsort(cells.level, kind="stable"):
@@ -144,7 +150,7 @@ def nearest_cases(
 
 
 def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[slice]]:
-    """Return, for one cell, the grid points nearer to its low and to its high corners.
+    """Return which grid points of a cell are nearer to its low and its high corners.
 
     Parameters
     ----------
@@ -153,7 +159,8 @@ def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[sli
 
     Returns
     -------
-    [points nearer to the low end, points nearer to the high end] along each input
+    along each of d inputs, [slice of the points nearer to the low end, slice of those
+    nearer to the high end]
     """
     out = []
     for own, known in zip(place, at, strict=True):
@@ -165,13 +172,19 @@ def _sides(corner: Ints, place: list[Floats], at: list[Floats]) -> list[list[sli
 
 
 def _levels(table: xarray.Dataset, name: str, by: str) -> dict[Any, Any]:
-    """Return {value of the input `by`: value of the input `name` in that case}."""
+    """Return {value of the input `by`: value of the input `name` in the same case}.
+
+    table : results over `case`
+    """
     keys, values = (table[n].to_numpy().tolist() for n in (by, name))
     return dict(zip(keys, values, strict=True))
 
 
 def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
-    """Return the swept inputs that are not functions of earlier ones in the list."""
+    """Return the swept inputs that become axes of the grid.
+
+    They are those that vary, without inputs that are functions of an earlier one.
+    """
     varied = [n for n in swept if len(set(table[n].to_numpy().tolist())) > 1]
     cells = np.prod([float(len(set(table[n].to_numpy().tolist()))) for n in varied])
     if cells <= table.sizes["case"]:
@@ -184,5 +197,8 @@ def _axes(table: xarray.Dataset, swept: list[str]) -> list[str]:
 
 
 def _followed(table: xarray.Dataset, name: str, axes: list[str]) -> str:
-    """Return the first axis whose value determines an input's value, else ""."""
+    """Return the first axis whose value determines an input's value, else "".
+
+    name, axes : the input; inputs that are axes of the grid
+    """
     return next((axis for axis in axes if follows(table, name, axis)), "")

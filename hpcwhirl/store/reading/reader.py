@@ -54,7 +54,10 @@ def open_coded(path: Path | str) -> xarray.Dataset:
 def _opened(
     path: Path | str, finish: Callable[[xarray.Dataset], xarray.Dataset]
 ) -> xarray.Dataset:
-    """Return the groups of a file, decoded on access, passed through `finish`."""
+    """Return all groups of a results file as one dataset, which `finish` has changed.
+
+    finish : function from the dataset, with codes for words, to the one returned
+    """
     import xarray
 
     from hpcwhirl.store.reading.xarray_store import ResultsStore
@@ -73,7 +76,7 @@ def _opened(
 
 
 def _with_words(data: xarray.Dataset) -> xarray.Dataset:
-    """Return decoded results with words instead of codes, which are read now."""
+    """Return results with words instead of codes; the codes are read now."""
     named = {}
     for name in ENUMS.keys() & data.variables.keys():
         coded = data.variables[name]
@@ -93,7 +96,7 @@ def words(variable: xarray.DataArray) -> np.ndarray[Any, np.dtype[np.str_]]:
 
 
 def coded(variable: xarray.DataArray) -> Coded:
-    """Return the words of a variable, (cases,), as `words` does, by codes."""
+    """Return the words of a variable, (cases,), as `words` does, but as `Coded`."""
     values = variable.to_numpy()
     if values.dtype.kind == "O":  # text, and NaN where xarray has masked a case
         values = np.array([v if isinstance(v, str) else "" for v in values], str)

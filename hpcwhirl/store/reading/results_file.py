@@ -74,7 +74,7 @@ def opened(path: Path) -> h5py.File:
 
 
 def attribute(value: Any) -> Any:
-    """Return an attribute's value; bytes that are not UTF-8 are escaped in texts."""
+    """Return an attribute's value, with bytes of a text that are not UTF-8 escaped."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
@@ -84,7 +84,10 @@ def attribute(value: Any) -> Any:
 
 
 def words_in(file: h5py.Group, name: str) -> NDArray[np.str_]:
-    """Return the words of a variable as text, (cases,); see `coded_in`."""
+    """Return the words of a variable as text, (cases,); see `coded_in`.
+
+    name : name of the variable
+    """
     return np.asarray(coded_in(file, name))
 
 
@@ -109,7 +112,7 @@ def coded_in(file: h5py.Group, name: str, cases: slice = slice(None)) -> Coded:
 
 
 class Results:
-    """A results file: `results[name]` is a column, read on access.
+    """A results file: `results[name]` is a variable, (cases,), read on access.
 
     The file is opened once, so that rows and traces belong together.
 
@@ -123,7 +126,7 @@ class Results:
     path : path of the file
     file : the open file
     attrs : root attributes
-    kept : names of the traces in the file; empty for `summary`
+    kept : names of the traces in the file; empty if none were kept
     """
 
     def __init__(self, place: Path) -> None:
@@ -168,7 +171,7 @@ class Results:
 
     @cached_property
     def plan(self) -> Manifest:
-        """The plan of the campaign, with the cases in the order of the file's rows."""
+        """The plan of the campaign; its cases are in the order of the file."""
         with reading(self.path):
             plan = plan_of_results(self.path, self.file)
         if len(plan.digests) != len(self):
@@ -178,7 +181,7 @@ class Results:
 
     @cached_property
     def rows(self) -> Rows:
-        """Rows of all cases: {name: value} of numbers, words and status."""
+        """Sequence of {name: value} of each case: its numbers, words and status."""
         over = {name for name in OVER_SPEED if name in self}
         return Rows({name: self[name] for name in (*ROW, *STATUS, *over)})
 
@@ -187,7 +190,7 @@ class Results:
         return self.plan.base | self.plan.settings[case]
 
     def value(self, case: int, name: str) -> Any:
-        """Return the value of a case's input, given by its short or dotted name."""
+        """Return the value of an input of a case; `name` is short or dotted."""
         return self.settings(case)[full_name(name)]
 
     def scene(self, case: int) -> Scene:
@@ -200,7 +203,7 @@ class Results:
         return [int(i) for i in np.flatnonzero(self["status"] == "ok")]
 
     def slices(self) -> list[list[int]]:
-        """Return groups of finished cases that differ in speed alone, sorted by it."""
+        """Return groups of finished cases that differ in speed only, by speed."""
         found: dict[str, list[int]] = {}
         for case in self.finished():
             key = json.dumps(self._others(case), sort_keys=True)
@@ -208,11 +211,11 @@ class Results:
         return [sorted(line, key=self["speed"].__getitem__) for line in found.values()]
 
     def like(self, case: int) -> list[int]:
-        """Return the group of `slices` that contains a case, sorted by speed."""
+        """Return the finished cases that differ from a case in speed only, by speed."""
         return next(line for line in self.slices() if case in line)
 
     def others(self, case: int, sign: str = " = ", but: Sequence[str] = ()) -> str:
-        """Return a case's swept inputs as text; `speed` and `history` are left out.
+        """Return a case's swept inputs as text, without `speed` and `history`.
 
         Parameters
         ----------
@@ -277,7 +280,7 @@ class Results:
 
 
 class Rows(Sequence[Row]):
-    """Sequence of rows, each made on access from columns {name: (cases,)}."""
+    """Sequence of {name: value} of each case, made on access from {name: (cases,)}."""
 
     def __init__(self, columns: dict[str, NDArray[Any]]) -> None:
         self.columns = columns
@@ -298,7 +301,10 @@ class Rows(Sequence[Row]):
 
 
 def _blocks(cases: Sequence[int], most: int) -> Iterator[list[int]]:
-    """Yield groups of consecutive cases that span at most `most` cases."""
+    """Yield groups of cases that lie close together, each among `most` successive ones.
+
+    cases : numbers of cases, ascending
+    """
     block: list[int] = []
     for case in cases:
         if block and (case - block[0] >= most or case - block[-1] > 2):

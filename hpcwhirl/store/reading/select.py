@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 
 
 def swept_of(data: xarray.Dataset | Results) -> list[str]:
-    """Return the names of the swept inputs' variables, in the order of the file."""
+    """Return the names of the variables of swept inputs, in the order of the file."""
     return [n for n in str(data.attrs.get("swept", "")).split() if n in data]
 
 
@@ -75,13 +75,13 @@ def value_text(value: Any) -> str:
 def where(
     settings: Sequence[str], columns: Mapping[str, NDArray[Any]], option: str = "--at"
 ) -> Mask | None:
-    """Return which cases have the values of ``NAME=V[,V...]``; None without settings.
+    """Return which cases have the values in texts ``NAME=V[,V...]``; None: no text.
 
     Several settings of one input admit any of their values.
 
     Parameters
     ----------
-    settings : such as ``speed=410``
+    settings : these texts, such as ``speed=410``
     columns : {variable: (cases,)} of the inputs that settings may name
     option : name of the option that has the settings, for messages
     """
@@ -104,7 +104,7 @@ def where(
 
 
 def chosen(data: xarray.Dataset, settings: Sequence[str]) -> xarray.Dataset:
-    """Return the cases of results that have the values of ``NAME=V`` settings."""
+    """Return the cases of results that have the values in texts ``NAME=V``."""
     mask = where(settings, {name: data[name].to_numpy() for name in swept_of(data)})
     return data if mask is None else data.isel(case=np.flatnonzero(mask))
 
@@ -128,14 +128,20 @@ def _equal(values: NDArray[Any], raw: str, what: str, unit: str) -> Mask:
 
 
 def _numbered(values: NDArray[Any], raw: str) -> str:
-    """Return the n-th distinct text of a column for ``#n``; other texts unchanged."""
+    """Return the n-th distinct text of a column for ``#n``; other texts unchanged.
+
+    values, raw : the column, (cases,); the text of the user
+    """
     order = list(dict.fromkeys(values.astype(str).tolist()))
     known = {f"#{i + 1}": text for i, text in enumerate(order)}
     return str(known.get(raw, raw))
 
 
 def number_of(text: str, variable: str, option: str) -> float:
-    """Return the number, in SI, that an option's text gives for an input."""
+    """Return the number, in SI, that an option's text gives for an input.
+
+    variable, option : the input; name of the option, for errors
+    """
     return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
 
 
@@ -158,7 +164,10 @@ def _same_text(value: str, raw: str) -> bool:
 
 
 def _nearest(values: NDArray[Any], wanted: float) -> str:
-    """Return a text that lists an input's values: all if few, else the nearest ones."""
+    """Return a text that lists an input's values: all if few, else the nearest two.
+
+    values, wanted : values of the cases; value that the user asks for
+    """
     known = np.unique(values[np.isfinite(values)])
     if len(known) <= MOST_SHOWN:
         return "known: " + ", ".join(map(value_text, known))

@@ -55,9 +55,11 @@ for _word in REGIMES:
 
 
 def words_of(status: Words, outcome: Words, regime: Words) -> Words:
-    """Return the word by which each case is shown, one of `SHOWN`, (cases,).
+    """Return the word by which maps and tables show each case, of `SHOWN`, (cases,).
 
     `scene.words.word_of` is the same for a single case.
+
+    status, outcome, regime : (cases,), words of each case
     """
     named = np.where(regime == "none", "unstable", regime)
     named = np.where(np.isin(outcome, NO_REGIME), outcome, named)
@@ -108,7 +110,8 @@ def _majority(own: Words, twins: Words, total: NDArray[Any]) -> NDArray[np.int8]
     In a tie the case's own word wins if it is among the most frequent ones, else the
     first of these in the order of `ENUMS`.
 
-    own, twins, total : as of `shares`; (cases,), number of twins with a result
+    own, twins : see `shares`
+    total : (cases,), number of twins with a result
     """
     known = ENUMS[MAJORITY]
     votes = np.column_stack([(twins == w).sum(axis=1) + (own == w) for w in known])
@@ -142,11 +145,11 @@ class Credibility:
 
     @property
     def share(self) -> tuple[float, float, float]:
-        """The share `kept` / `cases`, and the ends of its 95 % interval (Wilson)."""
+        """Share of cases, `kept` / `cases`, and its 95 % interval (Wilson)."""
         return interval(self.kept, self.cases)
 
     def __str__(self) -> str:
-        """Return the numbers as one line of text."""
+        """Return these numbers as one line of text."""
         if not self.cases:
             return f"no {WHICH[self.of]} with twins"
         share, low, high = self.share

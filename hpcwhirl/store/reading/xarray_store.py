@@ -47,7 +47,7 @@ class ResultsStore(AbstractDataStore):
         return attributes_of(self.file)
 
     def get_variables(self) -> dict[str, Variable]:
-        """Return {name: variable}; nothing is read yet."""
+        """Return {name: variable} of all groups; no values are read yet."""
         found = {n: self._variable(n) for n in _datasets(self.file)}
         for group in filter(self.file.__contains__, self.prefixes):
             for name in _datasets(self.file[group]):
@@ -59,7 +59,10 @@ class ResultsStore(AbstractDataStore):
         return found
 
     def _variable(self, place: str) -> Variable:
-        """Return a variable with its axes' names and its attributes."""
+        """Return a variable with its axes' names and its attributes.
+
+        place : its path in the file
+        """
         column = _Column(self, place)
         data = column.data
         axes = data.attrs.get("DIMENSION_LIST")
@@ -76,7 +79,7 @@ class ResultsStore(AbstractDataStore):
         self.file.close()
 
     def __reduce__(self) -> Any:
-        """Pickle what opens the file again."""
+        """Pickle the path and the prefixes; unpickling opens the file again."""
         return type(self), (self.path, self.prefixes)
 
 
@@ -103,14 +106,14 @@ class _Column(BackendArray):
 
 
 def _datasets(group: h5py.Group) -> Iterator[str]:
-    """Yield the names of a group's variables."""
+    """Yield the names of the HDF5 datasets, the variables, in a group."""
     for name in group:
         if group.get(name, getclass=True) is h5py.Dataset:
             yield name
 
 
 def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
-    """Return the path in the file of the variable that a reference points to."""
+    """Return the path in the file of an axis, given by an HDF5 reference to it."""
     return str(h5py.h5r.get_name(axis, file.id), "utf-8")
 
 

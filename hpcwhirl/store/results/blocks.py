@@ -57,7 +57,9 @@ def block_size(contents: Contents) -> int:
 
 
 def read_block(contents: Contents, cases: range) -> Block:
-    """Return the variables of some cases as the file stores them.
+    """Return {variable: values, (cases, ...)} of some cases, as results.h5 stores them.
+
+    contents, cases : what results are gathered from; numbers of the cases
 
     Raises
     ------
@@ -77,7 +79,11 @@ def read_block(contents: Contents, cases: range) -> Block:
 
 
 def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
-    """Mark cases without a record as missing; fill in inputs of cases without a row."""
+    """Mark cases without a record as missing; enter inputs of cases without numbers.
+
+    plan, cases : plan of the campaign; numbers of the cases
+    parts, out : their records; {variable: (cases,)}, changed here
+    """
     none = np.ones((2, len(cases)), dtype=bool)
     for at, rows in parts:
         none[0, at], none[1, at] = False, ~rows.has_any("row")
@@ -89,7 +95,7 @@ def _fill(plan: Manifest, cases: range, parts: Parts, out: Block) -> None:
 
 
 def _swept(plan: Manifest, cases: range) -> Block:
-    """Return the swept inputs that are no variables of `ROW`, {variable: (cases,)}."""
+    """Return {variable: (cases,)} of the swept inputs that `ROW` does not have."""
     out: Block = {}
     numbers = np.arange(cases.start, cases.stop)
     for name, dotted in swept_extra(plan).items():
@@ -99,7 +105,7 @@ def _swept(plan: Manifest, cases: range) -> Block:
 
 
 def _twins(contents: Contents, cases: range, own: Block) -> Block:
-    """Return the rows of twins, {`twins/NAME`: (cases, twins)}, and their shares.
+    """Return {`twins/NAME`: (cases, twins)} of all twins, and shares of their words.
 
     own : columns of the cases themselves, with status, outcome and regime
     """
@@ -129,7 +135,10 @@ def _words(codes: Array, name: str) -> Array:
 
 
 def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
-    """Return the optional variables that the plan's inputs add; {} without any."""
+    """Return {variable: (cases,)} of the variables that a plan's inputs add.
+
+    parts : records of the cases, one journal at a time
+    """
     out = _table(contents.asked, parts, len(cases), "row.")
     if "amplification" in out:
         tuned = {
@@ -146,13 +155,16 @@ def _asked(contents: Contents, cases: range, parts: Parts) -> Block:
 
 
 def _records(parts: Iterable[tuple[Array, Rows]]) -> dict[int, Record]:
-    """Return {index of the case in the block: its record}."""
+    """Return {index of a case in its block: its record}.
+
+    parts : (indices of cases, their records), one journal at a time
+    """
     return {place: rows.record(number) for at, rows in parts
             for number, place in enumerate(at.tolist())}  # fmt: skip
 
 
 def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
-    """Return {variable: value} of a case's inputs; used for cases without a result."""
+    """Return {variable: value} of a case's inputs, for a case without a result."""
     values = plan.base | plan.settings[case]
     if values.get("revolutions"):
         asked = values["duration"], values["revolutions"], values["speed"]
@@ -164,7 +176,9 @@ def inputs_of(plan: Manifest, case: int) -> dict[str, Any]:
 def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Block:
     """Return {variable of `table`: values as stored, (count,)} of a block of cases.
 
-    of : prefix of these variables' fields in the records, such as "row."; "" for none
+    parts, count : records of the cases; number of cases
+
+    of : prefix of these variables' fields in the records, such as "row."; "": no prefix
     """
     out: Block = {}
     for name, quantity in table.items():
@@ -178,6 +192,7 @@ def _table(table: dict[str, Quantity], parts: Parts, count: int, of: str) -> Blo
 def _column(rows: Rows, key: str, name: str, quantity: Quantity) -> Array:
     """Return the values of a field as they are stored, (records,).
 
+    rows, quantity : records; unit and kind of the variable
     key, name : the field in the records, and the variable in the results
 
     Raises

@@ -73,12 +73,13 @@ class Refined:
     over : variables of the refined inputs
     scale : "linear" or "log" for each refined input
     cells : cells that are not split
-    panel_of : (cases,), panel of each case
+    panel_of : (cases,), number of the panel (combination of inputs not refined) of
+        each case
     last : {refined input: (cases,)}, whether a case has the largest value of that input
     by : kind of word that changes at the boundaries, "regime" or "whirl"
-    at : {refined input: (p,)}, coordinates of the points of boundaries
+    at : {refined input: (p,)}, coordinates of the p points of boundaries
     panel : (p,), panel of each point
-    lines : (s, 2), the two points of each line segment
+    lines : (s, 2), indices of the two points of each of s line segments
     """
 
     over: list[str]
@@ -110,11 +111,12 @@ def cells_of(plan: Manifest) -> Cells | None:
 def _unsplit(
     tree: Tree, lattice: Lattice, panel: int, row: Mapping[Address, int]
 ) -> list[tuple[Cell, Node]]:
-    """Return the unsplit cells of a panel.
+    """Return the cells of a panel that count as not split, each with its state.
 
     A cell counts as unsplit if cases of any of its parts are missing, since a budget
     may leave them out.
 
+    tree, panel : tree of the panel's cells; number of the panel
     row : {address: row} of the cases that exist
     """
 
@@ -221,7 +223,10 @@ def _put(
     axis: str,
     quantity: Quantity | None = None,
 ) -> None:
-    """Write a variable over an axis of its group, and define the axis if needed."""
+    """Write a variable over the axis `axis` of its group, defined here if needed.
+
+    quantity : unit and meaning of the variable; None: those in `TOLD`
+    """
     quantity = quantity or TOLD[name]
     kind = "i1" if quantity.kind == "enum" else values.dtype
     data = group.create_dataset(name, data=values.astype(kind))
@@ -233,8 +238,9 @@ def _put(
 
 
 def _words(rows: Mapping[str, NDArray[Any]], by: str) -> list[Word]:
-    """Return the word of each case by which cells were split, (cases,); "" for none.
+    """Return the word of each case, by which cells are split, (cases,); "": none.
 
+    rows : {variable: (cases,)}
     by : kind of word, see `refinement.words`
     """
     lost = (rows["status"] != "ok") | np.isin(rows["outcome"], NO_REGIME)
@@ -265,7 +271,7 @@ def write_boundaries(file: h5py.File) -> None:
 
 
 def _mixed_by(file: h5py.File, by: str) -> tuple[Cells, dict[str, NDArray[Any]]]:
-    """Return the cells, even or mixed by the present words, and columns of the cases.
+    """Return cells with states by the file's present words, and columns of the cases.
 
     Cells in speckle keep this state. The columns are {variable: (cases,)}.
 

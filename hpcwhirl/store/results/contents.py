@@ -51,7 +51,9 @@ STAMP = "results.stamp"  # in `runs`
 
 @dataclass
 class Contents:
-    """Index of a campaign's records and traces, of some 50 bytes per case.
+    """What results are gathered from: where records and traces are, and their sizes.
+
+    It takes some 50 bytes for each case.
 
     Attributes
     ----------
@@ -104,7 +106,7 @@ class Contents:
 
     @cached_property
     def tuned(self) -> dict[int, int]:
-        """{case: case with the same inputs, but without mistuning}."""
+        """{case: case without mistuning that has the same other inputs}."""
         return tuned_cases(self.plan)
 
     @property
@@ -114,7 +116,7 @@ class Contents:
         return float(found[0]) if len(found) == 1 else None
 
     def trace_shapes(self) -> dict[str, tuple[int, ...]]:
-        """Return {trace: shape of one case, padded to the longest}."""
+        """Return {trace: shape of its array for one case, padded to the longest}."""
         longest = int(self.samples.max(initial=0))
         shapes = {
             name: (longest, *(self.sizes[axis] for axis in TRACES[name].axes))
@@ -175,7 +177,7 @@ def contents_of(directory: Directory, say: Say | None = None) -> Contents:
 
 
 def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
-    """Return the columns of cases that define the boundaries of a refined map.
+    """Return the variables of cases from which boundaries of a refined map follow.
 
     {variable: (cases,)}: status, outcome, regime, whirl, the refined inputs and, where
     attractors are compared, their numbers; cases without a record are "missing"
@@ -201,7 +203,7 @@ def _spoken(contents: Contents) -> dict[str, NDArray[Any]]:
 
 
 class _Index:
-    """Index of the newest record of each case and twin.
+    """Finds the newest record of each case and twin, and enters it in `Contents`.
 
     For an extended case, the newest record of the last stage with a result is taken.
 
@@ -221,7 +223,10 @@ class _Index:
         self.words = np.full(contents.cases, "", dtype=width)
 
     def take(self, rows: Rows) -> None:
-        """Enter some records, which must be newer than those entered before."""
+        """Enter where some records are.
+
+        They must be newer than those entered before.
+        """
         contents, case = self.contents, self.known.cases_of(rows)
         twin, stage = rows.numbers("twin", 0), stages_in(rows, self.plan)
         good = (case >= 0) & (twin >= 0) & (twin <= contents.twins)
@@ -252,7 +257,10 @@ class _Index:
         return len(files) - 1
 
     def _take_cases(self, case: NDArray[np.int64], rows: Rows) -> None:
-        """Enter interval and number of samples, shapes of traces and words of cases."""
+        """Enter interval and number of samples, shapes of traces, and words of cases.
+
+        case, rows : number of the case of each record; the records
+        """
         contents = self.contents
         contents.interval[case] = rows.numbers("row.sample_interval", np.nan)
         contents.samples[case], self.kind[case] = 0, -1
@@ -270,7 +278,7 @@ class _Index:
 
 
 def _last(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the indices at which each key occurs last, ascending."""
+    """Return, ascending, the index at which each distinct key occurs last."""
     _, behind = np.unique(keys[::-1], return_index=True)
     return np.sort(len(keys) - 1 - behind)
 
@@ -279,6 +287,8 @@ def parts_of(
     contents: Contents, cases: Sequence[int], twin: int = 0
 ) -> Iterator[tuple[NDArray[np.int64], Rows]]:
     """Yield the records of cases, or of their twins, one journal at a time.
+
+    twin : number of the twin; 0: the cases themselves
 
     Yields
     ------
@@ -292,7 +302,10 @@ def parts_of(
 
 
 def source_of(directory: Directory) -> str:
-    """Return a digest of the files that results are gathered from, "" if unknown."""
+    """Return a digest of the files that results are gathered from; "": unknown.
+
+    It covers the plan, and names, sizes and times of the other files.
+    """
     told = [__version__, *ROW, *STATUS, *PERFORMANCE]
     try:
         told.append(hashlib.sha256(read_regular(directory.plan.path)).hexdigest())

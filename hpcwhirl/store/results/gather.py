@@ -121,7 +121,10 @@ def _begin(
 
 
 def _end(own: Claim, part: Path, directory: Directory) -> None:
-    """Rename the temporary file `part` to the results, unless the claim was lost."""
+    """Rename the temporary file `part` to results.h5, and write the stamp.
+
+    own : claim on the results; if it is lost, StoreError is raised instead
+    """
     publish(part, directory.results, own.check)
     stamp(directory)
 
@@ -133,9 +136,10 @@ def _agreed(
     *,
     of_root: bool = False,
 ) -> Any:
-    """Return the value of `action`; an error of one rank is raised on all.
+    """Return what `action` returns on this rank; an error of one rank is raised on all.
 
-    final, of_root : results file, for messages; whether only rank 0 calls `action`,
+    action : function to call; None: nothing is called on this rank
+    final, of_root : results file, for messages; whether only rank 0 has an action,
         while the others sleep
     """
     value: Any = None
@@ -166,7 +170,8 @@ def _write_file(
 ) -> None:
     """Write the results file; each of several ranks writes its share of the cases.
 
-    facts, compress : as of `gather`
+    part, contents : temporary file; what results are gathered from
+    facts, compress : see `gather`
     """
     parallel = comm.size > 1
     options: dict[str, Any] = {"driver": "mpio", "comm": comm} if parallel else {}
@@ -181,10 +186,14 @@ def _write_file(
 def _blocks(
     contents: Contents, part: Path, comm: Communicator, *, in_step: bool
 ) -> Iterator[tuple[range, Block]]:
-    """Yield the blocks that this rank writes; an error of one rank is raised on all.
+    """Yield (cases, their variables) for each block that this rank writes.
+
+    An error of one rank is raised on all.
 
     If `in_step`, all ranks yield equally many blocks, some of them empty at the end, at
     the same time, as compressed traces require. Else ranks do not wait for each other.
+
+    contents, part : what results are gathered from; temporary file, for errors
     """
     mine = ranges(contents.cases, comm.rank, comm.size, block_size(contents))
     error: Exception | None = None
@@ -208,7 +217,7 @@ def _raise(error: Exception | None) -> None:
 
 
 def _put(data: h5py.Dataset, cases: range, values: Any, *, in_step: bool) -> None:
-    """Write the values of `cases`, which may be empty, into a variable.
+    """Write the values of `cases`, which may be an empty range, into a variable.
 
     Collective writes are used only if required (`in_step`): ranks wait for each other
     in each of hundreds of writes, which took longer than the writing itself.
@@ -242,6 +251,8 @@ def _or_all_end(
     The job must end since HDF5 crashes when it closes a file whose MPI-IO has failed,
     and since other ranks may wait for this one in a collective call. Nothing is lost:
     the journals exist.
+
+    part, final : temporary file and results file, for the message
     """
     try:
         write()
@@ -255,7 +266,10 @@ def _or_all_end(
 
 
 def _cause(part: Path, failed: Exception) -> Exception:
-    """Return why MPI-IO failed: the error of lengthening the file, else `failed`."""
+    """Return why MPI-IO failed: an error of lengthening the file, such as a full disk.
+
+    If the file can be lengthened, the error is `failed` itself.
+    """
     try:
         with part.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, file.seek(0, os.SEEK_END) + MORE)

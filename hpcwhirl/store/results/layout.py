@@ -66,7 +66,7 @@ def swept_extra(plan: Manifest) -> dict[str, str]:
 
 
 def stored(value: float | str | list[float]) -> float | bytes:
-    """Return a swept value as it is stored: words and lists as bytes of text."""
+    """Return a value of a swept input as stored: words and lists as text in bytes."""
     if isinstance(value, list):
         value = json.dumps(value)
     return value.encode() if isinstance(value, str) else value
@@ -152,7 +152,10 @@ def define(
 
 
 def _define_twins(file: h5py.File, contents: Contents) -> None:
-    """Define the shares of twins with each word, and the group of the twins' rows."""
+    """Define the variables for the rows of twins, and for shares of their words.
+
+    contents : what results are gathered from
+    """
     twins = contents.plan.twins
     file.attrs[SURE] = np.float64(twins["sure"])
     file.attrs[TWINS_OF] = utf8(twins["of"])
@@ -183,7 +186,10 @@ def _define_head(
 
 
 def _define_shares(group: h5py.Group, shares: list[Share]) -> None:
-    """Define and write the variables on how ranks used their time."""
+    """Define and write the variables on how ranks used their time.
+
+    group, shares : group `performance`; use of time of each rank
+    """
     define_axis(group, WORKER, len(shares))
     _define_table(group, [group[WORKER]], SHARES)
     values = {name: [share[name.removeprefix("worker_")] for share in shares]
@@ -218,7 +224,10 @@ def _define_traces(file: h5py.File, contents: Contents, compress: int) -> None:
 
 
 def _chunks(shape: tuple[int, ...], compress: int) -> dict[str, Any]:
-    """Return HDF5's options for chunks, each with data of one case, and compression."""
+    """Return h5py's options for chunks and gzip; each chunk has data of one case.
+
+    shape, compress : shape of one case's trace; gzip level, 0: no chunks
+    """
     if not compress or not all(shape):
         return {}
     samples = min(shape[0], max(CHUNK // (8 * int(np.prod(shape[1:]))), 1))

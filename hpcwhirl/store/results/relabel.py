@@ -38,7 +38,9 @@ def relabel(
     thresholds: Mapping[str, float],
     asking: Asking | None = None,
 ) -> Counter[tuple[Word, Word]]:
-    """Determine the words of finished cases; return {(old, new): number of cases}.
+    """Determine the words of finished cases anew; return {(old, new): number of cases}.
+
+    `old` and `new` are a case's word before and after.
 
     Parameters
     ----------
@@ -74,7 +76,8 @@ def _renamed(
 ) -> Counter[tuple[Word, Word]]:
     """Write new words into a results file; return {(old, new): number of cases}.
 
-    name, thresholds : as of `relabel`
+    part : copy of the results file
+    name, thresholds : see `relabel`, as for the result
     """
     with writing(part, "r+") as file:
         changes = _rename(file, name)
@@ -101,9 +104,9 @@ def _share_anew(file: h5py.File) -> None:
 def _rename(
     file: h5py.Group, name: Callable[[dict[str, Any]], Words]
 ) -> Counter[tuple[Word, Word]]:
-    """Write a group's new words and codes; return {(old, new): number of cases}.
+    """Write the new words of a group's cases; return {(old, new): number of cases}.
 
-    name : as of `relabel`
+    file, name : root group or that of twins; see `relabel`, as for the result
     """
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
@@ -118,7 +121,7 @@ def _rename_some(
 ) -> Counter[tuple[Word, Word]]:
     """Write new words of some cases; return {(old, new): number of cases}.
 
-    name : as of `relabel`
+    file, name : root group or that of twins; see `relabel`, as for the result
     """
     given = coded_in(file, "status", cases).isin(["ok"])
     table = ROW | CHAOS if MOTION in file else ROW
@@ -140,5 +143,5 @@ def _rename_some(
 
 
 def _variables(file: h5py.Group) -> tuple[str, ...]:
-    """Return the names of the variables of a file whose values are words."""
+    """Return the names of the variables that `relabel` writes: those with words."""
     return (*WORDS, MOTION) if MOTION in file else WORDS

@@ -1,4 +1,4 @@
-"""Drawn inputs in a plan and its results: draw and point of the sweep of each case."""
+"""Inputs drawn by [sample] in plans and results: each case's draw and sweep point."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ EACH = "each"  # number of draws at a point: key of the root attribute, not of [
 
 
 def drawn_axis(plan: Manifest) -> Axis:
-    """Return a plan's draws as an axis of cases, equal at every point of its sweep."""
+    """Return a plan's draws as an axis of cases, the same at each sweep point."""
     return plan.table.blocks[0][-1]
 
 
 def sample_attribute(plan: Manifest) -> dict[str, str]:
-    """Return {name: JSON} of the root attribute with a plan's [sample], {} without."""
+    """Return {attribute: JSON} with a plan's [sample]; {} without [sample]."""
     if SAMPLE not in plan.base or not plan.settings:
         return {}
     told = plan.base[SAMPLE] | {EACH: len(drawn_axis(plan))}
@@ -38,11 +38,11 @@ def sample_attribute(plan: Manifest) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The drawn inputs of some results, and which draw each case has at which point.
+    """The drawn inputs of some results, and the draw and sweep point of each case.
 
     Attributes
     ----------
-    method : as in [sample]
+    method : how inputs were drawn, as in [sample]
     inputs : names of the drawn inputs' variables
     swept : names of the other swept inputs' variables
     point, draw : (cases,), number of the point of the sweep, and of the draw there
@@ -60,7 +60,7 @@ class Drawn:
 
     @property
     def block(self) -> NDArray[np.int64]:
-        """Block of each `saltelli` draw, (cases,).
+        """Number of the `saltelli` block to which each case's draw belongs, (cases,).
 
         0: A, 1: B, 2 + i: A with input i taken from B.
         """
@@ -68,7 +68,7 @@ class Drawn:
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Whether each draw is independent of all others, (cases,)."""
+        """Whether the draw of each case is independent of all others, (cases,)."""
         if self.method != SALTELLI:
             return np.asarray(self.draw >= self.tuned)
         return np.asarray(self.block < 2)
@@ -77,7 +77,10 @@ class Drawn:
 def points_of(
     data: xarray.Dataset, drawn: Drawn
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Return the sweep's point numbers, and {swept input: its value at each point}."""
+    """Return the sweep's point numbers, and {swept input: its value at each point}.
+
+    drawn : the draws behind the results
+    """
     points, first = np.unique(drawn.point, return_index=True)
     swept = {n: ("point", data[n].to_numpy()[first], data[n].attrs)
              for n in drawn.swept}  # fmt: skip
@@ -85,7 +88,7 @@ def points_of(
 
 
 def is_sampled(data: xarray.Dataset) -> bool:
-    """Return whether inputs of some results were drawn."""
+    """Return whether inputs of the cases in some results were drawn."""
     return SAMPLE in data.attrs
 
 

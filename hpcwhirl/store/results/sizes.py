@@ -63,7 +63,7 @@ def bytes_of(
     Parameters
     ----------
     plan : plan of the campaign
-    samples : (cases,), number of samples of each case; 0 for `summary`
+    samples : (cases,), number of samples of each case; 0: no traces are kept
     intervals : (cases,), s, interval between samples
     sizes : {axis: largest size}, axes of traces other than samples
     facts : root attributes of the results
@@ -93,7 +93,12 @@ def bytes_of(
 
 
 def results_bytes(contents: Contents, facts: Mapping[str, str | float]) -> int:
-    """Return the size of `results.h5`, bytes: metadata, built in memory, and values."""
+    """Return the size of `results.h5`, bytes: of its values and its metadata.
+
+    The metadata are built in memory.
+
+    contents, facts : what results are gathered from; root attributes
+    """
     memory: dict[str, Any] = {"driver": "core", "backing_store": False}
     with h5py.File("forecast", "w", libver=LIBVER, **memory, block_size=512) as file:
         define(file, contents, facts)

@@ -1,4 +1,4 @@
-"""Variables of results that only some plans have: asked by inputs, or a user's own."""
+"""Variables that only some results have, by inputs or by a user's own function."""
 
 from __future__ import annotations
 
@@ -54,12 +54,15 @@ def changes_in_time(plan: Manifest) -> bool:
 
 
 def details_of(plan: Manifest) -> set[str]:
-    """Return the distinct values of `output.traces` in the cases of a plan."""
+    """Return the values that `output.traces` has in the cases of a plan."""
     return {*map(str, plan.values(DETAIL))}
 
 
 def tuned_cases(plan: Manifest) -> dict[int, int]:
-    """Return {case: case with the same inputs, but without mistuning}."""
+    """Return {case: case with the same inputs, but without mistuning}.
+
+    plan : plan of the campaign
+    """
     if MISTUNING not in plan.swept:
         return {}
     keys = [_others(row) for row in plan.settings]
@@ -75,6 +78,8 @@ def _others(row: Mapping[str, Any]) -> str:
 
 def amplification(record: Record | None, twin: Record | None) -> dict[str, float]:
     """Return {"amplification": blade amplitude of a case / that of its tuned case}.
+
+    The tuned case has the same inputs, but no mistuning.
 
     Return {} if either case has no blade amplitude or reached the amplitude limit, if
     the tuned case is at rest, or if entries `MODEL` of the two differ, as by
