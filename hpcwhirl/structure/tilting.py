@@ -44,7 +44,10 @@ class Tilt:
 
 
 def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
-    """Return (k_11, k_12, k_22), N/m, N, N m, of a rotor's round shaft."""
+    """Return (k_11, k_12, k_22), N/m, N, N m, of a rotor's round shaft at the disk.
+
+    They relate force and moment at the disk to its displacement and slope.
+    """
     bending = rotor.shaft_young * np.pi * rotor.shaft_diameter**4 / 64
     span, out = rotor.shaft_length, rotor.shaft_overhang
     if rotor.shaft == "cantilever":
