@@ -61,7 +61,7 @@ def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
 
 
 def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
-    """Return the graph of a matrix's nodes, and the node of each unknown, (n,).
+    """Return the graph of a matrix's nodes, and the node of each of n unknowns, (n,).
 
     Unknowns that are coupled to the same unknowns form one node. The graph is a
     positive definite matrix with an entry -1 for each pair of coupled nodes.
@@ -107,7 +107,7 @@ def _dissected(graph: sparse.csc_array) -> Integers:
 
 
 def _of_unknowns(order: Integers, node: Integers) -> Integers:
-    """Return the elimination order of the unknowns, (n,).
+    """Return the elimination order of the n unknowns, (n,), from that of their nodes.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _of_unknowns(order: Integers, node: Integers) -> Integers:
 
 
 def scaled_norm(matrix: sparse.csc_array) -> float:
-    """Return the 1-norm of a matrix A scaled to unit diagonal, D^-1/2 A D^-1/2."""
+    """Return the 1-norm of A scaled to unit diagonal, D^-1/2 A D^-1/2, D = diag A."""
     scale = 1 / np.sqrt(matrix.diagonal().real)
     sizes = np.abs(matrix.data)
     sizes *= scale[matrix.indices]

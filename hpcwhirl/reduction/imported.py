@@ -147,6 +147,7 @@ def _modes_and_ratios(
 
     Parameters
     ----------
+    given : arrays of the engine's file
     whole : mass, stiffness and, if the file has it, damping: in the order of `order`,
         or reduced to fewer coordinates
     order : (n,), index of each coordinate in the file
@@ -171,9 +172,11 @@ def _modes_and_ratios(
 def _reduced(
     whole: list[Floats], spin: Spin | None, basis: Floats, count: int
 ) -> tuple[list[Floats], Spin | None, float]:
-    """Return matrices and terms of rotation in a basis, and the basis's reach, rad/s.
+    """Return matrices and terms of rotation in a basis, and its highest omega, rad/s.
 
-    count : number of leading columns that form the basis at rest; may exceed all
+    whole : M, K and, if given, the damping matrix
+    count : number of leading columns that form the basis at rest, whose highest omega
+        is returned; may exceed the number of columns
     """
     parts = [basis.T @ matrix @ basis for matrix in whole]
     whole = [(part + part.T) / 2 for part in parts]
@@ -384,10 +387,10 @@ def _check_given_shapes(given: Given) -> None:
 
 
 def _check_modal_rows(given: Given) -> None:
-    """Check that modal rows of tips and centre agree with the full shapes.
+    """Check that modal motions of tips and centre in a file agree with its full shapes.
 
-    With matrices, modal rows without full shapes are refused: they could not be
-    compared and would be ignored.
+    A file with matrices and modal motions, but no full shapes, is refused: the motions
+    could not be compared and would be ignored.
     """
     modal = [name for name in ("omega", *ROWS, "damping_ratio") if name in given]
     if "shapes" in given:
@@ -401,11 +404,11 @@ def _check_modal_rows(given: Given) -> None:
 
 
 def _check_rows(given: Given, name: str) -> None:
-    """Check that an array of modal motion equals the rows of rotor/shapes it repeats.
+    """Check that an array of modal motion repeats its rows of rotor/shapes in the file.
 
     The modal motion of a clamped centre must be 0.
 
-    name : array to check, a key of `ROWS`
+    name : array to check, such as the motion of tips or centre, a key of `ROWS`
     """
     shapes, places = given["shapes"], ROWS[name]
     if places not in given and "mass" not in given:
@@ -445,7 +448,10 @@ def _check_given_ratios(given: Given) -> None:
 
 
 def _ratios(given: Given, modal: Floats, omega: Floats) -> Floats:
-    """Return the damping ratios (m,) of `modal` = Phi^T D Phi, checked as diagonal."""
+    """Return modal damping ratios (m,) from `modal` = Phi^T D Phi, (m, m).
+
+    A file whose matrix is not diagonal or has negative damping is refused.
+    """
     rates = np.diag(modal)
     most = max(float(np.abs(modal).max()), TINY)
     if not rates.min() >= -MODAL * most:

@@ -29,10 +29,10 @@ class Model:
     ----------
     rotor, casing : modes of the bodies
     ring : contact operator: displacements and loads of the casing at angles
-    blades : number of blades N
+    blades : number of blades N, of this sector if g > 1
     folds : g, if this is one of g sectors that move alike, see `case.plan`; else 1
-    lifts : for g > 1, matrices (n, m) for rotor and casing that give the displacements
-        of the whole body from the sector's amplitudes
+    lifts : for g > 1, matrices (n, m) for rotor and casing from the sector's m
+        amplitudes to the n displacements of the whole body
     """
 
     rotor: ModalModel
@@ -44,7 +44,7 @@ class Model:
 
     @property
     def shapes(self) -> tuple[Floats, Floats]:
-        """Displacements of rotor and casing for unit amplitudes, (n, m) each."""
+        """Displacements of rotor and casing for unit amplitudes of m modes, (n, m)."""
         casing = np.zeros((0, 0)) if self.casing is None else self.casing.shapes
         return self.lifts or (self.rotor.shapes, casing)
 
@@ -60,7 +60,7 @@ class Model:
 
     @property
     def places(self) -> tuple[Integers, Integers]:
-        """Radial and tangential coordinates of the contact points, (N n_c,) each."""
+        """Indices of radial and tangential coordinates of contact points, (N n_c,)."""
         points = self.rotor.points
         if points is None:
             tips = np.arange(0, 2 * self.blades, 2)
@@ -78,7 +78,7 @@ class Model:
 
     @property
     def stations(self) -> Floats:
-        """Axial places of the contact points, (N n_c,), m."""
+        """Axial places of the contact points, (N n_c,), m, 0 in the casing's middle."""
         points = self.rotor.points
         return np.zeros(self.contacts) if points is None else self._by_point("station")
 
@@ -95,10 +95,11 @@ class Model:
         return np.tile(getattr(self.rotor.points, name), self.blades)
 
     def limits(self, speed: float) -> dict[str, float]:
-        """Return {body: largest stable step, s}, 2 / omega_max, at a speed, rad/s.
+        """Return the largest stable time step of each body, {body: 2 / omega_max, s}.
 
-        The rotor's omega_max includes its stiffening with the speed and the supports in
-        their stiffer direction. Coriolis forces do no work and do not limit the step.
+        speed : rad/s. The rotor's omega_max includes its stiffening with the speed and
+            the supports in their stiffer direction. Coriolis forces do no work and do
+            not limit the step.
         """
         bodies = {"rotor": self.rotor, "casing": self.casing}
         each = {n: b for n, b in bodies.items() if b}
@@ -175,13 +176,14 @@ def _model(
     ring: tuple[Casing, float, tuple[str, str]] | None,
     rotation: str,
 ) -> Model:
-    """Return the model from the inputs that determine it, which are the cache's key.
+    """Return the model from the inputs that determine it, by which it is cached.
 
     Parameters
     ----------
     rotor, rotation : inputs of the rotor; "none" or "full"
     modes : number of fixed-interface modes to keep; None: all of a file
-    source : engine's file and the digest of its content; ("", "") without a file
+    source : path of the engine's file and SHA-256 of its content; ("", "") without a
+        file
     ring : arguments of `casing_model`; None: the casing is rigid
     """
     with representable("the rotor"):

@@ -1,4 +1,4 @@
-"""Numerics of models: the same bits on any number of threads, and no silent overflow.
+"""Numerics of models: the same bits on any number of threads; no overflow unnoticed.
 
 Products and factorizations round differently if BLAS splits them over several threads.
 """
@@ -42,7 +42,7 @@ def zero_between(
 
 @contextmanager
 def representable(what: str) -> Iterator[None]:
-    """Turn numerical failures inside the block into one InputError, on one thread.
+    """Turn numerical failures inside a with block into one InputError; use one thread.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ def reference_of(count: int) -> int:
 
 
 def with_single_points(given: Given) -> Given:
-    """Return a file's arrays, without the axis of points if each tip has one point.
+    """Return a file's arrays, without the axis over points if each tip has one point.
 
     Raises
     ------
@@ -128,11 +128,11 @@ def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
 
 
 def reordered(rows: Any) -> tuple[Any, Any]:
-    """Return rows of the reference points, and rows of all other points.
+    """Return the part of an array that belongs to reference points, and the rest.
 
     Parameters
     ----------
-    rows : (N, n_c, 2, ...), radial and tangential of each point
+    rows : (N, n_c, 2, ...), radial and tangential entries of n_c points of N tips
 
     Returns
     -------
@@ -145,7 +145,7 @@ def reordered(rows: Any) -> tuple[Any, Any]:
 
 
 def _places(given: Given, count: int) -> tuple[Floats, Floats, Floats]:
-    """Return station, angle and gap of the points, (n_c,) each, checked."""
+    """Return axial place, angle and extra gap of n_c points, (n_c,) each, checked."""
     if "tip_station" not in given:
         raise given.refusal(
             f"has {count} contact points a tip, but no rotor/tip_station: their axial "
@@ -186,13 +186,18 @@ class Stress:
     rows: Floats
 
     def of(self, basis: Floats) -> Stress:
-        """Return the stress in the coordinates y of x = basis y."""
+        """Return the stress in m new coordinates y, by x = basis y.
+
+        basis : (n, m)
+        """
         return replace(self, rows=self.rows @ basis)
 
     def at(self, places: Floats) -> Floats:
-        """Return the stress at all points, (N, P), Pa, for displacements (n,), m.
+        """Return the stress at P points of N blades, (N, P), Pa.
 
         It is von Mises' stress of six components, or the only component with its sign.
+
+        places : (n,), m, values of the rotor's coordinates
         """
         found = self.rows @ places
         return von_mises(found) if found.shape[-1] > 1 else found[..., 0]

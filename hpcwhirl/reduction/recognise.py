@@ -119,9 +119,9 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return the rotor with the labels of its modes' waves; None if they are no waves.
+    """Return the rotor with labels of its modes, if each is a phase of an exact wave.
 
-    The labels are nodal diameter, rank and phase.
+    The labels are nodal diameter, rank and phase; None if a mode has another form.
     """
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
@@ -179,14 +179,16 @@ def _unmixed(model: ModalModel, blades: int) -> Floats:
 
 
 def _floor(model: ModalModel) -> float:
-    """Return the size of an eigensolver's round-off errors of omega^2, (rad/s)^2."""
+    """Return the size of an eigensolver's round-off in a rotor's omega^2, (rad/s)^2."""
     return ROUND_OFF * len(model.omega) * float(model.omega.max()) ** 2
 
 
 def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Floats:
     """Separate the nodal diameters of modes with close frequencies.
 
-    turn : (m, c), combinations of the rotor's modes
+    Return better combinations (m, c), where separation succeeds.
+
+    turn : (m, c), combinations of the rotor's m modes
     near : relative difference up to which frequencies count as close
     """
     squared = _squared(model, turn)
@@ -226,7 +228,10 @@ def _squared(model: ModalModel, turn: Floats) -> Floats:
 
 
 def _power(seen: Complexes) -> Floats:
-    """Return squared amplitudes of `transform` by nodal diameter, (N // 2 + 1, c)."""
+    """Return squared amplitudes by nodal diameter k and combination, (N // 2 + 1, c).
+
+    seen : (N, 3, c), `transform` of c combinations; k and N - k are added up
+    """
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)
     folded = whole[: count // 2 + 1].copy()
@@ -236,7 +241,10 @@ def _power(seen: Complexes) -> Floats:
 
 
 def _leaks(seen: Complexes) -> Floats:
-    """Return the relative amplitude outside each combination's main diameter, (c,)."""
+    """Return the relative amplitude outside each combination's main diameter, (c,).
+
+    seen : (N, 3, c), `transform` of c combinations of modes
+    """
     power = _power(seen)
     whole = power.sum(axis=0)
     power[power.argmax(axis=0), np.arange(power.shape[1])] = 0.0
@@ -342,9 +350,9 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor made of waves, in the built-in rotor's order, and a matrix.
+    """Return the rotor made of exact waves, in the built-in rotor's order, and `turn`.
 
-    The matrix (m, c) gives its c modes as combinations of the file's m modes.
+    turn (m, c) gives its c modes as combinations of the file's m modes.
     """
     records = []
     for k in diameters(blades):
@@ -381,9 +389,10 @@ def _regular(
 def _deviation(
     model: ModalModel, regular: ModalModel, turn: Floats, blades: int
 ) -> Symmetry:
-    """Return the largest deviation of a rotor from its regular form.
+    """Return the largest deviation of a rotor's sectors from equality.
 
-    regular, turn : result of `_regular`
+    regular, turn : result of `_regular`: the rotor with exact waves, and its modes as
+        combinations of those of `model`
     """
     omega, rows = regular.omega, 2 * blades + 2 * has_centre(model, blades)
     stiffness = np.abs((turn.T * model.omega**2) @ turn - np.diag(omega**2))

@@ -83,7 +83,7 @@ def _check_places(moved: Complexes, angle: Floats) -> None:
 def with_tilt(
     tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return M and K with the w coordinates of the tilt, (n + w, n + w), from (n, n).
+    """Return M and K, (n, n), extended by w coordinates of the tilt to (n + w, n + w).
 
     Parameters
     ----------
@@ -103,7 +103,10 @@ def with_tilt(
 def turning_tilt(
     tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
 ) -> tuple[Any, Any, Any]:
-    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt, see `modes.Spin`."""
+    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt's w coordinates.
+
+    They are terms of rotation, see `Spin`; turn : as in `with_tilt`
+    """
     n = len(load)
     turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)
     turns[n:, n:] = (tilt.about_diameter - tilt.polar / 2) * turn
@@ -112,13 +115,13 @@ def turning_tilt(
 
 
 def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -> Any:
-    """Return twice the strain energy in the shaft of modes of unit amplitude, (m,), J.
+    """Return twice the shaft's strain energy in each of m modes, (m,), J.
 
     Parameters
     ----------
     spring : stiffness of the shaft against a displacement, N/m, k_o without a tilt
-    centre, slope : (w, m), centre and slope of each mode; slope is not used without a
-        tilt
+    centre, slope : (w, m), centre and slope of each mode of unit amplitude; slope is
+        not used without a tilt
     """
     energy = spring * (np.abs(centre) ** 2).sum(axis=0)
     if tilt is None:

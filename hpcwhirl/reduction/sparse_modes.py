@@ -68,7 +68,7 @@ class Condensed:
         )
 
     def loaded(self, load: Matrix) -> Matrix:
-        """Return the reduced form, (b + m + c,), of a load (n,)."""
+        """Return a load (n,) on the full DoF in reduced coordinates, (b + m + c,)."""
         return np.asarray(self.lift.conj().T @ load)
 
 
@@ -116,7 +116,7 @@ def whole_pairs(squared: Floats, reach: float, most: int) -> int:
 def condensed(
     project: Project, boundary: int, count: int, tell: Tell, *, keep: bool = False
 ) -> Condensed:
-    """Return the Craig-Bampton reduction to the first DoF and the lowest modes at rest.
+    """Return the Craig-Bampton reduction to b boundary DoF and lowest modes at rest.
 
     Parameters
     ----------
@@ -192,14 +192,17 @@ def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
 
 
 def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matrix]:
-    """Return K_ii, M_ii of the interior, and K_ib, which couples it to the boundary."""
+    """Return K_ii, M_ii of the interior DoF, and K_ib, which couples in the boundary.
+
+    boundary : b, number of boundary DoF, which come first
+    """
     inside = slice(boundary, None)
     k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
     return k_ii, m_ii, stiffness[inside, :boundary].toarray()
 
 
 def _reference(piece: Condensed) -> float:
-    """Return a basis's reference speed, rad/s: `REACH` times its first frequency."""
+    """Return a basis's reference speed, rad/s: `REACH` times its lowest frequency."""
     squared = eigh(piece.stiffness, piece.mass, eigvals_only=True)
     return REACH * float(np.sqrt(squared[squared > RIGID * squared[-1]][0]))
 
@@ -273,9 +276,11 @@ def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
 def _lift(
     k_ii: Any, m_ii: Any, coupling: Matrix, count: int, tell: Tell
 ) -> tuple[Matrix, Floats, float, float]:
-    """Return (basis of static and fixed-interface modes, omega^2, reach, condition).
+    """Return (static and fixed-interface modes, omega^2, reach, condition number).
 
     The last three are those of `Condensed`.
+
+    coupling, count : K_ib from the interior to the boundary; number of modes wanted
     """
     solve = factored(k_ii, tell)
     condition = _condition(k_ii, solve)
@@ -311,7 +316,10 @@ def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
 def _fixed_modes(
     k_ii: sparse.csc_array, m_ii: sparse.csc_array, solve: Solve, count: int
 ) -> tuple[Floats, Matrix, float]:
-    """Return (omega^2 (m,), modes (n, m), reach) of lowest fixed-interface modes."""
+    """Return (omega^2 (m,), shapes (n, m), reach) of the lowest fixed-interface modes.
+
+    solve : x of K_ii x = b; reach : omega^2 below which none is missing
+    """
     size = k_ii.shape[0]
     if size <= DENSE or count + MORE >= size // 2:
         squared, modes = eigh(k_ii.toarray(), m_ii.toarray())
@@ -359,7 +367,10 @@ def _lowest(
 
 
 def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
-    """Raise ModelError if modes do not satisfy x = omega^2 K^-1 M x."""
+    """Raise ModelError if fixed-interface modes do not satisfy x = omega^2 K^-1 M x.
+
+    solve, squared : x of K x = b; omega^2 of each mode
+    """
     miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
     worst = float((miss / np.linalg.norm(modes, axis=0)).max())
     if not worst <= RESIDUAL:

@@ -75,7 +75,10 @@ def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 
 
 def _line(k: int, family: str, root: complex, speed: float) -> WaveLine:
-    """Return the wave e^{i k theta + s t} of a root s, 1/s."""
+    """Return the wave e^{i k theta + s t} of a root s, 1/s, of nodal diameter k.
+
+    family, speed : name of the mode at rest from which it comes; Omega, rad/s
+    """
     turning = -float(root.imag)
     return WaveLine(k, family, turning, turning + k * speed, float(root.real))
 
@@ -115,7 +118,7 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
 def rank_of(place: int, modes: int) -> int:
     """Return the rank of the mode at rest from which a wave's root comes.
 
-    place : index of the root among the 2 `modes` roots
+    place : index of the root among 2 `modes` roots, sorted from forward to backward
     """
     return modes - 1 - place if place < modes else place - modes
 
@@ -180,7 +183,8 @@ def _apart(
 def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
     """Return [[A, conj(B)], [B, conj(A)]], which acts on (Y, conj(Y)), see `_apart`.
 
-    matrix : A; apart, hub : factor at the centre, and z_o of the modes, which give B
+    matrix : A (m, m)
+    apart, hub : factor at the centre, and z_o of m modes, which give B
     """
     across = apart * np.outer(hub, hub)
     return np.block([[matrix, across.conj()], [across, matrix.conj()]])
@@ -309,9 +313,10 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
     """Return the speeds below `top`, rad/s, at which an unbalance is in resonance.
 
-    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds, and the
-    resonance speeds computed with them. Where such a speed equals the one at which the
-    supports were evaluated, there is a resonance.
+    piece : terms of rotation of nodal diameter 1. Supports that depend on the speed are
+    evaluated at each of `SPEEDS` speeds, and the resonance speeds computed with them.
+    Where such a speed equals the one at which the supports were evaluated, there is a
+    resonance.
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
@@ -338,9 +343,11 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
 def _of_unbalance(
     piece: SpinBlock, own: Support
 ) -> tuple[Complexes, Complexes, Complexes | None]:
-    """Return (K_0, K_1, K_2) of the waves excited by an unbalance.
+    """Return (K_0, K_1, K_2) of the waves that an unbalance excites, k = 1.
 
     Their stiffness is K_0 + Omega^2 K_1 + Omega^4 K_2, see `unbalance_speeds`.
+
+    piece, own : the nodal diameter 1 at rest; its supports at the speed
     """
     hub, first, second = piece.hub, piece.stiffening, piece.quartic
     rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
@@ -355,7 +362,7 @@ def _of_unbalance(
 
 
 def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
-    """Return the speeds > 0 at which K + Omega^2 K_1 + Omega^4 K_2 is singular.
+    """Return the speeds > 0, rad/s, at which K + Omega^2 K_1 + Omega^4 K_2 is singular.
 
     stiffness : K (n, n), positive definite; first, second : K_1, K_2; the last may be
         None
@@ -476,9 +483,9 @@ def unstable_from(model: ModalModel, blades: int) -> float | None:
 
 
 def tip_growth(model: ModalModel, blades: int, speed: float) -> Floats:
-    """Return the outward displacement of each tip at a speed, (N,), m.
+    """Return the steady outward displacement of N tips at a speed, rad/s, (N,), m.
 
-    It is the static response to Omega^2 F_c.
+    It is the static response to the centrifugal load Omega^2 F_c.
     """
     spin = model.spin
     if spin is None:

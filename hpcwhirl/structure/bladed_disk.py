@@ -88,7 +88,7 @@ def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
 
 @lru_cache(maxsize=4)
 def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
-    """Return [(DoF, (M, K)) of its spoke and rim beam] for each sector of a tuned rotor.
+    """Return (DoF, (M, K)) of spoke and rim beam of each sector of a tuned rotor.
 
     DoF are the beam's indices in the whole disk; a rotor of one blade has no rim.
     """

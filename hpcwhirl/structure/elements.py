@@ -60,7 +60,7 @@ class Section:
     density: float  # kg/m^3
 
     def at(self, xi: float) -> tuple[float, float]:
-        """Return area, m^2, and second moment of area, m^4, at xi, 0 to 1 in the element."""
+        """Return area, m^2, and second moment of area, m^4, at xi in the element."""
         h = self.thickness[0] * (1 - xi) + self.thickness[1] * xi
         return self.width * h, self.width * h**3 / 12
 

@@ -34,7 +34,7 @@ MIDDLE = np.zeros(1)
 
 @dataclass(frozen=True)
 class Uniform:
-    """Axial function of a ring, whose displacement does not depend on the axial place."""
+    """Axial function of a ring, whose displacement is constant along the axis."""
 
     count = 1
     ends = (-math.inf, math.inf)
@@ -46,7 +46,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Sines:
-    """Axial functions of a simply supported shell, sines with p = 1 .. `count` half waves.
+    """Axial functions of a simply supported shell: sines of 1 .. `count` half waves.
 
     They are sin(p pi (zeta / L + 1/2)), zeta the axial place, m.
 
