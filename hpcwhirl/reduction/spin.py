@@ -360,7 +360,7 @@ def check_turned(
     speeds: Floats | None,
     wrong: Callable[[str, str, object], InputError],
 ) -> None:
-    """Refuse terms of rotation by which no rigid translation is free in space.
+    """Refuse terms of rotation if a rigid translation is not free in the static frame.
 
     Without springs at its centre the rotor would move uniformly, with the double root
     s = -i Omega in the rotating frame. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 +

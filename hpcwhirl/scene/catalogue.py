@@ -82,7 +82,7 @@ def _told(table: str, name: str, told: Key, default: Any = None) -> InputFact:
 
 
 def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
-    """Return the inputs that a word names: by table, name, or a word of their meaning.
+    """Return the inputs that a word names: a table, an input, or a word of meanings.
 
     Meanings are searched only if no table or input has that name.
 
@@ -112,7 +112,7 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
 
 
 def _by_meaning(word: str) -> list[InputFact]:
-    """Return the inputs with a whole word in their meaning, or else in their rules."""
+    """Return the inputs whose meaning has a word, or else those whose rules have it."""
     if word.lower() in OTHERWISE or len(word) < SHORTEST:
         return []
     wanted = re.compile(rf"\b{re.escape(word)}s?\b", re.IGNORECASE)

@@ -84,7 +84,10 @@ FileName = Annotated[str, AfterValidator(anchored)]
 
 
 def _converted(name: str, value: Any, unit: str) -> Any:
-    """Return a value converted to SI, or raise an error that pydantic reports."""
+    """Return an input's value in SI, or raise an error that pydantic reports.
+
+    name, unit : the input, and its SI unit; value : number, or text such as "0.8 mm"
+    """
     try:
         return in_si(value, unit)
     except ValueError as failed:

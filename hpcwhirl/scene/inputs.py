@@ -1,6 +1,6 @@
 """The inputs of a case as frozen, validated data in SI units.
 
-A row is an input: its default, unit and meaning, then its symbol and limits.
+A line of a table is an input: its default, unit and meaning, then symbol and limits.
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ class Solver(Inputs):
 
     @property
     def flies(self) -> bool:
-        """Whether its scheme jumps over steps without contact."""
+        """Whether the scheme of integration jumps over steps without contact."""
         return SCHEMES[self.scheme].flies
 
 
 class Output(Inputs):
-    """Inputs that determine which results of a run are kept, and in what detail."""
+    """Inputs that determine which results of a run are stored, and in what detail."""
 
     # fmt: off
     traces: Literal["summary", "blades", "orbit", "full"] = given("orbit", "1",

@@ -44,7 +44,7 @@ USUAL = {"kyy": "kxx", "cyy": "cxx"}  # default of a bearing's missing column
 
 
 def kept_rows(text: str) -> Rows:
-    """Return the numbers in the rows of a kept table."""
+    """Return the rows of numbers in a table that a scene keeps as one line of text."""
     return _rows_of(text.split(";")[1:])
 
 
@@ -59,7 +59,7 @@ def table_over_time(text: str, name: str) -> str:
     Parameters
     ----------
     text : name of a CSV file with the columns time and `name`, or a table in one line,
-        as "time,speed;0,100;2,300"; "" is returned as it is
+        as "time,speed;0,100;2,300"; "" is returned unchanged
     name : name of the quantity
     """
     if not text:
@@ -81,7 +81,7 @@ def table_over_time(text: str, name: str) -> str:
 
 
 def scaled(text: str, factor: float) -> str:
-    """Return a kept table over time with its second column times a factor."""
+    """Return a table over time, one line of text, with its quantity times a factor."""
     if not text:
         return ""
     rows: Rows = [(time, factor * value) for time, value in kept_rows(text)]
@@ -92,7 +92,7 @@ def profile_table(text: str) -> str:
     """Return the table of a casing's shape as one line of text, as a scene keeps it.
 
     text : name of a CSV file, or a table in one line, as "harmonic,amplitude,phase;
-        2,1e-5,0"; "" is returned as it is
+        2,1e-5,0"; "" is returned unchanged
     """
     if not text:
         return ""
@@ -148,7 +148,7 @@ def bearing_table(text: str) -> str:
 
 
 def _must(holds: Any, told: str) -> None:
-    """Raise ValueError with a text unless a condition holds."""
+    """Raise ValueError with the text `told` unless the condition `holds`."""
     if not holds:
         raise ValueError(told)
 
@@ -158,12 +158,12 @@ def _are_finite(rows: Rows) -> bool:
 
 
 def _ascends(rows: Rows) -> bool:
-    """Return whether the first column of a table's rows ascends."""
+    """Return whether the numbers in the first column of a table's rows ascend."""
     return all(a[0] < b[0] for a, b in itertools.pairwise(rows))
 
 
 def _text_of(path: Path) -> str:
-    """Return the text of a file that is not empty and of at most `MOST_BYTES`."""
+    """Return the text of a file; refuse an empty one or more than `MOST_BYTES`."""
     name = shown(str(path))
     try:
         is_small = path.stat().st_size <= MOST_BYTES and path.is_file()
@@ -213,14 +213,17 @@ def _columns_of_toml(text: str) -> dict[str, list[Any]]:
 
 
 def _tables(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return all tables of a TOML file that have the key kxx, at any depth."""
+    """Return all tables in a parsed TOML file that have the key kxx, at any depth."""
     own = [table] if "kxx" in table else []
     inner = [value for value in table.values() if isinstance(value, Mapping)]
     return own + [found for value in inner for found in _tables(value)]
 
 
 def _of_columns(columns: Mapping[str, list[Any]]) -> Rows:
-    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a bearing."""
+    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a bearing table.
+
+    columns : {name: values}
+    """
     speeds = columns.get(SPEED, columns.get("w", []))
     missing = [name for name in ("kxx", "cxx") if name not in columns]
     missing += [] if {SPEED, "w"} & columns.keys() else [SPEED]

@@ -29,7 +29,7 @@ SETS = {  # {input: inputs whose values it overrides if it is not 0}
 
 
 def scene_from(data: Mapping[str, Any]) -> Scene:
-    """Return the validated scene of nested plain data.
+    """Return the validated scene of nested dicts, one for each table of inputs.
 
     Raises
     ------
@@ -139,7 +139,10 @@ def _allowed(error: Mapping[str, Any]) -> str:
 
 
 def _unknown_key(table: str, word: str) -> InputError:
-    """Return the error for an unknown key, with its right table or the nearest key."""
+    """Return the error for an unknown key: the table where it belongs, or a near key.
+
+    table, word : dotted table in which the key was written; the key
+    """
     what, names = f"key in [{table or 'scene'}]", input_names()
     names = {**names, f"solver.{PRESET}": ""}
     homes = [n.rpartition(".")[0] for n in names if n.rpartition(".")[2] == word]

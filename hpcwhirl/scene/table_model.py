@@ -21,12 +21,12 @@ UNKNOWN_WORD = "unknown_word"  # type of a pydantic error with `word` and `known
 
 @dataclass(frozen=True)
 class Key:
-    """Documentation of a key of a table.
+    """Documentation of a key of a table in a campaign's file.
 
     Attributes
     ----------
     meaning : explanation in one sentence
-    allowed : text on the allowed values; words separated by bars
+    allowed : text on the allowed values; fixed texts are separated by bars
     """
 
     meaning: str
@@ -48,7 +48,7 @@ def key(default: Any, meaning: str = "", allowed: str = "", **limits: Any) -> An
 
 
 def kind_of(field: Any) -> Any:
-    """Return the type of a field's value: X for a field of type X | None."""
+    """Return the type X of a pydantic field declared as X or X | None."""
     kinds = [kind for kind in get_args(field.annotation) if kind is not NoneType]
     is_literal = get_origin(field.annotation) is Literal
     return field.annotation if is_literal or len(kinds) != 1 else kinds[0]
