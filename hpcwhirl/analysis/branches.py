@@ -48,7 +48,7 @@ class Branch:
 
 
 class Fold(NamedTuple):
-    """A change of word along a branch.
+    """A change of word along a branch, from one case to the next.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return numbers of points: those with several words, those on several branches.
+    """Return numbers of points: with several words, and on several branches.
 
     A point is a value of the input that varies along branches, with given values of the
     other swept inputs.

@@ -44,7 +44,7 @@ class Twins(Protocol):
         """Integrate both motions by one interval; return their relative distance."""
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference of the twin from the reference by `factor`."""
+        """Multiply the difference of the twin from the reference motion by `factor`."""
 
 
 class Exponent(NamedTuple):
@@ -128,7 +128,10 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return the largest distance of a section's points from the mean of every n-th."""
+    """Return how far points n revolutions apart are from their mean, the largest case.
+
+    section : (points, m), one point per revolution, as in `returns`
+    """
     rows = len(section) // n
     turns = section[len(section) - rows * n :].reshape(rows, n, -1)
     away = turns - turns.mean(axis=0)
@@ -159,7 +162,10 @@ def zero_one(values: Floats) -> float:
 
 
 def _correlation(values: Floats, c: float) -> float:
-    """Return K_c of the 0-1 test: correlation of mean square displacement with lag."""
+    """Return K_c of the 0-1 test: correlation of mean square displacement with lag.
+
+    values, c : (N,), one per revolution, mean removed; angle of the walk, rad
+    """
     count, longest = len(values), len(values) // 10
     walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
     lags = np.arange(1, longest + 1)

@@ -94,7 +94,7 @@ def shares_of(
 
 
 def swept_in(found: xarray.Dataset) -> list[str]:
-    """Return the swept inputs in a table of shares: its coordinates over `point`."""
+    """Return the names of swept inputs in a table of shares, its coordinates."""
     names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     return [name for name in names if name != "point"]
 

@@ -101,7 +101,7 @@ def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
 
 
 def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
-    """Return several spectra on a common axis of bins, one column for each spectrum.
+    """Return several spectra on a common axis of m bins, one column for each spectrum.
 
     Parameters
     ----------
@@ -116,7 +116,10 @@ def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
 
 
 def after_revolutions(time: Floats, speed: float, revolutions: float) -> slice:
-    """Return the slice of samples after a number of revolutions; all at speed 0."""
+    """Return the slice of samples after a number of revolutions; all at speed 0.
+
+    time, speed : (n,), s; rad/s
+    """
     if speed == 0.0:
         return slice(0, None)
     start = revolutions * 2 * np.pi / abs(speed)
@@ -161,9 +164,11 @@ def static_frame(centre: Floats, angle: Floats) -> Floats:
 
 
 def whole_revolutions(time: Floats, speed: float) -> slice:
-    """Return the slice of the samples' last whole revolutions.
+    """Return the slice of the last samples that make whole revolutions.
 
     At speed 0, or if samples do not cover a revolution, the slice has all samples.
+
+    time, speed : (n,), s, equally spaced; rad/s
     """
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))

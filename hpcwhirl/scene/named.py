@@ -60,7 +60,7 @@ def engine_inputs(name: str) -> dict[str, Value]:
 
 
 def engine_shows(name: str) -> str:
-    """Return a text on the motions that a named engine shows in the scene of Table 2."""
+    """Return a text on the motions of a named engine in the scene of Table 2."""
     return str(_table("engine")[name]["shows"])
 
 
