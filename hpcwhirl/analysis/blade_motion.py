@@ -53,7 +53,7 @@ def blade_amplitudes(tips: Floats) -> Floats:
 
 
 def _squares(tips: Floats) -> Floats:
-    """Return squared magnitudes (n, N), m^2, of displacements (n, N, 2) of N tips, m."""
+    """Return squared magnitudes (n, N), m^2, of N tips' displacements (n, N, 2), m."""
     return np.asarray(tips[..., 0] ** 2 + tips[..., 1] ** 2)
 
 

@@ -216,7 +216,7 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check operands of == or !=; a name becomes a word if the other can have it."""
+        """Check operands of == or !=; turn a name into a word of the other operand."""
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):

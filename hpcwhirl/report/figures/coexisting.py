@@ -57,7 +57,10 @@ def draw_branches(results: Results, line: list[int]) -> Any:
 
 
 def _strip(axes: Any, row: int, branch: Branch) -> None:
-    """Draw the words of a branch as a row of marks, and where they change."""
+    """Draw the words of a branch as a row of marks, with a line where the word changes.
+
+    row : y of the marks
+    """
     marker, _ = _look(branch)
     for value, word in zip(branch.values, branch.words, strict=True):
         shown = SHOWN[word]
@@ -93,7 +96,10 @@ def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
 
 
 def edge_figure(scene: Scene, found: Edge) -> Any:
-    """Return the figure of an edge: radius over time, and the static-frame orbit."""
+    """Return the figure of the motion on the edge between two basins of a scene.
+
+    It shows the orbit radius over time, and the orbit in the static frame.
+    """
     figure, (axes, plane) = new_figure((11, 4.8), 1, 2, width_ratios=[1.4, 1.0])
     radius = np.hypot(*found.centre.T)
     most = ROOM * float(radius.max(initial=0.0))

@@ -32,12 +32,15 @@ def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return which samples lie in the window that decides a case's words, (n,)."""
+    """Return whether each of n samples lies in the window that decides words, (n,).
+
+    row : results of the case by name
+    """
     return np.asarray(time > row["end_time"] - row["window"])
 
 
 def unit_of(largest: float) -> tuple[float, str]:
-    """Return (factor, unit) in which to show lengths up to `largest`, m."""
+    """Return (factor from m, unit) in which to show lengths of at most `largest`, m."""
     for factor, unit in ((1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
         if largest * factor >= 0.1:
             return factor, unit
@@ -75,9 +78,9 @@ def orbits_of(
 
 
 def is_coarse(path: Floats) -> bool:
-    """Return whether a path (n, 2) turns by over `TURNED` at most of its samples.
+    """Return whether lines between n samples of a path would look like polygons.
 
-    Lines between so few samples would look like polygons.
+    At most of its samples the path (n, 2) then turns by over `TURNED`.
     """
     steps = np.diff(path @ np.array([1.0, 1j]))
     steps = steps[np.abs(steps) > 0.0]
@@ -145,7 +148,7 @@ def draw_contributions(cases: Results, case: int) -> Any:
 
 
 def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
-    """Draw |q_k|, (n, diameters), over time: k = 0 and 1 in front, the others thin."""
+    """Draw amplitudes |q_k| (n, diameters) over time; thick lines for k = 0 and 1."""
     step = max(1, len(time) // MOST_POINTS)
     colours = colormaps["viridis"](np.linspace(0, 0.9, amplitude.shape[1]))
     for k in reversed(range(amplitude.shape[1])):
@@ -172,7 +175,10 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _motion(row: Mapping[str, Any]) -> str:
-    """Return a motion's word, and its period if any; "" without `output.chaos`."""
+    """Return the word of a case's motion, and its period, if it has one.
+
+    It is "" without `output.chaos`; row : results of the case by name
+    """
     if row.get("motion", "none") == "none":
         return ""
     number = f", {row['period']} revolutions" * (row["motion"] == "periodic")

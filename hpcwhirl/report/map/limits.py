@@ -1,4 +1,4 @@
-"""The limit up to which cases are damped, drawn over the other swept inputs.
+"""The largest value of an input up to which cases are damped, over other inputs.
 
 Over one input, a bar joins the last damped case and the next case, which has another
 word; over two inputs, colours show the last damped value. Triangles mark lines of cases
