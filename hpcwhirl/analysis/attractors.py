@@ -90,7 +90,7 @@ FEATURES = {  # {regime with several attractors: features}
 
 @dataclass
 class Known:
-    """Attractors found so far: regime and features of each, by number."""
+    """Attractors found so far, a number for each: its regime and features."""
 
     regime: list[str] = field(default_factory=list)
     at: list[Floats] = field(default_factory=list)
@@ -163,7 +163,7 @@ def _groups(
 
 
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
-    """Return the features of all cases divided by their tolerances, (cases, features).
+    """Return features of all cases, each divided by its tolerance, (cases, features).
 
     Features of the centre's motion are 0 for cases without whirl, where they would be
     round-off.
@@ -181,7 +181,7 @@ def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
 
 
 def clusters(features: Floats) -> Ints:
-    """Return the cluster of each point, (n,), numbered from 0 by decreasing size.
+    """Return the cluster of each of n points, (n,), numbered from 0 by falling size.
 
     Parameters
     ----------
@@ -293,7 +293,10 @@ def silhouette(away: Floats, labels: Ints) -> float:
 
 
 def _by_size(labels: Ints) -> Ints:
-    """Return cluster labels renumbered from 0 by falling size; ties by occurrence."""
+    """Return the cluster of each point, renumbered from 0 by falling cluster size.
+
+    Of clusters of equal size the one that occurs first is first. labels : (n,)
+    """
     _, first, own, size = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True
     )

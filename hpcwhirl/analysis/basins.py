@@ -103,9 +103,9 @@ def starts_of(data: xarray.Dataset) -> Starts:
 
 
 def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
-    """Return the number of each case's combination of swept inputs, (cases,).
+    """Return the number of each case's combination of the inputs `swept`, (cases,).
 
-    Points are sorted by the first input, then the next one; texts by occurrence.
+    Combinations are sorted by the first input, then the next one; texts by occurrence.
     """
     columns = []
     for name in swept:

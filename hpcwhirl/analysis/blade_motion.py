@@ -42,7 +42,7 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
 
 
 def blade_amplitudes(tips: Floats) -> Floats:
-    """Return the rms distance of each tip from its mean, (N,), m.
+    """Return the rms distance of each of N tips from its mean position, (N,), m.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def localisation(size: Floats) -> float:
 
 
 class Touches(NamedTuple):
-    """Contacts of all blades: one entry per blade and sampling interval in contact.
+    """Contacts of all blades: c entries, each of a blade in a sampling interval.
 
     Attributes
     ----------

@@ -84,7 +84,7 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return the short names of the inputs that differ within a bundle of branches.
+    """Return short names of the two inputs that differ within a bundle of branches.
 
     These inputs are `branch` and the input that varies along branches.
     """
@@ -107,7 +107,7 @@ def bundles_of(results: Results) -> list[list[int]]:
 def branches_of(
     results: Results, only: Sequence[int] | None = None
 ) -> tuple[str, list[Branch]]:
-    """Return the full name of the input that varies along branches, and the branches.
+    """Return (full name of the input that varies along branches, the branches).
 
     only : cases whose branches are returned; None: all branches
 

@@ -189,9 +189,9 @@ def twins_of(
 
     Parameters
     ----------
-    ended : march at the end of its case
+    ended : integration of the case, at its end
     revolutions : number of revolutions of the measurement
-    between : called between slices
+    between : called between slices of the integration
     """
     speed = abs(ended.scene.speed)
     if ended.lean.model.folds > 1 or speed == 0.0:
@@ -201,7 +201,7 @@ def twins_of(
 
 
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
-    """Integrate twins to their end; return exponent, period and 0-1 test, by name.
+    """Integrate twins; return {name: exponent, period or result of the 0-1 test}.
 
     Return {} if the reference or the twin ends at a limit.
     """
@@ -215,7 +215,7 @@ def motion_numbers(twins: SideBySide) -> dict[str, float]:
 
 
 def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:
-    """Return exponent, period and 0-1 test of a motion, by name; only finite ones.
+    """Return {name: exponent, period or result of the 0-1 test}, finite ones only.
 
     Parameters
     ----------

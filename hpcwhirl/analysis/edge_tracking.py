@@ -38,7 +38,7 @@ class Motions(Protocol[State]):
         """Return the distance of two states, relative to their size."""
 
     def ahead(self, state: State) -> State | None:
-        """Return the state one stride later; None if the motion has ended."""
+        """Return the state one stride of time later; None if the motion has ended."""
 
     def side(self, state: State) -> int:
         """Return on which side of the boundary a state is: `LOW`, `HIGH`, or `OPEN`.
@@ -89,9 +89,9 @@ class _Count:
 def bisect(
     motions: Motions[State], low: State, high: State, near: float
 ) -> tuple[Pair[State], int]:
-    """Return a pair on different sides of the boundary, and the number of bisections.
+    """Return two states nearer to the boundary between them, and how often it bisected.
 
-    The pair stays farther apart than `near` if the side of a middle state is unknown,
+    They stay farther apart than `near` if the side of a middle state is unknown,
     or if bisection does not bring the states nearer to each other.
 
     Parameters

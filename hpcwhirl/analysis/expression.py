@@ -341,7 +341,7 @@ MEANING: dict[str, Callable[..., Any]] = {
 
 
 def names_in(program: Program) -> set[str]:
-    """Return the names that occur in a program."""
+    """Return the names of variables or words that occur in a program."""
     return {str(step.value) for step in program if step.does == "name"}
 
 

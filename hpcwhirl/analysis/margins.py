@@ -120,7 +120,10 @@ def safe_ranges(
 
 
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
-    """Return the lines of a campaign along an input; parameters as in `safe_ranges`."""
+    """Return a campaign's lines: cases that differ in the input `over` only.
+
+    Parameters are those of `safe_ranges`.
+    """
     swept = swept_of(data)
     name = variable_of(over, swept)
     values = data[name].to_numpy()

@@ -53,7 +53,7 @@ class Spell(NamedTuple):
 
 
 def words_over_speed(case: Case, history: History) -> list[Spell]:
-    """Return the words of a run by windows of equal time, joined where words repeat."""
+    """Return the words of a run in windows of equal time, equal neighbours joined."""
     rows = len(history.judged.time)
     count = max(1, min(case.scene.output.windows, rows // FEWEST))
     ends = np.linspace(0.0, history.end, count + 1).tolist()

@@ -93,7 +93,7 @@ class MotionThresholds:
 
 
 def threshold_facts() -> dict[str, float]:
-    """Return {attribute of results: value} of the default thresholds."""
+    """Return {name of the attribute in results: value} of the default thresholds."""
     return {f"threshold_{name}": value for name, value in all_thresholds().items()}
 
 
@@ -462,11 +462,11 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
 def name_regime(
     numbers: Mapping[str, Value], limits: Thresholds
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl) by the rules of `scene.words`.
+    """Return a case's words (outcome, regime, whirl) by the rules of `scene.words`.
 
     Parameters
     ----------
-    numbers : result of `evidence`, and `stop`
+    numbers : result of `evidence`, and `stop`, why the run ended
     limits : thresholds
     """
     return words_of_one(numbers, _as_numbers(limits))

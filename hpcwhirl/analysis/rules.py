@@ -85,14 +85,14 @@ def words_by_table(
 def motions_by_table(
     regime: Words, numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> Words:
-    """Return the word `motion` of many cases, (cases,).
+    """Return the word `motion`, such as "periodic", of many cases, (cases,).
 
     Parameters
     ----------
     regime : (cases,), regime of each case
     numbers : {name: (cases,)} of `scene.quantities.CHAOS`, NaN if not measured, and of
         `speed`
-    limits : thresholds
+    limits : {name: threshold}
     """
     with np.errstate(all="ignore"):
         turn = 2 * np.pi / np.abs(numbers["speed"])

@@ -60,11 +60,11 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return bootstrap intervals of the indices, (2 ends, 2, d), see `indices`.
+    """Return bootstrap intervals of the Sobol' indices of d inputs, (2 ends, 2, d).
 
-    Ends are percentiles over draws taken with replacement; NaN if no value varies in
-    more than a share `STILL` of the resamples, as for a regime that hardly any case
-    has.
+    Parameters and indices are those of `indices`. Ends are percentiles over draws taken
+    with replacement; NaN if no value varies in more than a share `STILL` of the
+    resamples, as for a regime that hardly any case has.
     """
     chosen = np.random.default_rng(SEED).integers(len(a), size=(RESAMPLES, len(a)))
     resampled = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])

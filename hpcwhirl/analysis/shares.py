@@ -107,7 +107,7 @@ def counts(
 ) -> NDArray[np.int64]:
     """Return the number of chosen cases by group and kind of motion, (groups, kinds).
 
-    For parameters see `shares_of`.
+    group : (cases,), such as points of the sweep; others see `shares_of`
     """
     number = np.unique(group, return_inverse=True)[1]
     table = np.zeros((number.max(initial=-1) + 1, len(kinds)), dtype=np.int64)

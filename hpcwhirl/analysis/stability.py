@@ -161,7 +161,10 @@ def _amplitudes(
 
 
 def closed_roots(pair: Coupled) -> Complexes:
-    """Return the roots s of motions e^{s t} with closed contacts, (2 m - 2,), 1/s."""
+    """Return the 2 m - 2 roots s, 1/s, of motions e^{s t} with contacts held closed.
+
+    pair : equations of rotor and ring
+    """
     right = null_space(pair.gap[None, :])
     left = null_space(pair.push[None, :].conj())
     mass, damping, stiffness = (

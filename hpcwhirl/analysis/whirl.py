@@ -79,7 +79,7 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
 
 
 def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
-    """Return the largest amplitude of a spectrum in each bin of an axis, (m,).
+    """Return the largest amplitude of a spectrum in each of m bins of an axis, (m,).
 
     A coarse axis loses no spectral line; a bin narrower than the spectrum's resolution
     takes the amplitude of the nearest line.
@@ -219,7 +219,7 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
 
 
 def section(time: Floats, centre: Floats, speed: float) -> Floats:
-    """Return the centre's position at whole revolutions, t = 2 pi m / |Omega|.
+    """Return the centre's positions at whole revolutions, t = 2 pi m / |Omega|.
 
     Interpolates linearly between samples, which must be much closer than a revolution.
 

@@ -25,17 +25,20 @@ from hpcwhirl.structure import CyclicStructure
 
 
 def diameters(sectors: int) -> range:
-    """Return the nodal diameters 0 .. N // 2."""
+    """Return the nodal diameters 0 .. N // 2 of N sectors."""
     return range(sectors // 2 + 1)
 
 
 def is_simple(k: int, sectors: int) -> bool:
-    """Return whether k is a simple harmonic (0, or N/2 for even N)."""
+    """Return whether nodal diameter k is a simple harmonic (0, or N/2 for even N).
+
+    sectors : N. A simple harmonic has single modes, others have pairs
+    """
     return 2 * k % sectors == 0
 
 
 def wave(k: int, sectors: int) -> Complexes:
-    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k, (N,)."""
+    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k in N sectors."""
     steps = k * np.arange(sectors) % sectors  # exact multiples: no drift of the phase
     return np.asarray(np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors))
 
@@ -230,7 +233,7 @@ def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
 
 
 def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
-    """Return the nodal diameter of each mode, (m,): the one that dominates its tips.
+    """Return the nodal diameter of each of m modes, (m,), that dominates its tips.
 
     Mixed modes of nearly one frequency get the diameters of their unmixed combinations
     (see `unmixed`), with which they are paired by the largest overlap.

@@ -27,7 +27,9 @@ UNHELD = "stiffness must hold every part while tips and centre are fixed; it is 
 
 
 def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
-    """Return a function that solves A x = b, b (n,) or (n, m), by a factor of A.
+    """Return a function of b that solves A x = b by a factor of the matrix A.
+
+    b and x are (n,) or (n, m).
 
     Parameters
     ----------
@@ -80,11 +82,12 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Estimate the number of entries of a matrix's factors L and U by its nodes' graph.
+    """Estimate the number of entries of the factors L and U of a sparse matrix.
 
     Parameters
     ----------
-    graph, node : result of `_nodes`
+    graph, node : graph of the matrix's nodes, and the node of each unknown, see
+        `_nodes`
     order : elimination order of the nodes; None: minimum degree
     """
     # relax: SuperLU fills up subtrees of this many columns; here columns are nodes
@@ -94,7 +97,7 @@ def expected_fill(
 
 
 def _dissected(graph: sparse.csc_array) -> Integers:
-    """Return the elimination order of METIS's nested dissection, (nodes,)."""
+    """Return a graph's nodes in the elimination order of METIS's nested dissection."""
     import pymetis
 
     off_diagonal = sparse.csr_array(graph)

@@ -66,7 +66,7 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
 
     Parameters
     ----------
-    radial, tangential : (p, 1 or 2), of all contact points, in one mode or in both of a
+    radial, tangential : (p, 1 or 2), of p contact points, in one mode or in both of a
         pair, which vibrate a quarter of a period apart
     """
     u, v = (np.dot(part, [1.0, 1j][: part.shape[1]]) for part in (radial, tangential))
@@ -128,9 +128,11 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of 1F, the first bending mode, rad/s} of a body.
+    """Return {nodal diameter: omega of the family 1F, rad/s} of a body.
 
-    Of a split pair the lower omega is returned; body : "rotor" or "casing"
+    1F is the first bending mode; of a split pair the lower omega is returned.
+
+    body : "rotor" or "casing"
     """
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
@@ -172,12 +174,12 @@ def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def rotor_by_diameter(model: Model) -> ModalModel:
-    """Return the rotor for frequencies, its modes sorted by nodal diameter if possible.
+    """Return a model's rotor with modes sorted by nodal diameter, if that is possible.
 
     Natural frequencies, critical speeds (Eq. 13 of the paper) and the growth of free
-    motions do not depend on contact:
-    only the reference points count as tips here, so that equal sectors are recognised
-    as with one point per tip. The time integration has waves of its own, see
+    motions do not depend on contact: they are computed with this rotor, in which only
+    the reference points count as tips, so that equal sectors are recognised as with one
+    point per tip. The time integration has waves of its own, see
     `dynamics.point_sectors`.
 
     It is the model's rotor unchanged, unless tips have several points and sectors are

@@ -127,7 +127,7 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set T[rows[i], columns[i]] = values[i]; a single value is set everywhere."""
+        """Set entries T[rows[i], columns[i]] = values[i], one value for all or each."""
         self.rows.append(rows)
         self.columns.append(columns)
         self.values.append(np.broadcast_to(values, rows.shape))
@@ -146,7 +146,7 @@ class _Map:
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
     def matrix(self, size: int) -> sparse.csr_array:
-        """Return the sparse matrix T of u = T v, (size, number of columns added)."""
+        """Return the sparse matrix T of u = T v, from free DoF v to `size` DoF u."""
         sides = (self.rows, self.columns)
         places = tuple(np.concatenate(side).astype(np.int32) for side in sides)
         values = np.concatenate(self.values)
@@ -154,7 +154,7 @@ class _Map:
 
 
 def imported(wheel: FiniteElements, tell: Tell) -> Imported:
-    """Return the reduced rotor of a wheel or a sector of finite elements.
+    """Return the reduced rotor of finite-element matrices of a wheel or of one sector.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
 
 
 def _check_definite(wheel: FiniteElements) -> None:
-    """Refuse matrices whose diagonal or Ritz values show that they are indefinite."""
+    """Refuse a wheel whose diagonals or Ritz values show indefinite matrices."""
     moving = np.setdiff1d(np.arange(wheel.mass.shape[0]), wheel.held)
     for name, matrix in (("mass", wheel.mass), ("stiffness", wheel.stiffness)):
         diagonal = matrix.diagonal()[moving]
@@ -476,7 +476,10 @@ _FRAMES = (
 
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
-    """Return omega^2 of all modes, (n,), (rad/s)^2; refuse indefinite matrices."""
+    """Return omega^2 of all n modes, (n,), (rad/s)^2; refuse indefinite matrices.
+
+    mass, stiffness : (n, n), of the reduced rotor; wheel : as given, for messages
+    """
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         value = f"eigenvalue {lowest:.2g} of the reduced one"

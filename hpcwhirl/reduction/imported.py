@@ -187,7 +187,7 @@ def _reduced(
 
 
 def _has_all_modes(given: Given) -> bool:
-    """Return whether a file has all modes of its matrices, to round-off.
+    """Return whether the modes in a file are all modes of its matrices, to round-off.
 
     They are then used unchanged, so that an exported rotor is read back bit for bit.
     """
@@ -271,9 +271,10 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with its `centre_share`, from the stiffness of the shaft.
+    """Return the rotor with its modes' shares of strain energy in the shaft's springs.
 
-    If this stiffness is unknown, the share of modes that move the centre is NaN.
+    They follow from the shaft's stiffness; if it cannot be identified, the share of
+    modes that move the centre is NaN.
     """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
@@ -322,7 +323,7 @@ def _check_shapes(given: Given) -> None:
 
 
 def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
-    """Return two index arrays: of tips and centre, and of further contact points.
+    """Return indices of coordinates: of tips and centre, and of other contact points.
 
     The first has the radial and tangential coordinate of the reference point of blade
     0, 1, ..., then x_o and y_o, if any; the second those of all other points by blade.
@@ -352,7 +353,10 @@ def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
 def _checked_modes(
     given: Given, mass: Floats, stiffness: Floats
 ) -> tuple[Floats, Floats]:
-    """Return frequencies (n,) and mode shapes (n, n); refuse indefinite matrices."""
+    """Return frequencies (n,) and mode shapes (n, n) of matrices of a file (n, n).
+
+    Indefinite matrices are refused.
+    """
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         raise given.wrong("mass", "be positive definite", f"eigenvalue {lowest:.2g}")
@@ -372,7 +376,7 @@ def _checked_modes(
 
 
 def _check_given_shapes(given: Given) -> None:
-    """Check that a file's shapes and omega are those of its matrices."""
+    """Check that mode shapes and omega in a file are modes of its matrices."""
     shapes, omega = given["shapes"], given["omega"]
     unit = shapes.T @ given["mass"] @ shapes
     miss = np.abs(unit - np.eye(len(omega))).max()
@@ -426,7 +430,7 @@ def _check_rows(given: Given, name: str) -> None:
 
 
 def _check_given_ratios(given: Given) -> None:
-    """Check damping ratios: >= 0 and, with matrices, those of rotor/damping."""
+    """Check a file's damping ratios: >= 0, and equal to those of its rotor/damping."""
     if "damping_ratio" not in given:
         return
     ratios, omega = given["damping_ratio"], given["omega"]

@@ -81,7 +81,7 @@ def named_modes(
 
 
 def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
-    """Return a mistuned rotor whose modes have the labels of the tuned rotor's modes.
+    """Return a mistuned rotor whose modes get the names of the tuned rotor's modes.
 
     Every mode gets the diameter and rank of one tuned mode, each used once, so that
     families are complete even if modes are localised. The assignment has the largest
@@ -115,7 +115,7 @@ def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
 
 
 def boundary_of(structure: CyclicStructure) -> Indices:
-    """Return the DoF that the reduction keeps: tips sector by sector, then centre."""
+    """Return indices of the DoF that a reduction keeps: tips by sector, then centre."""
     first = structure.sector_size * np.arange(structure.sectors)
     tips = first[:, None] + np.array(structure.boundary)
     centre = np.array(structure.centre, dtype=np.intp)

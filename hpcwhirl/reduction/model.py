@@ -55,7 +55,7 @@ class Model:
 
     @property
     def contacts(self) -> int:
-        """Number of contact points, N n_c."""
+        """Number of contact points, N n_c, of N blades with n_c points each."""
         return self.blades * self.each
 
     @property
@@ -83,9 +83,9 @@ class Model:
         return np.zeros(self.contacts) if points is None else self._by_point("station")
 
     def clearances(self, gap: float) -> Floats:
-        """Return the clearances of the contact points, (N n_c,), m.
+        """Return the clearances of all N n_c contact points, (N n_c,), m.
 
-        gap : m, gap of the scene
+        gap : m, gap of the scene, to which the tip's profile is added
         """
         if self.rotor.points is None:
             return np.full(self.blades, gap)

@@ -76,7 +76,7 @@ class SpinBlock:
 
     @property
     def multiplicity(self) -> int:
-        """Number of real modes per complex one, 1 or 2."""
+        """Number of real modes per complex one: 1 for a simple harmonic, else 2."""
         return 1 if self.simple else 2
 
 
@@ -182,7 +182,7 @@ class ModalModel:
         return len(self.mass) == len(self.shapes)
 
     def damping_matrix(self) -> Floats:
-        """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n)."""
+        """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n), N s/m."""
         lift = self.mass @ self.shapes
         return (lift * (2 * self.ratios * self.omega)) @ lift.T
 
@@ -240,12 +240,12 @@ class Block:
 
     @property
     def multiplicity(self) -> int:
-        """Number of real coordinates per complex coordinate, 1 or 2."""
+        """Real coordinates per complex one: 1 for a simple harmonic, else 2."""
         return 1 if self.simple else 2
 
 
 def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
-    """Return the fixed-interface frequencies of every nodal diameter, rad/s."""
+    """Return {nodal diameter: fixed-interface frequencies, rad/s, of its modes}."""
     out = {}
     inner = np.setdiff1d(np.arange(structure.sector_size), structure.boundary)
     for k in diameters(structure.sectors):
@@ -297,7 +297,7 @@ def lowest_of(
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, whose modes are added to a basis for all speeds.
+    """Return the speed, rad/s, at which modes are added to a basis for all speeds.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """
@@ -527,7 +527,7 @@ def modal_model(
     eta: int | None = None,
     rotation: Rotation | None = None,
 ) -> ModalModel:
-    """Return the body's reduced matrices and modes, nodal diameter by diameter.
+    """Return a structure's reduced matrices and modes, nodal diameter by diameter.
 
     Parameters
     ----------

@@ -57,12 +57,12 @@ class TipPoints:
 
     @property
     def count(self) -> int:
-        """Number of points per blade, n_c."""
+        """Number of contact points per blade, n_c."""
         return len(self.station)
 
     @property
     def reference(self) -> int:
-        """Index of the point that represents its tip: the middle one."""
+        """Index of the contact point that represents its tip: the middle one."""
         return reference_of(self.count)
 
 
@@ -105,7 +105,7 @@ def points_in(given: Given) -> int:
 
 
 def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
-    """Return the points of a file's tips; None where each has one.
+    """Return the contact points of the tips in a file; None where each tip has one.
 
     The reference points' coordinates are the first of a rotor, (radial, tangential) of
     blade 0, 1, ...; those of all other points, blade by blade, begin at `start`.
@@ -204,7 +204,10 @@ class Stress:
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Return von Mises' equivalent stress (...,) of components (..., 6)."""
+    """Return von Mises' equivalent stress (...,) of stress components (..., 6).
+
+    Their order is normal stresses xx, yy, zz, then shear stresses yz, zx, xy.
+    """
     normal, shear = stress[..., :3], stress[..., 3:]
     apart = normal - np.roll(normal, 1, axis=-1)
     squared = (apart**2).sum(axis=-1) / 2 + 3 * (shear**2).sum(axis=-1)
@@ -212,7 +215,9 @@ def von_mises(stress: Floats) -> Floats:
 
 
 def stress_of(given: Given, blades: int) -> Stress | None:
-    """Return the stress of a rotor in the file's coordinates; None if it has none.
+    """Return the stress at named points of a rotor from file; None if it has none.
+
+    It is in the file's coordinates.
 
     Raises
     ------

@@ -49,10 +49,10 @@ class _Wave:
     Attributes
     ----------
     k : nodal diameter
-    omega, rate : rad/s; 2 xi omega, 1/s
+    omega, rate : rad/s; damping rate 2 xi omega, 1/s
     zeta : (3,), the wave's `transform` at k: radial, tangential, centre
     turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
-        of the file's modes
+        of the file's m modes
     """
 
     k: int
@@ -63,7 +63,7 @@ class _Wave:
 
     @property
     def phases(self) -> int:
-        """Number of phases: 1 for a simple harmonic, else 2."""
+        """Number of real modes: 1 for a simple harmonic, else 2."""
         return int(self.turn.shape[1])
 
 
@@ -157,7 +157,7 @@ def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
 
 
 def _unmixed(model: ModalModel, blades: int) -> Floats:
-    """Return combinations of modes (m, c) with one nodal diameter each, where possible.
+    """Return c combinations of m modes, (m, c), if possible of one nodal diameter each.
 
     First, modes of equal frequency are separated, then modes of close frequencies,
     which the round-off of an eigensolver mixes, the more the closer they are.
@@ -223,7 +223,7 @@ def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
 
 
 def _squared(model: ModalModel, turn: Floats) -> Floats:
-    """Return omega^2 of combinations (m, c) of modes, (c,)."""
+    """Return omega^2 of c combinations of a rotor's m modes, (c,); turn : (m, c)."""
     return np.asarray(model.omega**2 @ turn**2)
 
 
@@ -256,7 +256,10 @@ class _NoTwinError(Exception):
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
-    """Return the waves of a rotor's modes; successive modes of a diameter are pairs."""
+    """Return the waves of a rotor's modes; successive modes of a diameter are pairs.
+
+    turn : (m, c), combinations of the rotor's m modes
+    """
     seen = transform(model.shapes @ turn, centre_rows(model, blades) @ turn, blades)
     squared, out = _squared(model, turn), []
     label = _power(seen).argmax(axis=0)
@@ -290,9 +293,10 @@ def _groups(modes: Indices, squared: Floats) -> list[Indices]:
 
 
 def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave:
-    """Return the mode of a simple harmonic, k = 0 or N / 2, its largest entry positive.
+    """Return the wave of one mode of a simple harmonic, k = 0 or N / 2.
 
-    turn, seen : as in `_running`, (m, 1) and (3,)
+    Its largest entry is positive. turn : (m, 1), the mode as a combination of the
+    rotor's; seen : (3,), its `transform` at k
     """
     zeta = seen.real
     sign = 1.0 if zeta[np.argmax(np.abs(zeta))] > 0.0 else -1.0
@@ -339,7 +343,7 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
 
 
 def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
-    """Return the motion of tips (2 N, p) and centre (2, p) in an exact wave."""
+    """Return motions of tips (2 N, p) and centre (2, p) in the p phases of a wave."""
     columns = spread(wave.k, blades)
     z = np.array([[wave.zeta.real, -wave.zeta.imag], [wave.zeta.imag, wave.zeta.real]])
     tips = np.einsum("ja,apd->jdp", columns, z[: wave.phases, : wave.phases, :2])

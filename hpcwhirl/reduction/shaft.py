@@ -24,7 +24,7 @@ RIGID = 0.01  # largest relative deviation from a translation; left-out modes ca
 
 
 class MisplacedError(ValueError):
-    """Raised if a rotor translates rigidly, but tips or centre have other places."""
+    """Raised if a rotor translates rigidly, but with tips or centre in other places."""
 
 
 def shaft_stiffness(
@@ -64,7 +64,11 @@ def shaft_stiffness(
 
 
 def _check_places(moved: Complexes, angle: Floats) -> None:
-    """Raise MisplacedError for a translation in other axes or another blade order."""
+    """Raise MisplacedError for a translation in other axes or another blade order.
+
+    moved : (N, 2), radial and tangential motion of the tips if the centre moves by 1
+    angle : (N,), rad, where the tips should be
+    """
     radial, tangential = moved.T
     for way, order in ((1.0, "anticlockwise"), (-1.0, "clockwise")):
         wave = np.exp(-1j * way * angle)

@@ -208,8 +208,9 @@ def _reference(piece: Condensed) -> float:
 
 
 def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
-    """Return K(Omega) + Omega^2 M, positive definite, with the modes of K(Omega).
+    """Return the positive definite K(Omega) + Omega^2 M, with the modes of K(Omega).
 
+    speed : Omega, rad/s
     turning : [C, K_1] or [C, K_1, K_2], terms of rotation, see `modes.Spin`
     """
     _, first, *second = turning
@@ -265,7 +266,7 @@ def _lacking(
 
 
 def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
-    """Return shapes (i, c), orthonormal to modes (i, m) and each other by M."""
+    """Return c shapes (i, c) made orthonormal, by M, to modes (i, m) and each other."""
     for _ in range(2):
         shapes = shapes - modes @ (modes.conj().T @ (m_ii @ shapes))
         squared, mix = np.linalg.eigh(_reduced(m_ii, shapes))
@@ -302,7 +303,10 @@ def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
 
 
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
-    """Estimate the condition number (1-norm) of a matrix scaled to unit diagonal."""
+    """Estimate the condition number (1-norm) of a matrix A scaled to unit diagonal.
+
+    solve : x of A x = b
+    """
     scale = np.sqrt(matrix.diagonal().real)
 
     def apply(x: Matrix) -> Matrix:
@@ -379,7 +383,7 @@ def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
 
 
 def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
-    """Return the Rayleigh quotient omega^2 of each mode, (m,), of columns (n, m)."""
+    """Return the Rayleigh quotient omega^2, (m,), of each of m columns of `modes`."""
     strain, inertia = ((modes.conj() * (a @ modes)).sum(axis=0) for a in (k_ii, m_ii))
     return np.asarray(strain.real / inertia.real)
 

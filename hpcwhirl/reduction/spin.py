@@ -194,7 +194,7 @@ def _scaled(matrix: Floats, pure: Floats) -> Floats:
 
 
 def _spread_block(out: Floats, block: Complexes, members: list[Indices]) -> None:
-    """Set the entries of a real matrix, in modes, from the block of a nodal diameter.
+    """Set the entries of `out`, a matrix in real modes, from a nodal diameter's block.
 
     members : indices of the modes of the first phase, and of the second if there is one
     """
@@ -225,7 +225,9 @@ def standing_damping(
 
 
 def spin_of(given: Given) -> Spin:
-    """Return the terms of rotation that a file has, in its own coordinates.
+    """Return the terms of rotation (Coriolis, stiffening, loads) that a file has.
+
+    They are in the file's coordinates.
 
     Raises
     ------

@@ -55,8 +55,8 @@ class Support:
 
     Attributes
     ----------
-    stiffness : k, in addition to the springs in the rotor's own matrix
-    damping : c
+    stiffness : k, N/m, in addition to the springs in the rotor's own matrix
+    damping : c, N s/m
     stiffness_apart, damping_apart : k_d, c_d, by which directions differ
     film, clearance : damping c_0, N s/m, of a squeeze film, which c includes, and its
         clearance, m; 0: no film

@@ -102,7 +102,10 @@ def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
 
 
 def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor of equal sectors, by nodal diameter."""
+    """Return the waves of a rotor of equal sectors with rotation, by nodal diameter.
+
+    spin, speed : terms of rotation; Omega, rad/s
+    """
     lines = []
     for piece in spin.waves:
         names = family_ranks(model, piece.k)
@@ -124,7 +127,10 @@ def rank_of(place: int, modes: int) -> int:
 
 
 def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
-    """Return the roots s (2 m,), 1/s, of a nodal diameter, from forward to backward."""
+    """Return the 2 m roots s, 1/s, of waves of a nodal diameter, forward ones first.
+
+    piece, speed : the terms of rotation of its m modes; Omega, rad/s
+    """
     gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
     roots = quadratic_roots(damping + gyro, stiffness + push)
     roots, own = roots[np.argsort(roots.imag, kind="stable")], model.spin
@@ -257,7 +263,7 @@ def turning_matrices(
 
 
 def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor of unequal sectors, or of one or two sectors."""
+    """Return the waves of a rotor whose sectors are unequal, or at most two."""
     gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
     stiffness, n = stiffness + push, len(model.mass)
     right = np.linalg.solve(model.mass, np.hstack([stiffness, damping + gyro]))
@@ -387,15 +393,15 @@ def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
 def unbalance_response(
     model: ModalModel, blades: int, force: complex, speed: float, step: float = 0.0
 ) -> tuple[Floats, Complexes]:
-    """Return the steady motion under an unbalance, (n,) and (n,), m, rotating frame.
+    """Return the steady motion (x, xi) under an unbalance, (n,) each, m.
 
-    The motion is x + Re(xi e^{2 i Omega t}). On supports that are equal in all
-    directions xi = 0 and (K(Omega) + S) x = F: in the static frame the rotor moves on a
-    circle with the rotation. For a rigid rotor of mass m, z = m_u e Omega^2 / (k - m
-    Omega^2 + i c Omega). Otherwise its centre moves on an ellipse, z + z_2 e^{-2 i
-    Omega t}, with xi = -conj(beta) z Q^-1 (e_x + i e_y), beta = k_d - i Omega c_d, Q
-    the dynamic stiffness at 2 Omega; the reaction of z_2 on z acts like a further
-    stiffness at the centre.
+    The motion is x + Re(xi e^{2 i Omega t}) in the rotating frame. On supports that are
+    equal in all directions xi = 0 and (K(Omega) + S) x = F: in the static frame the
+    rotor moves on a circle with the rotation. For a rigid rotor of mass m, z = m_u e
+    Omega^2 / (k - m Omega^2 + i c Omega). Otherwise its centre moves on an ellipse, z +
+    z_2 e^{-2 i Omega t}, with xi = -conj(beta) z Q^-1 (e_x + i e_y), beta = k_d - i
+    Omega c_d, Q the dynamic stiffness at 2 Omega; the reaction of z_2 on z acts like a
+    further stiffness at the centre.
 
     Parameters
     ----------

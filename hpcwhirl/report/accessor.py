@@ -119,7 +119,7 @@ class Whirl:
         ----------
         wish : options as of `hpcwhirl map`: x, y: swept inputs; panels, at: tuples,
             such as ("gap=1e-4",); colour: "regime", "whirl", "attractor", "motion" or
-            an expression of numbers; units: tuple; rpm, critical: bool
+            an expression of results; units: tuple; rpm, critical: bool
         """
         from hpcwhirl.report.map.maps import drawing_of
 
@@ -211,7 +211,7 @@ class Whirl:
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the results and the case's number; refuse a case without an orbit."""
+        """Return the campaign's results and the case's number, if it has an orbit."""
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:

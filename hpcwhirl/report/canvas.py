@@ -35,12 +35,12 @@ def name_of(name: str) -> str:
 
 
 def axis_of(name: str) -> str:
-    """Return the label of an axis: the symbol, else the name, and the SI unit."""
+    """Return a variable's label for an axis: symbol, else name, and SI unit."""
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
 def eq13_of(family: str) -> str:
-    """Return the label of a critical speed of Eq. 13, with its family except for 1F."""
+    """Return the label "Eq. 13" of a critical speed, with a family other than 1F."""
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 
@@ -98,7 +98,7 @@ def _tell(axis: Any, found: re.Match[str]) -> None:
         return
 
     class Round(MaxNLocator):
-        """Ticks at round numbers of the unit shown."""
+        """Locator of ticks at round numbers in the unit that is shown."""
 
         def tick_values(self, vmin: float, vmax: float) -> Any:
             ticks = super().tick_values(factor * vmin, factor * vmax)
@@ -130,8 +130,9 @@ LONGEST = 80  # largest number of characters of a text that is part of a file na
 def new_figure(
     size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any
 ) -> tuple[Any, Any]:
-    """Return a figure of width and height `size`, in, and its axes.
+    """Return a new figure and its axes.
 
+    size : width and height, in
     rows, columns, options : as of `subplots` of matplotlib's figures
     """
     from matplotlib.figure import Figure

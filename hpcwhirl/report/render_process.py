@@ -65,7 +65,10 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
-    """Wait for the drawing process; return its paths, or raise its error."""
+    """Wait for the drawing process; return the paths it wrote, or raise its error.
+
+    out : directory of the figures
+    """
     with process:  # the input of the process stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
     if told:

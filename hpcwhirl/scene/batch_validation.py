@@ -80,7 +80,7 @@ def first_refused(name: str, values: Values) -> int:
 
 
 class Many:
-    """The cases of a table as columns: one array of values per input.
+    """The cases of a campaign as columns: one array of values per input.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class Many:
         return wrong
 
     def _first_wrong_value(self) -> int:
-        """Return the first case in which a value of an input is invalid by itself.
+        """Return the number of the first case with an input that is invalid by itself.
 
         Return the number of cases if all values are valid.
         """

@@ -130,7 +130,7 @@ class Campaign(TableModel):
     # fmt: on
 
     def with_options(self, other: Campaign) -> Campaign:
-        """Return the table, overridden by the keys that `other` sets."""
+        """Return the table, its keys overridden by those that `other` sets."""
         return self.model_copy(
             update={name: getattr(other, name) for name in other.model_fields_set}
         )
@@ -227,10 +227,10 @@ def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
 
 
 class SampleTable(TableModel):
-    """The table [sample]: how inputs are drawn.
+    """The table [sample]: how inputs are drawn at random.
 
-    `laws` is {full dotted input: its law} in the order of the file. In the file, an
-    input is a key of this table, beside the keys `method`, `seed`, ...
+    `laws` is {full dotted input: its distribution} in the order of the file. In the
+    file, an input is a key of this table, beside the keys `method`, `seed`, ...
     """
 
     # fmt: off

@@ -200,7 +200,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def identity(self) -> str:
-        """Digest of all cases in their order, 32 hexadecimal digits."""
+        """SHA-256 of all cases in their order, shortened to 32 hexadecimal digits."""
         parts = [self._told(), self.table.plain()]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 

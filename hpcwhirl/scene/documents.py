@@ -169,7 +169,7 @@ def parsed_toml(text: str) -> dict[str, Any]:
 
 
 def _members(value: Any) -> list[Any]:
-    """Return the values directly inside a table or a list; [] for other values."""
+    """Return the values directly inside a parsed TOML table or list; else []."""
     if isinstance(value, dict):
         return list(value.values())
     return value if isinstance(value, list) else []

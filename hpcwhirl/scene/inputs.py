@@ -86,7 +86,7 @@ class Output(Inputs):
 
 
 class _Told(type(Inputs)):  # type: ignore[misc]
-    """Metaclass of `Scene`: its validation errors are InputErrors of one line."""
+    """Metaclass of `Scene`, which turns its validation errors into InputErrors."""
 
     def __call__(cls, *args: Any, **inputs: Any) -> Any:
         try:
@@ -213,7 +213,7 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def coefficient(self) -> float:
-        """Coefficient of friction by its law, at the sliding speed |Omega| R."""
+        """Coefficient of friction at the sliding speed |Omega| R, by `friction_law`."""
         law = contact_laws.FRICTION[self.friction_law]
         sliding = self.speed * self.engine.rotor.radius
         own = self.friction, self.friction_at_rest, self.friction_speed

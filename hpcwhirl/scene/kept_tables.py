@@ -49,7 +49,10 @@ def kept_rows(text: str) -> Rows:
 
 
 def kept_table(head: str, rows: Rows) -> str:
-    """Return a table as the line that a scene keeps; head : names of the columns."""
+    """Return a table as one line of text, the form that a scene keeps.
+
+    head, rows : names of the columns, with commas; rows of numbers
+    """
     return ";".join([head, *(",".join(map(repr, row)) for row in rows)])
 
 
@@ -124,10 +127,10 @@ def profile_table(text: str) -> str:
 
 
 def bearing_table(text: str) -> str:
-    """Return a bearing's table as one line of text, the form that a scene stores.
+    """Return a bearing's table as one line of text, the form that a scene keeps.
 
     text : name of a CSV or TOML file, or a table in that form, which is only checked;
-        "" stays ""
+        "" is returned unchanged
     """
     if not text:
         return ""
@@ -179,7 +182,10 @@ def _text_of(path: Path) -> str:
 
 
 def _lines_of(text: str) -> list[str]:
-    """Return the lines of a kept table `text`, or of the CSV file that it names."""
+    """Return the lines of a table given as one line, or in the CSV file so named.
+
+    text : "time,speed;0,100;2,300", or a file's name
+    """
     if ";" in text:
         return text.split(";")
     lines = _text_of(Path(text)).splitlines()
@@ -187,7 +193,7 @@ def _lines_of(text: str) -> list[str]:
 
 
 def _rows_of(lines: Iterable[str]) -> Rows:
-    """Return the numbers of each line; raise ValueError for text that is no number."""
+    """Return the numbers of each line of a table; ValueError for text that is none."""
     return [tuple(map(float, line.split(","))) for line in lines]
 
 

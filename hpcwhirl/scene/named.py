@@ -122,7 +122,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def preset_inputs(name: str) -> dict[str, Value]:
-    """Return {dotted name: value} that a preset sets.
+    """Return {dotted name: value} of the inputs that a preset sets.
 
     Raises
     ------

@@ -109,7 +109,7 @@ def to_toml(scene: Scene) -> str:
 
 
 def case_before(scene: Scene) -> Scene | None:
-    """Return the case with whose last state a case begins; None without history."""
+    """Return the case whose last state begins a case; None if it begins at rest."""
     over, values = parsed(scene.history)
     if not values:
         return None
@@ -160,7 +160,10 @@ def _unknown_key(table: str, word: str) -> InputError:
 
 
 def _tables(name: str) -> list[str]:
-    """Return the dotted names of the nested tables that contain an input."""
+    """Return the dotted names of the nested tables that contain an input.
+
+    name : the input's full dotted name
+    """
     parts = name.split(".")[:-1]
     return [".".join(parts[: i + 1]) for i in range(len(parts))]
 

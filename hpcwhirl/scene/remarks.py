@@ -24,7 +24,7 @@ RPM = 30.0 / math.pi  # rpm per rad/s
 
 
 class _Remark(NamedTuple):
-    """A warning: the inputs on which it depends, its condition, and its text."""
+    """A warning: the inputs on which it depends, its condition, its text."""
 
     inputs: tuple[str, ...]
     holds: Condition

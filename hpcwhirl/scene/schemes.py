@@ -72,7 +72,7 @@ DENSE = StepTimes(14.0, 2.0, 3.2, 2.0, 0.0, 0.0)  # `paper`
 
 @dataclass(frozen=True)
 class Scheme:
-    """Properties of a scheme.
+    """Properties of a time-integration scheme.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Scheme:
     cyclic : whether the scheme always uses the cyclic kernel, and refuses other models
     matrices : whether it integrates coordinates with M, D and K instead of modes
     stands : whether supports may differ by direction in the static frame, or have a
-        film
+        squeeze film
     points : whether tips may have several contact points
     turns : s, the same as `nominal` with engine.rotation = "full" or "auto"
     times : how the time of a step depends on contact and blades, for equal sectors

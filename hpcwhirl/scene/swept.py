@@ -51,7 +51,10 @@ Number = Annotated[int | float, AfterValidator(_bounded)]
 
 
 class Range(TableModel):
-    """Values from start to stop: {start, stop, step} or {start, stop, num}."""
+    """Values of an input from start to stop, at equal steps.
+
+    They are {start, stop, step} or {start, stop, num}, num being their number.
+    """
 
     start: Number = key(..., allowed="a finite number")
     stop: Number = key(..., allowed="a finite number")
@@ -155,7 +158,7 @@ def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> lis
 
 
 def check_count(cases: float, told: str) -> None:
-    """Raise InputError for more cases than `MOST_CASES`.
+    """Raise InputError if a campaign has more cases than `MOST_CASES`.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class OfCases(Sequence[Item]):
     @overload
     def __getitem__(self, case: slice) -> tuple[Item, ...]: ...
     def __getitem__(self, case: int | slice) -> Item | tuple[Item, ...]:
-        """Return the item of a case, or the items of a slice of cases."""
+        """Return the element of a case, or the elements of a slice of cases."""
         chosen = range(len(self))[case]
         if isinstance(chosen, range):
             return tuple(map(self._of_case, chosen))
@@ -90,7 +90,7 @@ class Block(tuple[Axis, ...]):
 
     @property
     def cases(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases of the block."""
         return prod(map(len, self))
 
     def row(self, number: int) -> Settings:
@@ -139,7 +139,7 @@ class Column:
         )
 
     def case_of(self, value: int) -> int:
-        """Return the first case whose value has the index `value` in `values`."""
+        """Return the first case with a value, given the value's index in `values`."""
         inside = (self.first <= value) & (value < self.first + self.length)
         block = int(np.argmax(inside))
         before = (value - self.first[block]) * self.stride[block]
@@ -224,12 +224,12 @@ class Table(OfCases[Settings]):
         return int(self._starts[-1])
 
     def _of_case(self, case: int) -> Settings:
-        """Return {input: value} of a case."""
+        """Return {input: value} that a case sets, by the case's number."""
         block = int(np.searchsorted(self._starts, case, side="right")) - 1
         return self.blocks[block].row(case - int(self._starts[block]))
 
     def __iter__(self) -> Iterator[Settings]:
-        """Yield {input: value} of each case."""
+        """Yield {input: value} that each case sets."""
         for block in self.blocks:
             places = [[axis.row(i) for i in range(len(axis))] for axis in block]
             for parts in itertools.product(*places):
@@ -288,7 +288,10 @@ class Table(OfCases[Settings]):
 
 
 def _column_in(block: Block, name: str) -> tuple[Values, int] | None:
-    """Return (values, stride) of an input in a block; None if the block lacks it."""
+    """Return (values, stride) of an input in a block; None if the block lacks it.
+
+    stride : number of successive cases with the same value
+    """
     for number, axis in enumerate(block):
         if name in axis.names:
             return axis.columns[axis.names.index(name)], block.stride(number)
@@ -359,7 +362,7 @@ def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
 
 
 def labels(parts: Iterable[tuple[Column, Cases]], cases: Cases) -> Cases:
-    """Return an integer label of each case, (m,), equal where all columns are equal.
+    """Return an integer for each of m cases, (m,), equal where all columns are equal.
 
     Parameters
     ----------

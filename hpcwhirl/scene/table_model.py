@@ -55,7 +55,10 @@ def kind_of(field: Any) -> Any:
 
 
 def key_of(field: Any) -> Key:
-    """Return the `Key` of a field; an empty `allowed` is made from type and limits."""
+    """Return the `Key` of a pydantic field, its `allowed` made from type and limits.
+
+    An `allowed` that the field has is kept.
+    """
     told = next(told for told in field.metadata if isinstance(told, Key))
     return told if told.allowed else Key(told.meaning, _allowed(field))
 
@@ -80,7 +83,7 @@ def _allowed(field: Any) -> str:
 
 
 class TableModel(BaseModel):
-    """Base class of tables: frozen, strict about unknown keys and types.
+    """Base class of a campaign's tables: frozen, strict about unknown keys and types.
 
     Pydantic builds the validator of a table when it is first used.
     """

@@ -166,7 +166,7 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
 
     Parameters
     ----------
-    source, wanted : unit of cf_units; name of the target unit
+    source, wanted : unit as an object of cf_units; name of the target unit
     refused : message of the ValueError if the units have no such factor
     """
     from cf_units import Unit

@@ -47,7 +47,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Rule:
-    """A word, and the conditions that must all hold for a case to have it."""
+    """A word for cases, such as "damped", and conditions that must all hold for it."""
 
     word: str
     needs: tuple[str, ...] = ()

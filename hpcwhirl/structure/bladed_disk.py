@@ -34,7 +34,7 @@ def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
 
 
 def blade(rotor: Rotor) -> tuple[Floats, Floats]:
-    """Return (M, K) of one free blade, root node first, in its sector's frame.
+    """Return mass and stiffness (M, K) of one free blade, its root node first.
 
     Returns
     -------

@@ -52,7 +52,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
 
 @dataclass(frozen=True)
 class Section:
-    """A rectangular section whose thickness varies linearly along an element."""
+    """A rectangular cross section, its thickness varying linearly along an element."""
 
     width: float  # out of plane, m
     thickness: tuple[float, float]  # in plane, m, at both ends
@@ -67,7 +67,7 @@ class Section:
 
 @lru_cache(maxsize=64)  # mistuned blades of an engine differ by a factor on K only
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
-    """Return (M, K) of a straight Bernoulli beam plus a rod.
+    """Return mass and stiffness (M, K) of a straight Bernoulli beam plus a rod.
 
     Returns
     -------

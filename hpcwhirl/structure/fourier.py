@@ -133,12 +133,12 @@ class FourierOperator:
 
     @property
     def radial(self) -> Integers:
-        """Indices of the radial coordinates, those of w."""
+        """Indices of the radial coordinates, w, among those of the casing."""
         return np.arange(self.axial.count * self.width)
 
     @property
     def tangential(self) -> Integers:
-        """Indices of the tangential coordinates, those of u, as in `radial`."""
+        """Indices of the tangential coordinates, u, in the order of the radial ones."""
         return len(self.radial) + self.radial
 
     def rows(self, angles: Floats, stations: Floats = MIDDLE) -> tuple[Floats, Floats]:

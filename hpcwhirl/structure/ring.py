@@ -40,7 +40,7 @@ class RingOperator:
 
     @property
     def tangential(self) -> Integers:
-        """Indices of the tangential DoF (u, u') of every node, as in `radial`."""
+        """Indices of the tangential DoF (u, u') of every node, node by node."""
         return self.radial - 2
 
     @property

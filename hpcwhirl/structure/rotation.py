@@ -40,7 +40,7 @@ ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
 @dataclass(frozen=True)
 class Rotation:
-    """Matrices of the terms of rotation of a bladed disk, in its DoF.
+    """Matrices of the terms of rotation of a bladed disk, in its n DoF.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ PANELS = 6  # largest number of panels: points of the sweep with the largest ent
 
 
 def draw_branches(results: Results, line: list[int]) -> Any:
-    """Return a figure: words of each branch above, orbit radius below.
+    """Return a figure of branches: words of their cases above, orbit radius below.
 
     line : finished cases of one bundle of branches, see `analysis.branches.bundles_of`
     """
@@ -83,7 +83,7 @@ def _look(branch: Branch) -> tuple[str, str]:
 
 
 def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
-    """Return handles and labels of the legend: words, directions, changes of word."""
+    """Return (handles, labels) of the legend: words, directions, changes of word."""
     words = dict.fromkeys(word for branch in branches for word in branch.words)
     marks = {word: ("o", SHOWN[word].colour) for word in words}
     marks |= {name: (look[0], "none") for name, look in LOOKS.items()}
@@ -133,7 +133,7 @@ def draw_fractions(
 
     Parameters
     ----------
-    data : results
+    data : results from `open_results`
     found : result of `analysis.basins`
     out : directory of the figures
 
@@ -180,7 +180,7 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
 
 
 def _most_mixed(data: xarray.Dataset, starts: Starts) -> xarray.Dataset:
-    """Return the cases of the points of the sweep with the largest basin entropy."""
+    """Return results with only the points of the sweep with the largest entropy."""
     found = basins(data)
     if found.sizes["point"] <= PANELS or not varied(found):
         return data

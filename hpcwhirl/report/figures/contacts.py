@@ -41,7 +41,7 @@ def _shown(
 
 
 def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of contacts: which blade, where on the casing, when."""
+    """Return a figure of a case's contacts: which blade, where on the casing, when."""
     traces, row = cases.traces(case), cases.rows[case]
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start, found = _shown(found, row, transient=transient)

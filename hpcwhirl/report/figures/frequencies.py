@@ -359,7 +359,7 @@ def _marked(
 
 
 def _speed(speed: float) -> str:
-    """Return a speed, rad/s, as text in the unit shown."""
+    """Return a speed, rad/s, as text with the unit that is shown."""
     unit, factor = shown_in("rad/s")
     return f"{factor * speed:.0f} {unit}"
 
@@ -384,7 +384,10 @@ def shown_word(row: dict[str, Any]) -> str:
 
 
 def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:
-    """Add a legend of the panels and of the regimes' colours below a figure."""
+    """Add a legend below a figure: panels' labels, colours of regimes that occur.
+
+    line : numbers of the cases
+    """
     found = {shown_word(cases.rows[i]) for i in line}
     keys = [
         Line2D(
@@ -408,10 +411,10 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def centre_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the end of a cascade's axis for the centre in the static frame, rad/s.
+    """Return the end, rad/s, of a cascade's axis for the centre in the static frame.
 
     The axis covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and
-    Omega.
+    Omega. line : numbers of the cases
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [

@@ -75,7 +75,7 @@ def _is_told(one: xarray.Dataset) -> bool:
 
 
 def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return the engine and the number of draws as a heading."""
+    """Return the heading of a figure of indices: engine and number of draws."""
     least, most = int(found["draws"].min()), int(found["draws"].max())
     draws = f"{least}" if least == most else f"{least} to {most}"
     dropped = int(found["dropped"].max())
@@ -133,7 +133,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Write into the panel of a quantity without Sobol indices why it has none."""
+    """Write in the panel of a quantity without indices why it has none."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

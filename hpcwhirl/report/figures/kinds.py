@@ -60,7 +60,7 @@ class Kind:
 
     @property
     def transient(self) -> bool:
-        """Whether `draw` takes `transient`, to show the time before the window."""
+        """Whether `draw` has the option `transient`: show times before the window."""
         return "transient" in inspect.signature(self.draw).parameters
 
 
@@ -147,7 +147,7 @@ def draw_figures(
 
 
 def cases_at(results: Results, settings: list[str]) -> list[int]:
-    """Return the finished cases that have the values of ``NAME=V`` settings."""
+    """Return the finished cases with the values in ``NAME=V``, the `settings`."""
     found = where(settings, {name: results[name] for name in swept_of(results)})
     chosen = set(np.flatnonzero(found).tolist()) if found is not None else set()
     finished = sorted(chosen & set(results.finished()))
@@ -234,7 +234,7 @@ def _wanted(
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:
-    """Draw a figure; return its path, or why it was not drawn.
+    """Draw a figure of the kind `name`; return its path, or why it was not drawn.
 
     of : what it shows: a case, or the cases of a speed series, see `Kind.of`
     """

@@ -26,7 +26,7 @@ SMALLEST = 1e-7  # smallest error that the figure shows
 
 @dataclass(frozen=True)
 class Row:
-    """Cost and accuracy of a setting, over all scenes.
+    """Cost and accuracy of a setting of the solver, over all scenes.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ def _cells(errors: Mapping[str, tuple[float, float]]) -> list[str]:
 
 
 def markdown(facts: Facts) -> str:
-    """Return the table in Markdown: a line for each setting, the front in bold."""
+    """Return the table of settings in Markdown, those on the Pareto front in bold."""
     rows, kinds = table_of(facts), len(facts["words"])
     names = " | ".join(COLUMNS.values())
     lines = [

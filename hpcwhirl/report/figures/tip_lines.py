@@ -67,7 +67,7 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def edges_of(time: Floats, interval: float) -> Floats:
-    """Return the edges of the cells along time, (c + 1,), s, c <= `MOST_COLUMNS`.
+    """Return the edges of c cells along time, (c + 1,), s, with c <= `MOST_COLUMNS`.
 
     time : (n,), s, times of samples, each at the end of its interval of `interval` s
     """

@@ -21,7 +21,7 @@ ALONE = 0.5  # half the width of a cell without neighbours, relative to its valu
 
 @dataclass(frozen=True)
 class Levels:
-    """Distinct values of a swept input, and which of them each case has.
+    """The m distinct values of a swept input, and which one each of n cases has.
 
     Attributes
     ----------
@@ -54,17 +54,17 @@ class Levels:
 
     @property
     def values(self) -> NDArray[Any]:
-        """The value of each case, (n,)."""
+        """The input's value in each of n cases, (n,)."""
         return np.asarray(self.known[self.index])
 
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of a map.
+    """An axis of a map of n cases.
 
     Attributes
     ----------
-    name : variable of the file, "" if nothing is swept
+    name : variable of results, "" if nothing is swept
     label : label with unit
     index : (n,), index into `levels` of each case
     levels : (m,), distinct positions, ascending
@@ -156,7 +156,7 @@ def distinct(values: Floats) -> tuple[str, ...]:
 
 
 def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
-    """Return the (m + 1,) edges of cells around ascending levels (m,)."""
+    """Return the edges of cells around m ascending levels (m,), (m + 1,)."""
     at = straight(levels, scale)
     if len(at) == 1:
         half = ALONE * abs(at[0]) or ALONE

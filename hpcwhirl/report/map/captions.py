@@ -40,7 +40,7 @@ LETTERS_OF_KEY = 14  # letters of a legend in an inch
 
 
 def engine_of(data: xarray.Dataset) -> str:
-    """Return the name of the engine, from the file's scene or title."""
+    """Return the name of the engine from results: from their scene or title."""
     try:
         scene = tomllib.loads(str(data.attrs["scene"]))
         own = scene["engine"]

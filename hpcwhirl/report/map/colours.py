@@ -41,14 +41,14 @@ ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
 
 @dataclass(frozen=True)
 class Colours:
-    """Meaning of the colours of a map.
+    """Meaning of the colours of a map of n cases.
 
     Attributes
     ----------
     name, label : quantity shown, and its name with unit
     kind : (n,), word that gives a case its colour; "" if a number gives it
     number : (n,), number that gives a case its colour; None if words do
-    looks : {word: look}, of all possible words
+    looks : {word: `Look`}, of all possible words
     """
 
     name: str

@@ -38,7 +38,7 @@ class _Level:
 
 
 def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
-    """Draw Omega = (omega_bd + n omega_c) / k in every panel, named by family.
+    """Draw the critical speeds (omega_bd + n omega_c) / k in every panel, with family.
 
     Parameters
     ----------

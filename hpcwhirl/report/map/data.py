@@ -64,13 +64,13 @@ class Wish:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Units in which numbers are shown; the first unit of each quantity counts."""
+        """Names of the units to show; the first unit of each quantity counts."""
         return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """The data of a map.
+    """The data of a map of n cases.
 
     Attributes
     ----------
@@ -196,7 +196,10 @@ def varied(inputs: Inputs) -> list[str]:
 
 
 def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
-    """Return the variables of the x and y axis, "" for none."""
+    """Return the variables of the x and y axis of a map, "" for none.
+
+    inputs, wish : {input: its `Levels`}; options of the map
+    """
     asked = [variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
     taken = {variable_of(n, inputs) for n in wish.panels}
     both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
@@ -238,7 +241,10 @@ def _follows(inputs: Inputs, name: str, by: str) -> bool:
 
 
 def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
-    """Return the inputs of the panels, and notes on inputs that are not shown."""
+    """Return the inputs of the panels, and notes on varying inputs that are not shown.
+
+    x, y : inputs of the axes
+    """
     panels = [variable_of(n, inputs) for n in wish.panels]
     along, left = [], []
     for name in varied(inputs):

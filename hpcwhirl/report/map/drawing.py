@@ -33,14 +33,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Part:
-    """The cases of one panel.
+    """The n cases of one panel of a map.
 
     Attributes
     ----------
     x, y : axes of the whole map
     rows : (n,), indices of the panel's cases among those of the map
     colours : meaning of the colours
-    whirl : (n,), whirl words of these cases
+    whirl : (n,), word of the whirl of these cases
     size : width and height of the panel, points
     lettered : whether letters and markers repeat the meaning of the colours
     """
@@ -240,7 +240,7 @@ def rooms(part: Part) -> tuple[Mask, Mask]:
 
 
 def _letters(axes: Any, part: Part) -> None:
-    """Write a letter into each cell, with a marker of whirl below or beside it."""
+    """Write a word's letter into each cell, with a marker of whirl beside or below."""
     x, y = part.x.middles(part.rows), part.y.middles(part.rows)
     stacked, beside = rooms(part)
     plain = part.colours.number is None

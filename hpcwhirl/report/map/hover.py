@@ -79,7 +79,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
 
 
 def _told(data: xarray.Dataset, picture: Picture) -> NDArray[np.str_]:
-    """Return the text shown when the pointer is at a case, (n,)."""
+    """Return the text that is shown when the pointer is at each of n cases, (n,)."""
     names = [*picture.inputs, *(name for name in TOLD if name in data)]
     words = list(zip(picture.word, picture.whirl, strict=True))
     columns = {name: data[name].to_numpy()[picture.case] for name in names}

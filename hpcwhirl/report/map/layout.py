@@ -77,7 +77,7 @@ class Sheet:
 
 
 def sheet_of(picture: Picture) -> Sheet:
-    """Return the layout of a map."""
+    """Return the layout of a map on paper."""
     rows = _rows(picture)
     columns = -(-len(picture.panels) // rows)
     width = _narrower(picture.x, WIDEST if columns == 1 else max(PAGE / columns, 2.8))
@@ -98,7 +98,7 @@ def _narrower(axis: Axis, width: float) -> float:
 
 
 def _rows(picture: Picture) -> int:
-    """Return the number of rows of panels; two inputs become rows and columns."""
+    """Return the number of rows of panels; two panel inputs give rows and columns."""
     count, names = len(picture.panels), list(picture.panels[0])
     if len(names) == 2:
         sides = [len({panel[n] for panel in picture.panels}) for n in names]

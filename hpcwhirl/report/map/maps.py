@@ -166,7 +166,7 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
 
 
 def wish_of(path: Path) -> Wish | None:
-    """Return the options stored in a map's PNG; None if the file has none."""
+    """Return the map options stored in a map's PNG file; None if it has none."""
     from PIL import Image, UnidentifiedImageError
 
     try:

@@ -118,7 +118,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
 
 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return a note on the number of draws and on cases without a regime."""
+    """Return a note on the number of random draws and of cases without a regime."""
     low, high = int(found["cases"].min()), int(found["cases"].max())
     cases = f"{low}" if low == high else f"{low} to {high}"
     names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)

@@ -111,10 +111,10 @@ def _bit(refined: Refined, name: str) -> int:
 
 
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
-    """Return for which cells corner i lies in the plane that the map shows, (cells,).
+    """Return whether corner i of each cell lies in the plane that the map shows.
 
     If a refined input is no axis, a plane on the border of two cells belongs to the
-    upper cell, and the last plane to the last cell.
+    upper cell, and the last plane to the last cell. The result is (cells,).
 
     found, i : as in `_ends`
     """
@@ -182,7 +182,7 @@ def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
 
 
 def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
-    """Draw boundaries: lines for two refined inputs, bars for one refined input."""
+    """Draw the boundaries of words: lines for two refined inputs, bars for one."""
     panels = np.unique(refined.panel_of[picture.case[part.rows]])
     if {*refined.over} == {part.x.name, part.y.name}:
         lines = _lines(part, refined, panels)

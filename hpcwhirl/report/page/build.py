@@ -77,7 +77,7 @@ class PageData:
 
 
 def page_data(results: Results) -> PageData:
-    """Return the data in the page of a campaign."""
+    """Return the data in the page of a campaign, from its results."""
     sizes, records, slots = _records(results)
     plan = results.plan
     table, data = _columns(results, slots)
@@ -147,7 +147,7 @@ def _fixed(results: Results) -> list[str]:
 
 
 def _inputs(results: Results) -> list[dict[str, Any]]:
-    """Return every input that all cases share, with its meaning."""
+    """Return records of the inputs that all cases share, with meaning and value."""
     base, swept = results.plan.base, results.plan.swept
     return [
         {"name": name, "value": base[name], "meaning": meaning}
@@ -157,7 +157,7 @@ def _inputs(results: Results) -> list[dict[str, Any]]:
 
 
 def _given(results: Results, name: str) -> list[Any]:
-    """Return a swept input's value in every case."""
+    """Return the value of a swept input, `name`, in every case."""
     plan = results.plan
     return [settings.get(name, plan.base.get(name)) for settings in plan.settings]
 

@@ -66,15 +66,15 @@ def sizes_for(cases: int) -> Sizes:
 def record_of(
     traces: Traces, speed: float, window: float, line: float, sizes: Sizes
 ) -> bytes:
-    """Return the thinned traces of a case, encoded as the page's script reads them.
+    """Return a case's traces, reduced to few points, in the page's binary encoding.
 
     Parameters
     ----------
     traces : `time` and the traces `NEEDED`; centre (n, 2), m, static frame
     speed : Omega, rad/s
-    window : length of the window of the words, s
+    window : s, length of the last part of the run, by which its words are decided
     line : strongest line, rad/s, forward positive
-    sizes : points of each curve
+    sizes : number of points of each curve
     """
     time = traces["time"]
     with np.errstate(all="ignore"):  # of a diverged run, finite values are shown
