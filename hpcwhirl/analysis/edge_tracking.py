@@ -89,7 +89,7 @@ class _Count:
 def bisect(
     motions: Motions[State], low: State, high: State, near: float
 ) -> tuple[Pair[State], int]:
-    """Return two states nearer to the boundary between them, and how often it bisected.
+    """Return a pair of states nearer to the boundary, and the number of bisections.
 
     They stay farther apart than `near` if the side of a middle state is unknown,
     or if bisection does not bring the states nearer to each other.

@@ -297,7 +297,7 @@ def lowest_of(
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, at which modes are added to a basis for all speeds.
+    """Return the speed, rad/s, whose modes extend a basis at rest to all speeds.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """

@@ -93,7 +93,7 @@ def _statuses(given: Any) -> Any:
 
 
 class Campaign(TableModel):
-    """The table [campaign]: how a campaign is run. No motion depends on it."""
+    """The table [campaign]: how a campaign is run. No case's motion depends on it."""
 
     # fmt: off
     out: Annotated[str, AfterValidator(_path)] = key("campaign",
@@ -422,7 +422,7 @@ MOST_POINTS = 1000  # most cases of a branch: each stores the values of all befo
 
 
 class BranchTable(TableModel):
-    """The table [branch]: sweeps in which each case begins with the last one's end."""
+    """The table [branch]: sweeps in which a case begins where the last one ended."""
 
     # fmt: off
     over: Annotated[str, BeforeValidator(_input)] = key(...,

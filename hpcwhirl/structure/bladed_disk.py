@@ -22,7 +22,7 @@ MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
 def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
     """Return the length, m, of a blade's equal beam elements, and their cross sections.
 
-    The elements, `rotor.elements` of them, are listed from the root to the tip.
+    There is one section for each element, listed from the root to the tip.
     """
     length = (rotor.radius - rotor.disk_radius) / rotor.elements
     share = np.linspace(0.0, 1.0, rotor.elements + 1)

@@ -66,9 +66,9 @@ def speeds_of(scene: Scene) -> Rows:
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return cells along the axis across the speed; of a real input, `MOST_MODELS`.
+    """Return the cells, of a real input at most `MOST_MODELS`, across the speed's axis.
 
-    across, number : that axis; number of the panel. Cells are joined if there are more
+    across, number : the other axis; number of the panel. Cells are joined if too many
     """
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]

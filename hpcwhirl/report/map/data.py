@@ -172,7 +172,7 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
 
     A refined campaign's map shows the case of the highest fidelity at each point. If
     three inputs are refined, the input that is no axis has a panel for each coarse
-    value, unless `wish.at` selects others.
+    value, unless the option `at` selects others.
     """
     found = np.ones(data.sizes["case"], dtype=bool)
     if "final" not in data:
@@ -275,10 +275,10 @@ def span(values: Levels) -> str:
 
 
 def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, Cells]:
-    """Return an index of a case with each combination of values, and each case's one.
+    """Return (a case with each combination of values, the combination of each case).
 
-    The latter is the index of its combination. Combinations are in the order of the
-    levels of the first input, then of the next. inputs : {input: its `Levels`}
+    The latter is an index of the former. Combinations are in the order of the levels
+    of the first input, then of the next. inputs : {input: its `Levels`}
 
     names, count : the inputs to combine; number of cases
     """

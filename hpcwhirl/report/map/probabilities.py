@@ -44,9 +44,9 @@ def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
 
 
 def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
-    """Return the shares of regimes at the points that a map's options select.
+    """Return the table of shares of regimes at points that a map's options select.
 
-    They are a table of `analysis.shares`
+    data : results of the campaign; see `analysis.shares`
     """
     found = shares(data)
     inputs = {n: found[n].to_numpy() for n in drawn_of(data).swept}
