@@ -128,7 +128,7 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return how far points n revolutions apart are from their mean, the largest case.
+    """Return the largest distance of points n revolutions apart from their mean.
 
     section : (points, m), one point per revolution, as in `returns`
     """

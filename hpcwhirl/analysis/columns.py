@@ -97,6 +97,8 @@ def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
 def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:
     """Return for each case whether a condition holds, (cases,).
 
+    option : where the user wrote the condition, for messages
+
     Raises
     ------
     InputError
@@ -108,6 +110,8 @@ def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.b
 
 def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:
     """Return the value of a numeric expression for each case, (cases,).
+
+    option : where the user wrote the expression, for messages
 
     Raises
     ------

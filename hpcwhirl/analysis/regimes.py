@@ -35,7 +35,10 @@ def _limit(default: float, meaning: str) -> float:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds that separate the words of regimes; stored with the results."""
+    """Thresholds by which the regimes of cases are told apart.
+
+    They are stored with the results.
+    """
 
     ledger: float = _limit(
         1e-6, "largest ledger error of a run that is not `unstable`, see `ledger_error`"
@@ -77,7 +80,10 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class MotionThresholds:
-    """Thresholds that separate the words of `motion`, see `output.chaos`."""
+    """Thresholds by which the words of `motion`, such as "periodic", are told apart.
+
+    These words are determined with `output.chaos`.
+    """
 
     returns: float = _limit(0.05, "largest `return_distance` of a `periodic` motion")
     calm: float = _limit(

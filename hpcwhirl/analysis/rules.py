@@ -90,8 +90,8 @@ def motions_by_table(
     Parameters
     ----------
     regime : (cases,), regime of each case
-    numbers : {name: (cases,)} of `scene.quantities.CHAOS`, NaN if not measured, and of
-        `speed`
+    numbers : {name: (cases,)} of `scene.quantities.CHAOS`: exponent, period, 0-1 test,
+        NaN if not measured; and `speed`
     limits : {name: threshold}
     """
     with np.errstate(all="ignore"):

@@ -127,7 +127,7 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set entries T[rows[i], columns[i]] = values[i], one value for all or each."""
+        """Set T[rows[i], columns[i]] for all i, to values[i] or to a single value."""
         self.rows.append(rows)
         self.columns.append(columns)
         self.values.append(np.broadcast_to(values, rows.shape))

@@ -107,9 +107,11 @@ class Model:
 
 
 def highest(body: ModalModel, speed: float, blades: int) -> float:
-    """Return the highest natural frequency of a body at a speed, rad/s.
+    """Return the highest natural frequency of a body at a speed, both in rad/s.
 
     It follows from the stiffness at this speed, without Coriolis forces.
+
+    body, blades : modal model of rotor or casing; number of blades
     """
     if body.spin is None:
         return float(body.omega.max())

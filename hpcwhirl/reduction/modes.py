@@ -222,7 +222,7 @@ class Block:
     Attributes
     ----------
     k, simple : nodal diameter; whether it is a simple harmonic
-    mass, stiffness : (n, n)
+    mass, stiffness : (n, n), of n reduced coordinates
     omega, modes : (n,), rad/s; (n, n); empty if they are not needed
     coriolis, stiffening, load, quartic : terms of rotation, if included, see `Spin`
     """

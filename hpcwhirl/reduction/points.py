@@ -77,8 +77,8 @@ def with_single_points(given: Given) -> Given:
     Raises
     ------
     InputError
-        if a file with one point per tip has an array of `BY_POINT`, which only several
-        points may have
+        if a file with one point per tip has an array of `BY_POINT`, such as axial
+        places, which only several points may have
     """
     flat = {name: given[name] for name in BY_BLADE if name in given}
     for name, array in flat.items():

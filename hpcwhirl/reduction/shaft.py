@@ -89,6 +89,8 @@ def with_tilt(
 ) -> tuple[Any, Any]:
     """Return M and K, (n, n), extended by w coordinates of the tilt to (n + w, n + w).
 
+    w is 2 for real coordinates x and y, 1 for a complex one.
+
     Parameters
     ----------
     centre : (w,), indices of the centre's coordinates
@@ -124,8 +126,8 @@ def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -
     Parameters
     ----------
     spring : stiffness of the shaft against a displacement, N/m, k_o without a tilt
-    centre, slope : (w, m), centre and slope of each mode of unit amplitude; slope is
-        not used without a tilt
+    centre, slope : (2, m) or, complex, (1, m), of the shaft at the disk in each mode of
+        unit amplitude; slope is not used without a tilt
     """
     energy = spring * (np.abs(centre) ** 2).sum(axis=0)
     if tilt is None:

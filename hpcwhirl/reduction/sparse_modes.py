@@ -348,8 +348,9 @@ def _fixed_modes(
 def _lowest(
     k_ii: Any, m_ii: Any, solve: Solve, known: tuple[Floats, Matrix], wanted: int
 ) -> Matrix:
-    """Return the lowest modes (n, wanted) except known ones, by shift-invert at 0.
+    """Return the lowest modes (n, wanted) other than known ones, by shift-invert at 0.
 
+    k_ii, m_ii, solve : K, M (n, n); x of K x = b
     known : omega^2 (m,) and modes (n, m) computed before
     """
     squared, modes = known

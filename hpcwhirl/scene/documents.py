@@ -100,7 +100,7 @@ def scene_of_document(
 def _set(
     data: dict[str, Any], preset: Mapping[str, Value], settings: Mapping[str, Value]
 ) -> Scene:
-    """Return the scene of plain data, changed by a preset, and then by settings.
+    """Return the scene of parsed tables, changed by a preset, and then by settings.
 
     data : tables of a document; preset, settings : {name: value}
     """

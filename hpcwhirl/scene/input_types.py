@@ -111,7 +111,7 @@ class Inputs(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _in_si(cls, data: Any) -> Any:
-        """Convert numbers with units, such as "0.8 mm", to SI."""
+        """Convert numbers with units, such as "0.8 mm", in a table of inputs to SI."""
         if not isinstance(data, dict):
             return data
         for name in [name for name, value in data.items() if measure(value)]:

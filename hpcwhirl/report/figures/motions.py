@@ -249,7 +249,7 @@ def draw_case(
 
 
 def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
-    """Return a figure over time: centre, energies and, if stored, tips."""
+    """Return a figure over time: centre, energies, and largest tip motion if stored."""
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
     figure, axes = new_figure((9, 2.6 * panels), panels, sharex=True)

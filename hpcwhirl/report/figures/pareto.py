@@ -102,8 +102,8 @@ def _row(
 def front_of(rows: Sequence[Row]) -> list[Row]:
     """Return the settings on the Pareto front, sorted by cost.
 
-    Least are cost, number of runs whose word differs from the reference, and score (see
-    `Row`); refused and unstable settings, and those of the duration, are left out.
+    Minimised are cost, number of runs whose word differs from the reference, and score
+    (see `Row`); refused and unstable settings, and those of the duration, are left out.
     """
     whole = [
         row

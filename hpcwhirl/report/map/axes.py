@@ -144,7 +144,7 @@ def straight(values: Floats, scale: str) -> Floats:
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return ascending numbers as texts, as short as they can be and still differ."""
+    """Return ascending numbers as texts, the shortest ones that all differ."""
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])

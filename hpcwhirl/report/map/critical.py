@@ -66,9 +66,12 @@ def speeds_of(scene: Scene) -> Rows:
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return the cells, of a real input at most `MOST_MODELS`, across the speed's axis.
+    """Return the cells along the axis that is not the speed's.
 
-    across, number : the other axis; number of the panel. Cells are joined if too many
+    Of a real input with more than `MOST_MODELS` cells, that many joined ones are
+    returned.
+
+    across, number : that axis; number of the panel
     """
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]

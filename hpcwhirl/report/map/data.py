@@ -324,7 +324,10 @@ def _some(values: Levels) -> str:
 def _numbered(
     inputs: Inputs, panels: list[str], count: int
 ) -> tuple[Cells, list[dict[str, Any]]]:
-    """Return the panel number of each case, and {variable: value} of each panel."""
+    """Return the number of each case's panel, and {variable: value} of each panel.
+
+    panels, count : inputs that are equal in a panel; number of cases
+    """
     first, number = _together(inputs, panels, count)
     known = [inputs[name].values[first].tolist() for name in panels]
     if not panels:

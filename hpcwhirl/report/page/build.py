@@ -183,7 +183,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return how the page writes the command that runs a case: parts that cases share.
+    """Return the parts that the commands to run single cases share: begin and end.
 
     `commands`, {case: whole command}, has cases whose commands lack these parts.
     """
