@@ -1,4 +1,4 @@
-"""Attractors: the motions on which runs end, distinguished by numbers of their windows.
+"""Attractors: the motions on which runs end, told apart by features of their windows.
 
 At each point of a sweep the sustained and the divergent cases are grouped by features:
 orbit radius, strongest line in the static frame, sense of whirl, energy, loss, growth
@@ -45,7 +45,7 @@ NORMAL = 1.4826  # ratio of standard deviation to median absolute deviation, nor
 
 @dataclass(frozen=True)
 class Feature:
-    """A number by which attractors are distinguished.
+    """A result of a case by which attractors are distinguished.
 
     Attributes
     ----------
@@ -61,7 +61,10 @@ class Feature:
     log: bool = False
 
     def of(self, data: xarray.Dataset) -> Floats:
-        """Return the finite feature of each case over its tolerance, (cases,)."""
+        """Return the feature of each case, divided by its tolerance, (cases,).
+
+        Values that are not finite become 0; data : results
+        """
         value = np.asarray(data[self.name].to_numpy(), dtype=float)
         if self.over:
             value = value / max(np.abs(data[self.over].to_numpy()).max(), LEAST)
@@ -87,14 +90,15 @@ FEATURES = {  # {regime with several attractors: features}
 
 @dataclass
 class Known:
-    """Attractors found so far: regime and features of each, by number."""
+    """Attractors found so far, a number for each: its regime and features."""
 
     regime: list[str] = field(default_factory=list)
     at: list[Floats] = field(default_factory=list)
 
     def numbered(self, regime: str, found: Sequence[Floats]) -> list[int]:
-        """Return the number of each attractor found at one point; add new attractors.
+        """Return numbers of attractors found at one point of the sweep; add new ones.
 
+        regime : that of the attractors
         found : features of each attractor at the point, by decreasing number of starts
         """
         from scipy.optimize import linear_sum_assignment
@@ -144,7 +148,7 @@ def attractors(data: xarray.Dataset, point: Ints) -> Words:
 def _groups(
     data: xarray.Dataset, word: Words, point: Ints
 ) -> Iterator[tuple[NDArray[np.intp], str, Floats]]:
-    """Yield (cases, regime, features) for each point of the sweep and each regime.
+    """Yield (cases, regime, their features) for each point of the sweep and regime.
 
     word, point : regime of each case, and the point to which it belongs, (cases,)
     """
@@ -159,7 +163,7 @@ def _groups(
 
 
 def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
-    """Return the features of all cases divided by their tolerances, (cases, features).
+    """Return features of all cases, each divided by its tolerance, (cases, features).
 
     Features of the centre's motion are 0 for cases without whirl, where they would be
     round-off.
@@ -177,7 +181,7 @@ def _features(data: xarray.Dataset, features: Sequence[Feature]) -> Floats:
 
 
 def clusters(features: Floats) -> Ints:
-    """Return the cluster of each point, (n,), numbered from 0 by decreasing size.
+    """Return the cluster of each of n points, (n,), numbered from 0 by falling size.
 
     Parameters
     ----------
@@ -193,7 +197,10 @@ def clusters(features: Floats) -> Ints:
 
 
 def _parted(features: Floats) -> Ints:
-    """Return the labels of the best partition, (n,); all 0 if no partition counts."""
+    """Return the cluster of each of n points, (n,), of the best partition.
+
+    All are 0 if no partition counts, see the module; features : (n, d)
+    """
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial.distance import pdist, squareform
 
@@ -214,10 +221,11 @@ def _parted(features: Floats) -> Ints:
 
 
 def _gaps(tree: Floats) -> Floats:
-    """Return heights of a linkage tree where clusters may be separated, widest first.
+    """Return distances at which a linkage tree may be cut into clusters, largest first.
 
     At such a height both parts are large enough, and the gap between them is more than
-    `WIDER` times any gap inside them.
+    `WIDER` times any gap inside them. tree : result of
+    `scipy.cluster.hierarchy.linkage`
     """
     count = len(tree) + 1
     size = np.concatenate([np.ones(count), tree[:, 3]])
@@ -229,13 +237,13 @@ def _gaps(tree: Floats) -> Floats:
 
 
 def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:
-    """Return the label of every point, (n,): that of the nearest core point.
+    """Return the cluster of each of n points, (n,): that of the nearest core point.
 
     Parameters
     ----------
-    features : (n, d), all points
-    core : (m,), indices of the core points
-    labels : (m,), labels of the core points
+    features : (n, d), d features of all points
+    core : (m,), indices of the m points of large clusters
+    labels : (m,), clusters of the core points
     """
     from scipy.spatial import cKDTree
 
@@ -248,7 +256,10 @@ def _joined(features: Floats, core: Ints, labels: Ints) -> Ints:
 
 
 def _differ(features: Floats, labels: Ints) -> bool:
-    """Return whether every two clusters' medians are more than one tolerance apart."""
+    """Return whether the medians of every two clusters are more than a tolerance apart.
+
+    features, labels : (n, d) in units of tolerances; (n,), cluster of each point
+    """
     middle = np.array([np.median(features[labels == k], axis=0)
                        for k in np.unique(labels)])  # fmt: skip
     apart = np.abs(middle[:, None] - middle[None]).max(axis=2)
@@ -282,7 +293,10 @@ def silhouette(away: Floats, labels: Ints) -> float:
 
 
 def _by_size(labels: Ints) -> Ints:
-    """Return cluster labels renumbered from 0 by falling size; ties by occurrence."""
+    """Return the cluster of each point, renumbered from 0 by falling cluster size.
+
+    Of clusters of equal size the one that occurs first is first. labels : (n,)
+    """
     _, first, own, size = np.unique(
         labels, return_index=True, return_inverse=True, return_counts=True
     )

@@ -69,6 +69,8 @@ class Starts:
 def starts_of(data: xarray.Dataset) -> Starts:
     """Return the `Starts` of a campaign's cases: the inputs that differ between them.
 
+    data : results from `open_results`
+
     Raises
     ------
     InputError
@@ -101,9 +103,9 @@ def starts_of(data: xarray.Dataset) -> Starts:
 
 
 def _points(data: xarray.Dataset, swept: Sequence[str]) -> Ints:
-    """Return the number of each case's combination of swept inputs, (cases,).
+    """Return the number of each case's combination of the inputs `swept`, (cases,).
 
-    Points are sorted by the first input, then the next one; texts by occurrence.
+    Combinations are sorted by the first input, then the next one; texts by occurrence.
     """
     columns = []
     for name in swept:
@@ -176,7 +178,10 @@ def with_attractors(data: xarray.Dataset) -> xarray.Dataset:
 
 
 def in_order(word: NDArray[np.str_]) -> list[str]:
-    """Return the motions that occur: damped, attractors by number, undecided."""
+    """Return the names of motions that occur: damped, attractors by number, undecided.
+
+    word : motion of each case
+    """
     known = set(word.tolist()) - {""}
     numbered = sorted(known - {*REGIMES}, key=lambda name: int(name.split()[0][1:]))
     plain = [name for name in REGIMES if name in known]
@@ -185,7 +190,7 @@ def in_order(word: NDArray[np.str_]) -> list[str]:
 
 
 def entropy(count: NDArray[Any]) -> Floats:
-    """Return the entropy -sum p ln p of counts along their last axis.
+    """Return the entropy -sum p ln p of shares p, given counts along the last axis.
 
     NaN where all counts are 0.
     """
@@ -199,7 +204,10 @@ def entropy(count: NDArray[Any]) -> Floats:
 def _with_medians(
     found: xarray.Dataset, data: xarray.Dataset, word: NDArray[np.str_], starts: Starts
 ) -> xarray.Dataset:
-    """Return a table of attractors, with medians of orbit radius and main line."""
+    """Return a table of attractors, with medians of orbit radius and strongest line.
+
+    found, data, word, starts : the table; results; attractor and start of each case
+    """
     points, kinds = found["point"].to_numpy(), found["attractor"].to_numpy()
     for name in ("orbit_radius", "line_frequency"):
         value = data[name].to_numpy()
@@ -218,7 +226,10 @@ def _with_medians(
 def _boxed(
     data: xarray.Dataset, starts: Starts, word: NDArray[np.str_], box: int
 ) -> dict[str, Any]:
-    """Return {variable: (points,)}: entropies and number of boxes, `basin_entropy`."""
+    """Return {variable: (points,)}: entropies and number of boxes, `basin_entropy`.
+
+    word, box : motion of each case; number of starts along each side of a box
+    """
     rows = []
     for point in np.unique(starts.point):
         own = np.flatnonzero(starts.point == point)
@@ -235,9 +246,9 @@ def _boxed(
 def _grid(
     data: xarray.Dataset, inputs: Sequence[str], word: NDArray[np.str_]
 ) -> NDArray[np.str_] | None:
-    """Return a point's motions as an array over its starts; None: they form no grid.
+    """Return the motions from a point's starts as an array; None: starts form no grid.
 
-    Each input in `inputs` is an axis.
+    Each input in `inputs` is an axis; word : motion of each case in `data`
     """
     places = [np.unique(data[n].to_numpy(), return_inverse=True) for n in inputs]
     shape = tuple(len(known) for known, _ in places)

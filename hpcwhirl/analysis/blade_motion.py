@@ -1,4 +1,4 @@
-"""Blades: amplitude, peak, localisation of their motion; contacts; the layer worn.
+"""Blades: amplitude, peak, localisation; their contacts; wear of the casing's layer.
 
 Contacts tell which blade touched the casing where, when, and how hard.
 """
@@ -42,7 +42,7 @@ def blade_numbers(time: Floats, tips: Floats, start: float) -> dict[str, float]:
 
 
 def blade_amplitudes(tips: Floats) -> Floats:
-    """Return the rms distance of each tip from its mean, (N,), m.
+    """Return the rms distance of each of N tips from its mean position, (N,), m.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def blade_amplitudes(tips: Floats) -> Floats:
 
 
 def _squares(tips: Floats) -> Floats:
-    """Return the squared magnitudes (n, N), m^2, of displacements (n, N, 2), m."""
+    """Return squared magnitudes (n, N), m^2, of N tips' displacements (n, N, 2), m."""
     return np.asarray(tips[..., 0] ** 2 + tips[..., 1] ** 2)
 
 
@@ -72,7 +72,7 @@ def localisation(size: Floats) -> float:
 
 
 class Touches(NamedTuple):
-    """Contacts of all blades: one entry per blade and sampling interval in contact.
+    """Contacts of all blades: c entries, each of a blade in a sampling interval.
 
     Attributes
     ----------
@@ -122,9 +122,9 @@ def touches(
 
 
 def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
-    """Return depth, volume, lobes and works of the worn layer, by name; {} without one.
+    """Return depth, volume, lobes and work of a worn layer, by name; {} without one.
 
-    layer : (3, M), see `dynamics.history.History`
+    layer : (3, M) of M rods around the casing, see `dynamics.history.History`
     """
     depth = layer[DEPTH]
     if not len(depth):
@@ -138,6 +138,6 @@ def wear_numbers(scene: Scene, layer: Floats) -> dict[str, float | int]:
 
 
 def lobes_of(depth: Floats) -> int:
-    """Return the strongest harmonic >= 1 of depths (M,) over the angle; 0: no wear."""
+    """Return the strongest harmonic >= 1 of worn depth (M,) over the angle; 0: none."""
     sizes = np.abs(np.fft.rfft(depth))[1:]
     return 1 + int(sizes.argmax()) if depth.any() else 0

@@ -48,7 +48,7 @@ class Branch:
 
 
 class Fold(NamedTuple):
-    """A change of word along a branch.
+    """A change of word along a branch, from one case to the next.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def varied_by(results: Results) -> str:
 
 
 def aside_of(results: Results) -> tuple[str, str]:
-    """Return the short names of the inputs that differ within a bundle of branches.
+    """Return short names of the two inputs that differ within a bundle of branches.
 
     These inputs are `branch` and the input that varies along branches.
     """
@@ -107,7 +107,7 @@ def bundles_of(results: Results) -> list[list[int]]:
 def branches_of(
     results: Results, only: Sequence[int] | None = None
 ) -> tuple[str, list[Branch]]:
-    """Return the full name of the input that varies along branches, and the branches.
+    """Return (full name of the input that varies along branches, the branches).
 
     only : cases whose branches are returned; None: all branches
 
@@ -149,7 +149,7 @@ def folds_of(branch: Branch) -> list[Fold]:
 
 
 def words_apart(branches: Sequence[Branch]) -> tuple[int, int]:
-    """Return numbers of points: those with several words, those on several branches.
+    """Return numbers of points: with several words, and on several branches.
 
     A point is a value of the input that varies along branches, with given values of the
     other swept inputs.

@@ -44,7 +44,7 @@ class Twins(Protocol):
         """Integrate both motions by one interval; return their relative distance."""
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference of the twin from the reference by `factor`."""
+        """Multiply the difference of the twin from the reference motion by `factor`."""
 
 
 class Exponent(NamedTuple):
@@ -128,7 +128,10 @@ def returns(section: Floats) -> tuple[int, float]:
 
 
 def _spread(section: Floats, n: int) -> float:
-    """Return the largest distance of a section's points from the mean of every n-th."""
+    """Return the largest distance of points n revolutions apart from their mean.
+
+    section : (points, m), one point per revolution, as in `returns`
+    """
     rows = len(section) // n
     turns = section[len(section) - rows * n :].reshape(rows, n, -1)
     away = turns - turns.mean(axis=0)
@@ -159,7 +162,10 @@ def zero_one(values: Floats) -> float:
 
 
 def _correlation(values: Floats, c: float) -> float:
-    """Return K_c of the 0-1 test: correlation of mean square displacement with lag."""
+    """Return K_c of the 0-1 test: correlation of mean square displacement with lag.
+
+    values, c : (N,), one per revolution, mean removed; angle of the walk, rad
+    """
     count, longest = len(values), len(values) // 10
     walk = np.cumsum(values * np.exp(1j * c * np.arange(1, count + 1)))
     lags = np.arange(1, longest + 1)
@@ -183,9 +189,9 @@ def twins_of(
 
     Parameters
     ----------
-    ended : march at the end of its case
+    ended : integration of the case, at its end
     revolutions : number of revolutions of the measurement
-    between : called between slices
+    between : called between slices of the integration
     """
     speed = abs(ended.scene.speed)
     if ended.lean.model.folds > 1 or speed == 0.0:
@@ -195,7 +201,7 @@ def twins_of(
 
 
 def motion_numbers(twins: SideBySide) -> dict[str, float]:
-    """Integrate twins to their end; return exponent, period and 0-1 test, by name.
+    """Integrate twins; return {name: exponent, period or result of the 0-1 test}.
 
     Return {} if the reference or the twin ends at a limit.
     """
@@ -209,7 +215,7 @@ def motion_numbers(twins: SideBySide) -> dict[str, float]:
 
 
 def numbers_of(growth: Floats, interval: float, points: Floats) -> dict[str, float]:
-    """Return exponent, period and 0-1 test of a motion, by name; only finite ones.
+    """Return {name: exponent, period or result of the 0-1 test}, finite ones only.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class Source:
 
 
 def source_of(data: xarray.Dataset) -> Source:
-    """Return access to the per-case variables of a file, and to `word`."""
+    """Return access to the per-case variables of results, and to `word`, by name."""
     known = [str(n) for n, v in data.variables.items() if v.dims == ("case",)]
 
     def variable(name: str) -> str:
@@ -88,7 +88,7 @@ def source_of(data: xarray.Dataset) -> Source:
 
 
 def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
-    """Return texts of all cases, (cases,), read in parts: a file has 240 bytes each."""
+    """Return the texts of all cases, (cases,), read in parts to save memory."""
     starts = range(0, max(len(variable), 1), AT_ONCE)
     parts = [variable[start : start + AT_ONCE].to_numpy() for start in starts]
     return np.concatenate(parts)
@@ -96,6 +96,8 @@ def _texts(variable: xarray.DataArray) -> NDArray[np.object_]:
 
 def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.bool_]:
     """Return for each case whether a condition holds, (cases,).
+
+    option : where the user wrote the condition, for messages
 
     Raises
     ------
@@ -108,6 +110,8 @@ def matching(text: str, source: Source, option: str = "--where") -> NDArray[np.b
 
 def numbers(text: str, source: Source, option: str) -> NDArray[np.float64]:
     """Return the value of a numeric expression for each case, (cases,).
+
+    option : where the user wrote the expression, for messages
 
     Raises
     ------
@@ -129,7 +133,7 @@ def _evaluated(text: str, source: Source, wanted: Kind, option: str) -> Any:
 
 
 def _plain(column: NDArray[Any]) -> NDArray[Any]:
-    """Return a column as text or as floats; integers could overflow in expressions."""
+    """Return a column as texts or as floats; integers could overflow in expressions."""
     return column if is_text(column) else column.astype(float)
 
 
@@ -163,7 +167,10 @@ class _Check:
         self.source = source
 
     def named(self, wanted: Kind) -> Program:
-        """Return the program with all names resolved; raise InputError if wrong."""
+        """Return the program with each name resolved to a variable or a word.
+
+        wanted : "truth" or "number", what the condition must give; else InputError
+        """
         stack: list[_Part] = []
         for at, step in enumerate(tuple(self.steps)):
             parts = stack[len(stack) - step.parts :]
@@ -213,7 +220,7 @@ class _Check:
                 self._equal(a, b)
 
     def _equal(self, a: _Part, b: _Part) -> None:
-        """Check operands of == or !=; make a name a word if the other has that word."""
+        """Check operands of == or !=; turn a name into a word of the other operand."""
         a, b = self._as_word(a, b), self._as_word(b, a)
         texts = [part.kind == "text" for part in (a, b)]
         if texts[0] != texts[1] or (not a.variable and not b.variable and texts[0]):
@@ -226,7 +233,10 @@ class _Check:
                 raise unknown(one.variable, other.word, allowed)
 
     def _as_word(self, part: _Part, beside: _Part) -> _Part:
-        """Return a name as a word if the variable it is compared with has that word."""
+        """Return a name as a word if the variable on the other side can have it.
+
+        part, beside : the name; the other side of the comparison
+        """
         if not part.variable or part.word not in self.source.words.get(
             beside.variable, ()
         ):

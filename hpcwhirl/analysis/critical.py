@@ -96,7 +96,10 @@ def critical_of_waves(
 def _crossings(
     line: Callable[[float], float], levels: Sequence[float], top: float
 ) -> dict[int, float]:
-    """Return {n: lowest speed, rad/s, at which a line rises through the n-th level}."""
+    """Return {n: lowest speed, rad/s, at which `line` rises through the n-th level}.
+
+    line : function of the speed; top : rad/s, end of the search from 0
+    """
     speeds = np.linspace(0.0, top, POINTS)
     values = np.array([line(speed) for speed in speeds])
     out = {}

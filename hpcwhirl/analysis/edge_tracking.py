@@ -38,10 +38,13 @@ class Motions(Protocol[State]):
         """Return the distance of two states, relative to their size."""
 
     def ahead(self, state: State) -> State | None:
-        """Return the state one stride later; None if the motion has ended."""
+        """Return the state one stride of time later; None if the motion has ended."""
 
     def side(self, state: State) -> int:
-        """Return `LOW`, `HIGH` or `OPEN`: where the motion from a state ends."""
+        """Return on which side of the boundary a state is: `LOW`, `HIGH`, or `OPEN`.
+
+        It is determined by where the motion from the state ends; `OPEN`: not known.
+        """
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class Tracked(Generic[State]):
     ----------
     pieces : states of the lower side, a stride apart, from one bisection to the next; a
         piece begins near the end of the one before it, but not exactly there
-    last : the last pair
+    last : the last pair of states
     rate : mean rate, per stride, at which the two sides separate, from the later half
         of each piece, since in the earlier half differences along the boundary also
         decay
@@ -86,9 +89,9 @@ class _Count:
 def bisect(
     motions: Motions[State], low: State, high: State, near: float
 ) -> tuple[Pair[State], int]:
-    """Return a pair on different sides of the boundary, and the number of bisections.
+    """Return a pair of states nearer to the boundary, and the number of bisections.
 
-    The pair stays farther apart than `near` if the side of a middle state is unknown,
+    They stay farther apart than `near` if the side of a middle state is unknown,
     or if bisection does not bring the states nearer to each other.
 
     Parameters
@@ -161,7 +164,9 @@ def track(
 def _shadow(
     motions: Motions[State], pair: Pair[State], far: float, strides: int
 ) -> tuple[list[State], list[float], Pair[State]]:
-    """Integrate a pair until its states have separated.
+    """Integrate a pair of states until they have separated by more than `far`.
+
+    strides : largest number of strides
 
     Returns
     -------
@@ -181,9 +186,10 @@ def _shadow(
 def _held(
     motions: Motions[State], pair: Pair[State], count: _Count, most: float
 ) -> Pair[State]:
-    """Return a pair, widened until it contains the boundary.
+    """Return a pair of states, widened until the boundary is between them.
 
-    most : largest distance; beyond it, or after `WIDENED` times, the edge is lost
+    count, most : counter of widenings; largest distance, beyond which, or after
+        `WIDENED` times, LostEdgeError is raised
     """
     for _ in range(WIDENED):
         sides = motions.side(pair.low), motions.side(pair.high)

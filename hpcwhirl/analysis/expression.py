@@ -71,7 +71,7 @@ TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Step:
-    """One step of a postfix program: pops its operands off a stack, pushes its value.
+    """One step of a postfix program: it pops operands off a stack and pushes a value.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class _Token:
 
 @cache
 def parse(text: str) -> tuple[Step, ...]:
-    """Return the program of a condition or a numeric expression.
+    """Return the program, a tuple of steps, of a condition or a numeric expression.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def parse(text: str) -> tuple[Step, ...]:
 
 
 class _NoneError(Exception):
-    """Raised where a text does not follow the grammar."""
+    """Raised where the text of a condition does not follow the grammar."""
 
 
 def _refuse(why: str) -> NoReturn:
@@ -144,7 +144,7 @@ def _tokens(text: str) -> list[_Token]:
 
 
 class _Parser:
-    """Recursive-descent parser: each method appends the steps of a rule it reads."""
+    """Recursive-descent parser; the method of a grammar rule appends its steps."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -240,7 +240,10 @@ class _Parser:
             self._step("not", 1, start)
 
     def _list(self, part: Callable[[], None], closing: str) -> int:
-        """Read a bracketed list separated by commas; return its number of parts."""
+        """Read a bracketed list separated by commas; return the number of its elements.
+
+        part, closing : parser of an element; name of what must follow, for messages
+        """
         self.depth += 1
         if self.depth > DEEPEST:
             _refuse(f"it has more than {DEEPEST} brackets within each other")
@@ -316,7 +319,7 @@ def is_text(value: Any) -> bool:
 
 
 def equal(a: Any, b: Any) -> Any:
-    """Return whether words are the same, or numbers agree to nine digits."""
+    """Return whether two words are the same, or numbers agree to nine digits."""
     if is_text(a) or is_text(b):
         return a == b
     return np.equal(a, b) | (abs(a - b) <= SAME * abs(b)) & np.isfinite(b)
@@ -338,7 +341,7 @@ MEANING: dict[str, Callable[..., Any]] = {
 
 
 def names_in(program: Program) -> set[str]:
-    """Return the names that occur in a program."""
+    """Return the names of variables or words that occur in a program."""
     return {str(step.value) for step in program if step.does == "name"}
 
 
@@ -374,6 +377,6 @@ def _apply(step: Step, parts: list[Any]) -> Any:
 
 @cache
 def asker(text: str) -> Callable[[Mapping[str, Any]], Any]:
-    """Return the function from {name: value} to the value of a condition."""
+    """Return the function that evaluates a condition, given {name: value}."""
     program = parse(text)
     return lambda known: value_of(program, known)

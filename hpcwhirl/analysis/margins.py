@@ -78,8 +78,8 @@ class SafeRange:
     def distance(self, value: float) -> float:
         """Return the distance of an input's value to the range's boundary; < 0 outside.
 
-        Inside, it is the distance to the nearest end beyond which a case has another
-        word: infinite if neither end has such a case. NaN if the range is empty.
+        Inside, it is the distance to the nearest end beyond which a case is not damped:
+        infinite if neither end has such a case. NaN if the range is empty.
         """
         if not self.cases:
             return float("nan")
@@ -120,7 +120,10 @@ def safe_ranges(
 
 
 def lines_of(data: xarray.Dataset, over: str, sure: float) -> list[Line]:
-    """Return the lines of a campaign along an input; parameters as in `safe_ranges`."""
+    """Return a campaign's lines: cases that differ in the input `over` only.
+
+    Parameters are those of `safe_ranges`.
+    """
     swept = swept_of(data)
     name = variable_of(over, swept)
     values = data[name].to_numpy()
@@ -146,6 +149,8 @@ def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64
     """Return each case's word (with twins, the majority's) and share of damped twins.
 
     A damped case whose share of damped twins is below `sure` has the word "unsure".
+
+    data : results of `open_results`
     """
     source = source_of(data)
     words = source.column(WORD).astype("U16")
@@ -158,14 +163,17 @@ def _words(data: xarray.Dataset, sure: float) -> tuple[Texts, NDArray[np.float64
 
 
 def _fixed(data: xarray.Dataset, over: str, swept: list[str]) -> list[str]:
-    """Return the other swept inputs, without those that are functions of `over`."""
+    """Return the swept inputs that are constant along lines of cases over `over`.
+
+    Inputs that are functions of `over` are left out; swept : all swept inputs
+    """
     return [n for n in swept if n != over and not follows(data, n, over)]
 
 
 def _lines(
     data: xarray.Dataset, fixed: list[str], values: NDArray[Any]
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
-    """Return ({fixed input: value}, indices of the line's cases) of each line.
+    """Return ({fixed input: value}, indices of its cases) of each line of cases.
 
     Lines that do not span the whole sweep are left out.
 
@@ -194,7 +202,10 @@ def _ranges(
     words: Texts,
     share: NDArray[np.float64],
 ) -> list[SafeRange]:
-    """Return the safe ranges of one line, given its cases in ascending order."""
+    """Return the safe ranges, runs of damped cases, of a line of n cases.
+
+    values, words, share : (n,), of the input, ascending; word and share of damped twins
+    """
     safe = np.concatenate([[False], words == SAFE, [False]])
     runs = np.flatnonzero(safe[1:] != safe[:-1]).reshape(-1, 2)
     nan = float("nan")
@@ -237,7 +248,7 @@ class FirstChange:
     changes: int
 
     def times(self, value: float) -> str:
-        """Return the two values that enclose the change, as multiples of a value.
+        """Return the values that enclose the change, as text in multiples of `value`.
 
         Examples are ``1.7 to 1.75``, ``>= 3`` if there is no change, or ``< 0.5`` if
         the first case is not damped.
@@ -339,7 +350,10 @@ def _depth(found: SafeRange, value: float) -> float:
 def _away(
     data: xarray.Dataset, fixed: Mapping[str, Any], point: Mapping[str, float]
 ) -> float:
-    """Return the distance of a line from a point, in units of the inputs' spans."""
+    """Return the distance of a line from a point, in units of the inputs' spans.
+
+    fixed, point : {input: value} that is constant along the line; {input: value}
+    """
     away = 0.0
     for name in fixed.keys() & point.keys():
         values = data[name].to_numpy()

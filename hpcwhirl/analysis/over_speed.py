@@ -53,7 +53,7 @@ class Spell(NamedTuple):
 
 
 def words_over_speed(case: Case, history: History) -> list[Spell]:
-    """Return the words of a run by windows of equal time, joined where words repeat."""
+    """Return the words of a run in windows of equal time, equal neighbours joined."""
     rows = len(history.judged.time)
     count = max(1, min(case.scene.output.windows, rows // FEWEST))
     ends = np.linspace(0.0, history.end, count + 1).tolist()
@@ -69,7 +69,7 @@ def words_over_speed(case: Case, history: History) -> list[Spell]:
 
 
 def _words(case: Case, history: History, begin: float, end: float) -> tuple[str, str]:
-    """Return (regime or outcome, whirl) of a window."""
+    """Return (regime or outcome, whirl) of a run's window between two times, s."""
     start = max(end - (end - begin) / STEADY_SHARE, 0.0)
     part, last = between(history, start, end), end >= history.end
     angles = np.asarray(angle_at(case.scene, part.judged.time + start))
@@ -82,6 +82,7 @@ def _words(case: Case, history: History, begin: float, end: float) -> tuple[str,
 def _held(case: Case, begin: float, end: float, start: float) -> Scene:
     """Return the scene by which a window is judged: mean speed and gap, constant.
 
+    begin, end : s, of the window
     start : s, time from which evidence is taken; of the pulse only the rest counts
     """
     scene, middle = case.scene, 0.5 * (begin + end)
@@ -101,7 +102,10 @@ def _held(case: Case, begin: float, end: float, start: float) -> Scene:
 
 
 def told_over_speed(spells: list[Spell]) -> str:
-    """Return intervals as one line: ``0..0.5 s 100..150 rad/s damped none; ...``."""
+    """Return intervals as one line: ``0..0.5 s 100..150 rad/s damped none; ...``.
+
+    The last two texts of each are its regime and its whirl.
+    """
     return "; ".join(
         f"{one.begin:.4g}..{one.end:.4g} s {one.first:.5g}..{one.last:.5g} rad/s "
         f"{one.regime} {one.whirl}"

@@ -76,7 +76,11 @@ def _check(tips: Floats, model: Model) -> None:
 def _least_forces(
     signals: Complexes, rows: Complexes, omega: Floats, ratios: Floats, interval: float
 ) -> Complexes:
-    """Return the amplitudes (n, m) of least modal forces that give signals (r, n)."""
+    """Return the amplitudes (n, m) of least modal forces that give signals (r, n).
+
+    rows : (r, m), value of each of r signals for a unit amplitude of each of m modes
+    omega, ratios, interval : (m,), rad/s; damping ratios; s, between samples
+    """
     count = signals.shape[1]
     signals = np.hstack([signals, signals[:, ::-1]])
     at = 2 * np.pi * np.fft.fftfreq(2 * count, interval)[:, None]

@@ -35,7 +35,10 @@ def _limit(default: float, meaning: str) -> float:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds that separate the words of regimes; stored with the results."""
+    """Thresholds by which the regimes of cases are told apart.
+
+    They are stored with the results.
+    """
 
     ledger: float = _limit(
         1e-6, "largest ledger error of a run that is not `unstable`, see `ledger_error`"
@@ -77,7 +80,10 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class MotionThresholds:
-    """Thresholds that separate the words of `motion`, see `output.chaos`."""
+    """Thresholds by which the words of `motion`, such as "periodic", are told apart.
+
+    These words are determined with `output.chaos`.
+    """
 
     returns: float = _limit(0.05, "largest `return_distance` of a `periodic` motion")
     calm: float = _limit(
@@ -93,7 +99,7 @@ class MotionThresholds:
 
 
 def threshold_facts() -> dict[str, float]:
-    """Return {attribute of results: value} of the default thresholds."""
+    """Return {name of the attribute in results: value} of the default thresholds."""
     return {f"threshold_{name}": value for name, value in all_thresholds().items()}
 
 
@@ -103,7 +109,7 @@ def all_thresholds() -> dict[str, float]:
 
 
 def block_means(values: Floats, count: int) -> Floats:
-    """Return the means (..., count) of blocks of values (..., n), n >= count.
+    """Return the means (..., count) of `count` blocks of values (..., n), n >= count.
 
     Blocks are as long as those of `np.array_split`; each mean has the bits of
     `np.mean` of its block.
@@ -126,7 +132,7 @@ def levels(values: Floats, count: int) -> Floats:
 
     Parameters
     ----------
-    values : (..., n), J
+    values : (..., n), J, energies at n equal intervals
 
     Returns
     -------
@@ -151,7 +157,8 @@ def growth(time: Floats, energy: Floats, rest: float = NOTHING) -> tuple[float, 
     has no error, even if it accelerates. A body at rest has rate 0 and error 0; a body
     that came to rest within the window has the smallest decay rate that explains this.
 
-    rest : J, energy up to which it may be at rest
+    time, energy : (n,), s and J
+    rest : J, energy up to which the body may be at rest
     """
     return growths(np.stack([time, energy]), [rest])[0]
 
@@ -173,8 +180,9 @@ def growths(
 
 
 def _fitted(at: Floats, level: Floats, rests: Floats) -> list[tuple[float, float]]:
-    """Return [(rate, standard error)], 1/s, of levels (m, count) at times (count,).
+    """Return [(growth rate, standard error)], 1/s, of m log amplitudes over time.
 
+    at, level : (count,), s, middles of blocks; (m, count), see `levels`
     rests : (m,), J, energies up to which each may be at rest
     """
     moving = np.asarray(np.isfinite(level).all(axis=1))
@@ -200,6 +208,7 @@ def _come_to_rest(at: Floats, level: Floats, floor: float) -> float:
 
     Return 0 for a body that is at rest in the first block, or moves again later.
 
+    at, level : (count,), s, middles of blocks; log amplitudes, see `levels`
     floor : J, energy up to which it may be at rest
     """
     moving = np.isfinite(level)
@@ -214,7 +223,7 @@ def summit(time: Floats, energy: Floats, start: float) -> float:
     """Return ln(last amplitude / highest amplitude before it), of means over blocks.
 
     Blocks cover the run except its first part `SETTLED` and are as long as those of the
-    window that begins at `start`; 0 if there are not two blocks to compare.
+    window that begins at `start`, s; 0 if there are not two blocks to compare.
     """
     late = int(np.searchsorted(time, start, side="right"))
     size = (len(time) - late) // BLOCKS
@@ -316,7 +325,8 @@ def _growing(
 ) -> tuple[dict[str, float], float]:
     """Return ({name: growth rate or `summit`}, mean energy, J) of a window.
 
-    history : with the circle about which the orbit is measured
+    judged, history : evidence over the run; its history, with the circle about which
+        the orbit is measured
     start : s, beginning of the window
     """
     first = int(np.searchsorted(judged.time, start, side="right"))
@@ -334,7 +344,10 @@ def _growing(
 
 
 def _change_of(rates: dict[str, float]) -> float:
-    """Return the largest |growth rate| of total energy, rotor and orbit, 1/s."""
+    """Return the largest |growth rate|, of total energy, rotor and orbit, 1/s.
+
+    rates : result of `_rates`
+    """
     return max(abs(rates[f"growth_{name}"]) for name in ("rate", "rotor", "centre"))
 
 
@@ -343,7 +356,7 @@ def _turns(scene: Scene) -> bool:
 
 
 def _resolved(history: History) -> Evidence:
-    """Return evidence in which a rotor that only round-off moves has no energy."""
+    """Return a run's evidence; a rotor that only round-off moves has energy 0 in it."""
     judged, (least, _) = history.judged, history.blur
     if least == 0.0:
         return judged
@@ -357,6 +370,8 @@ def _energies(scene: Scene, judged: Evidence) -> tuple[Floats, Floats, Floats]:
 
     With full rotation these are magnitudes: beyond a critical speed, Jacobi's energy of
     a forward whirl is negative and tends to 0 as the whirl decays.
+
+    judged : evidence of a run, b rows over time
     """
     energies = judged.energy, judged.rotor, judged.casing
     if not _turns(scene):
@@ -396,7 +411,7 @@ def slip_ratio(scene: Scene, history: History) -> float:
 
 
 def _rates(rows: Floats, rests: Sequence[float]) -> dict[str, float]:
-    """Return the growth rates of the whole motion and of its parts, 1/s.
+    """Return {name: growth rate, 1/s} of the whole motion and of its parts.
 
     rows : (5, n): time; energy of both bodies, of the rotor, of the casing, J; orbit
         radius squared, m^2
@@ -416,7 +431,7 @@ def _rates(rows: Floats, rests: Sequence[float]) -> dict[str, float]:
 
 
 def _change(values: Floats) -> float:
-    """Return the increase of cumulative values from first to last; 0 if empty."""
+    """Return the increase of a cumulative quantity from first to last; 0 if empty."""
     return _finite(values[-1] - values[0]) if len(values) else 0.0
 
 
@@ -453,11 +468,11 @@ def ledger_error(history: History, *, turns: bool = False) -> float:
 def name_regime(
     numbers: Mapping[str, Value], limits: Thresholds
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl) by the rules of `scene.words`.
+    """Return a case's words (outcome, regime, whirl) by the rules of `scene.words`.
 
     Parameters
     ----------
-    numbers : result of `evidence`, and `stop`
+    numbers : result of `evidence`, and `stop`, why the run ended
     limits : thresholds
     """
     return words_of_one(numbers, _as_numbers(limits))

@@ -53,7 +53,7 @@ def critical_of(case: Case, orders: int) -> list[dict[str, Any]]:
 
 
 def lines_of(case: Case) -> list[dict[str, Any]]:
-    """Return the rotor's frequencies at the case's speed, as records of `WaveLine`."""
+    """Return the rotor's frequencies at the case's speed, a `WaveLine` as dict each."""
     rotor, blades = rotor_by_diameter(case.model), case.model.blades
     return [asdict(line) for line in wave_lines(rotor, blades, case.given.speed)]
 
@@ -175,15 +175,18 @@ def waves_over(case: Case, k: int, speeds: Floats) -> Waves:
 
 
 def own_waves(table: list[Line], k: int) -> dict[str, float]:
-    """Return {family: omega, rad/s} at nodal diameter k, families with omega > 0."""
+    """Return {family: omega, rad/s} of the families with a mode of nodal diameter k.
+
+    table : modal table; only its `moving_families` count
+    """
     found = moving_families(table)
     return {family: own[k] for family, own in found.items() if k in own}
 
 
 def _pairs(model: ModalModel, piece: SpinBlock, values: Floats) -> Waves:
-    """Return the values of both waves of each family from those of all roots (n, 2m).
+    """Return {family: values of its forward and of its backward wave, (n,) each}.
 
-    The roots are in the order of `wave_roots`.
+    values : (n, 2 m), of all 2 m roots of a nodal diameter in the order of `wave_roots`
     """
     count = len(piece.omega)
     return {
@@ -218,8 +221,8 @@ def growth_over(case: Case, speeds: Floats) -> tuple[Floats, Waves]:
 def bands_over(case: Case, speeds: Floats) -> Waves:
     """Return {family: ((n,), (n,))}, least and largest |omega| over the speed, rad/s.
 
-    Frequencies are in the rotating frame, of all nodal diameters, with full rotation of
-    all but k = 1, whose two waves differ much.
+    These are frequencies of the rotor in the rotating frame, of all nodal diameters;
+    with full rotation of all but k = 1, whose two waves differ much.
 
     speeds : (n,), rad/s
     """

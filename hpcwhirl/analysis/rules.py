@@ -17,7 +17,10 @@ MEASURED = ("speed", *(name for name in CHAOS if name != "motion"))
 
 
 def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
-    """Return, for every case, the word of the first rule whose conditions all hold."""
+    """Return the word of the first rule that holds in each case, "" if none does.
+
+    known : {name: values (cases,)} of the names in the rules' conditions
+    """
     held = [
         np.logical_and.reduce([value_of(parse(need), known) for need in rule.needs])
         for rule in rules
@@ -28,7 +31,10 @@ def first_words(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> Words:
 
 
 def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
-    """Return, for one case, the word of the first rule whose conditions all hold."""
+    """Return the word of the first rule that holds in one case.
+
+    known : {name: value} of the names in the rules' conditions
+    """
     for rule in rules:
         for need in rule.needs:
             if not asker(need)(known):
@@ -41,7 +47,10 @@ def _first_word(rules: tuple[Rule, ...], known: Mapping[str, Any]) -> str:
 def words_of_one(
     numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> tuple[str, str, str]:
-    """Return (outcome, regime, whirl) of one case; for many, see `words_by_table`."""
+    """Return (outcome, regime, whirl) of one case; for many, see `words_by_table`.
+
+    numbers, limits : {name: evidence}, and `stop`; {name: threshold}
+    """
     known = {**numbers, **limits}
     with np.errstate(all="ignore"):  # numbers of a run that blew up
         for name, text in DEFINED.items():
@@ -58,8 +67,8 @@ def words_by_table(
 
     Parameters
     ----------
-    numbers : {name: evidence (cases,)}, and `stop`
-    limits : thresholds
+    numbers : {name: evidence (cases,)}, and `stop`, why each case's run ended
+    limits : {name: threshold}
     """
     known = {**numbers, **limits}
     with np.errstate(all="ignore"):  # numbers of a run that blew up
@@ -76,14 +85,14 @@ def words_by_table(
 def motions_by_table(
     regime: Words, numbers: Mapping[str, Any], limits: Mapping[str, float]
 ) -> Words:
-    """Return the word `motion` of many cases, (cases,).
+    """Return the word `motion`, such as "periodic", of many cases, (cases,).
 
     Parameters
     ----------
     regime : (cases,), regime of each case
-    numbers : {name: (cases,)} of `scene.quantities.CHAOS`, NaN if not measured, and of
-        `speed`
-    limits : thresholds
+    numbers : {name: (cases,)} of `scene.quantities.CHAOS`: exponent, period, 0-1 test,
+        NaN if not measured; and `speed`
+    limits : {name: threshold}
     """
     with np.errstate(all="ignore"):
         turn = 2 * np.pi / np.abs(numbers["speed"])
@@ -92,14 +101,17 @@ def motions_by_table(
 
 
 def motion_of(row: Mapping[str, Any], limits: Mapping[str, float]) -> str:
-    """Return the word `motion` of one case; see `motions_by_table`."""
+    """Return a case's word `motion`, such as "periodic"; see `motions_by_table`.
+
+    row : results of the case by name
+    """
     numbers = {name: np.array([row.get(name, np.nan)]) for name in MEASURED}
     word = motions_by_table(np.array([row["regime"]]), numbers, limits)
     return str(word[0])
 
 
 def evidence_names() -> list[str]:
-    """Return the names in rules and definitions that must be stored as evidence."""
+    """Return the names of the evidence that must be stored to evaluate all rules."""
     texts = [*DEFINED.values()]
     texts += [need for rules in RULES.values() for rule in rules for need in rule.needs]
     names = set().union(*(names_in(parse(text)) for text in texts))
@@ -107,7 +119,7 @@ def evidence_names() -> list[str]:
 
 
 def as_data() -> dict[str, Any]:
-    """Return definitions and rules as data for JSON, for the page of a campaign."""
+    """Return the rules of words and their definitions as data for JSON."""
     tables = {
         name: [{"word": rule.word, "needs": list(rule.needs)} for rule in rules]
         for name, rules in RULES.items()

@@ -40,12 +40,14 @@ FEWEST = 8  # least number of pairs of draws for indices
 
 
 def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return Sobol' indices, first-order and total, (2, d); NaN if no value varies.
+    """Return Sobol' indices of d inputs, first-order and total, (2, d).
+
+    NaN if no value varies.
 
     Parameters
     ----------
-    a, b : (n,), values of the draws A and B
-    mixed : (d, n), values of A_i, a copy of A with input i taken from B
+    a, b : (n,), values of a quantity for the draws A and B
+    mixed : (d, n), values for A_i, a copy of A with input i taken from B
     """
     both = np.concatenate([a, b])
     if np.ptp(both) == 0.0:
@@ -58,11 +60,11 @@ def indices(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
-    """Return bootstrap intervals of the indices, (2 ends, 2, d), see `indices`.
+    """Return bootstrap intervals of the Sobol' indices of d inputs, (2 ends, 2, d).
 
-    Ends are percentiles over draws taken with replacement; NaN if no value varies in
-    more than a share `STILL` of the resamples, as for a regime that hardly any case
-    has.
+    Parameters and indices are those of `indices`. Ends are percentiles over draws taken
+    with replacement; NaN if no value varies in more than a share `STILL` of the
+    resamples, as for a regime that hardly any case has.
     """
     chosen = np.random.default_rng(SEED).integers(len(a), size=(RESAMPLES, len(a)))
     resampled = np.array([indices(a[i], b[i], mixed[:, i]) for i in chosen])
@@ -73,9 +75,9 @@ def intervals(a: Floats, b: Floats, mixed: Floats) -> Floats:
 
 
 def values_of(data: xarray.Dataset, name: str) -> Floats:
-    """Return a quantity of each case, (cases,); for a regime, 1 where a case has it.
+    """Return a quantity of each case, (cases,), by the name of a variable or a regime.
 
-    For a regime, other cases have 0.
+    For a regime, cases that have it have 1, others 0.
 
     NaN for cases without a regime (failed, unstable), whose numbers have no meaning.
 
@@ -171,7 +173,8 @@ def pairs_needed(one: xarray.Dataset) -> int:
 def _indices_at(values: Floats, drawn: Drawn, point: int) -> dict[str, Any]:
     """Return {variable of `sensitivity`: value} for one quantity at one point.
 
-    values : (cases,), the quantity of each case
+    values, drawn : (cases,), the quantity of each case; draw of each case
+    point : number of the point of the sweep
     """
     width = len(drawn.inputs) + 2
     here = drawn.point == point

@@ -94,7 +94,7 @@ def shares_of(
 
 
 def swept_in(found: xarray.Dataset) -> list[str]:
-    """Return the swept inputs in a table of shares: its coordinates over `point`."""
+    """Return the names of swept inputs in a table of shares, its coordinates."""
     names = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     return [name for name in names if name != "point"]
 
@@ -107,7 +107,7 @@ def counts(
 ) -> NDArray[np.int64]:
     """Return the number of chosen cases by group and kind of motion, (groups, kinds).
 
-    For parameters see `shares_of`.
+    group : (cases,), such as points of the sweep; others see `shares_of`
     """
     number = np.unique(group, return_inverse=True)[1]
     table = np.zeros((number.max(initial=-1) + 1, len(kinds)), dtype=np.int64)

@@ -84,7 +84,7 @@ def coupled(model: Model, k: int, speed: float, friction: float) -> Coupled:
 
 
 def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
-    """Return the rotor's part of `Coupled` at nodal diameter k.
+    """Return the rotor's part of `Coupled` at nodal diameter k, with friction mu.
 
     Returns
     -------
@@ -104,7 +104,10 @@ def _rotor_part(model: Model, k: int, mu: float) -> tuple[Complexes, ...]:
 def _turning_part(
     model: Model, spin: Spin, k: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return the rotor's part of `Coupled`, at k, with the terms of rotation."""
+    """Return the rotor's part of `Coupled` as `_rotor_part` does, with rotation.
+
+    spin, speed : terms of rotation; Omega, rad/s
+    """
     piece, blades = spin.waves[k], model.blades
     gyro, rate, stiffness, support = diameter_matrices(model.rotor, piece, speed)
     scale = np.sqrt(piece.multiplicity / blades)
@@ -116,7 +119,10 @@ def _turning_part(
 def _ring_part(
     model: Model, ring: FourierOperator, h: int, speed: float, mu: float
 ) -> tuple[Complexes, ...]:
-    """Return the ring's part of `Coupled` at harmonic h, -H .. H; see `_rotor_part`."""
+    """Return the ring's part of `Coupled` at harmonic h, -H .. H; see `_rotor_part`.
+
+    ring, speed, mu : contact operator; Omega, rad/s; friction coefficient
+    """
     body = model.casing
     if body is None:
         raise InputError("closed contacts need an elastic casing")
@@ -139,10 +145,12 @@ def _ring_part(
 def _amplitudes(
     body: ModalModel, modes: NDArray[np.bool_], ring: FourierOperator, h: int
 ) -> tuple[Complexes, Complexes]:
-    """Return the ring's amplitudes W and U of e^{i h theta} in the chosen modes.
+    """Return the ring's amplitudes W and U of e^{i h theta} in m chosen modes.
 
     Both are (m,), 1/sqrt(kg). w = W cos h theta belongs to u = U sin |h| theta; for h =
     0, U is a rotation.
+
+    body, modes : the casing; whether each of its modes is chosen
     """
     at = abs(h)
     cosine = max(2 * at - 1, 0)
@@ -153,7 +161,10 @@ def _amplitudes(
 
 
 def closed_roots(pair: Coupled) -> Complexes:
-    """Return the roots s of motions e^{s t} with closed contacts, (2 m - 2,), 1/s."""
+    """Return the 2 m - 2 roots s, 1/s, of motions e^{s t} with contacts held closed.
+
+    pair : equations of rotor and ring
+    """
     right = null_space(pair.gap[None, :])
     left = null_space(pair.push[None, :].conj())
     mass, damping, stiffness = (

@@ -79,7 +79,7 @@ def amplitude_spectrum(signal: Floats, interval: float) -> tuple[Floats, Floats]
 
 
 def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
-    """Return the largest amplitude of a spectrum in each bin of an axis, (m,).
+    """Return the largest amplitude of a spectrum in each of m bins of an axis, (m,).
 
     A coarse axis loses no spectral line; a bin narrower than the spectrum's resolution
     takes the amplitude of the nearest line.
@@ -101,7 +101,7 @@ def pooled(where: Floats, amplitude: Floats, edges: Floats) -> Floats:
 
 
 def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
-    """Return several spectra on a common axis of bins, one column for each spectrum.
+    """Return several spectra on a common axis of m bins, one column for each spectrum.
 
     Parameters
     ----------
@@ -116,7 +116,10 @@ def cascade(spectra: Sequence[tuple[Floats, Floats]], edges: Floats) -> Floats:
 
 
 def after_revolutions(time: Floats, speed: float, revolutions: float) -> slice:
-    """Return the slice of samples after a number of revolutions; all at speed 0."""
+    """Return the slice of samples after a number of revolutions; all at speed 0.
+
+    time, speed : (n,), s; rad/s
+    """
     if speed == 0.0:
         return slice(0, None)
     start = revolutions * 2 * np.pi / abs(speed)
@@ -161,9 +164,11 @@ def static_frame(centre: Floats, angle: Floats) -> Floats:
 
 
 def whole_revolutions(time: Floats, speed: float) -> slice:
-    """Return the slice of the samples' last whole revolutions.
+    """Return the slice of the last samples that make whole revolutions.
 
     At speed 0, or if samples do not cover a revolution, the slice has all samples.
+
+    time, speed : (n,), s, equally spaced; rad/s
     """
     if speed == 0.0 or len(time) < 2:
         return slice(0, len(time))
@@ -214,7 +219,7 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
 
 
 def section(time: Floats, centre: Floats, speed: float) -> Floats:
-    """Return the centre's position at whole revolutions, t = 2 pi m / |Omega|.
+    """Return the centre's positions at whole revolutions, t = 2 pi m / |Omega|.
 
     Interpolates linearly between samples, which must be much closer than a revolution.
 

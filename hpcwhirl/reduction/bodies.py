@@ -1,4 +1,4 @@
-"""The modes of each body: the bladed disk (from sections or a file) and the casing."""
+"""Modal models of both bodies: bladed disk (from dimensions or a file) and casing."""
 
 from __future__ import annotations
 
@@ -63,11 +63,11 @@ SUPPORT_SHARE = 0.5  # least share of a support mode's strain energy in the foun
 
 @lru_cache(maxsize=16)
 def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
-    """Return the bladed disk reduced to modes (Eq. 1 of the paper), whole if mistuned.
+    """Return the bladed disk reduced to modes (Eq. 1 of the paper).
 
-    eta is the number of fixed-interface modes. With `rotation` "full" it includes the
-    terms of rotation, in a basis for all speeds, and the excess of `suspension_damping`
-    over `damping` acts in the static frame.
+    A mistuned disk is reduced as a whole; eta is the number of fixed-interface modes.
+    With `rotation` "full" it includes the terms of rotation, in a basis for all speeds,
+    and the excess of `suspension_damping` over `damping` acts in the static frame.
     """
     usual = {**dict.fromkeys(OF_SUPPORTS, 0.0), "bearing": ""}
     bare = rotor.model_copy(update=usual)
@@ -83,7 +83,9 @@ def rotor_model(rotor: Rotor, eta: int, rotation: str = "none") -> ModalModel:
 
 
 def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
-    """Add the supports of the shaft's centre, given by the rotor's inputs, to a model.
+    """Return a rotor's model with the supports of the shaft's centre that `rotor` sets.
+
+    A model without terms of rotation is returned unchanged.
 
     damping : N s/m, mean c of the dampers in the static frame, squeeze film excluded
     """
@@ -106,7 +108,10 @@ def _supported(model: ModalModel, rotor: Rotor, damping: float) -> ModalModel:
 
 @lru_cache(maxsize=16)
 def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
-    """Return the reduced bladed disk, undamped: one cached model for all dampings."""
+    """Return the reduced bladed disk without supports or damping, cached by its inputs.
+
+    eta, rotation : number of fixed-interface modes; "none" or "full"
+    """
     disk = bladed_disk(rotor)
     added = rotation_of(rotor) if rotation == "full" else None
     if not rotor.is_uneven:
@@ -130,7 +135,10 @@ def _undivided(rotor: Rotor, eta: int, rotation: str) -> ModalModel:
 
 @lru_cache(maxsize=4)
 def _held_modes(tuned: Rotor, count: int) -> Floats:
-    """Return approximate lowest fixed-interface modes of a rotor, (interior, count)."""
+    """Return a tuned rotor's approximate lowest fixed-interface modes, (i, count).
+
+    i is the number of DoF other than those of tips and centre.
+    """
     disk = bladed_disk(tuned)
     inner = np.setdiff1d(np.arange(len(disk.mass)), boundary_of(disk))
     within = np.ix_(inner, inner)
@@ -138,7 +146,10 @@ def _held_modes(tuned: Rotor, count: int) -> Floats:
 
 
 def _tuned_model(tuned: Rotor, eta: int, model: ModalModel) -> ModalModel:
-    """Return the tuned rotor's model with at least as many modes as `model`."""
+    """Return the tuned rotor's modal model with at least as many modes as `model` has.
+
+    eta : number of fixed-interface modes to begin with
+    """
     reference, fewest = rotor_model(tuned, eta), len(model.omega)
     while len(reference.omega) < fewest:
         eta += tuned.blades
@@ -154,11 +165,11 @@ def file_model(
     eta: int | None = None,
     rotation: str = "none",
 ) -> ModalModel:
-    """Return the rotor of an engine's file, cached by path and content.
+    """Return the modal model of the rotor in an engine's file, cached by its content.
 
     Parameters
     ----------
-    file, content : path of the HDF5 file, and the digest of its content
+    file, content : path of the HDF5 file, and the SHA-256 of its content
     rotor : inputs that give N, and the damping if the file has none
     eta : number of fixed-interface modes kept of a file with matrices; None: all
     rotation : "full" includes the terms of rotation, which the file must have
@@ -182,11 +193,14 @@ def casing_model(
 ) -> tuple[ModalModel, RingOperator | FourierOperator]:
     """Return the modes of an elastic casing and its contact operator.
 
+    The operator gives displacements and loads of the casing at angles.
+
     Parameters
     ----------
     casing : inputs of the casing
     radius : R_c, m
-    source : engine's file and the digest of its content, for a casing from file
+    source : path and SHA-256 of an engine's file with the casing's modes; ("", ""):
+        none
     wide : whether modes keep their variation along the axis, which several contact
         points per tip need; else the modes are those in the casing's middle plane
     """
@@ -210,14 +224,17 @@ def casing_model(
 
 
 def tip_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
-    """Return radial and tangential motion of the tips in each mode, (N, m) each."""
+    """Return radial and tangential motion of N tips in m modes, (N, m) each.
+
+    model, blades : the rotor; N
+    """
     return model.shapes[0 : 2 * blades : 2], model.shapes[1 : 2 * blades : 2]
 
 
 def contact_rows(model: ModalModel, blades: int) -> tuple[Floats, Floats]:
-    """Return radial and tangential motion of contact points by modes, (N n_c, m) each.
+    """Return radial and tangential motion of the contact points in m modes.
 
-    They are sorted by blade; where a tip has one point, they are those of `tip_rows`.
+    (N n_c, m) each, by blade, n_c points each; with one point per tip, see `tip_rows`.
     """
     if model.points is None:
         return tip_rows(model, blades)

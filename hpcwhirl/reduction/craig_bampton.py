@@ -85,12 +85,13 @@ def craig_bampton(
 
 
 class _Pattern(NamedTuple):
-    """Places of the entries other than 0 of a matrix (n, n), and of its interior part.
+    """Positions of the nonzero entries of a matrix (n, n), and of its interior part.
 
     Attributes
     ----------
-    places : (c,), flat indices of the entries of the matrix
-    inner : (d,), flat indices of those in the submatrix of interior DoF, by columns
+    places : (c,), flat indices of the c nonzero entries of the matrix
+    inner : (d,), flat indices of the d entries in the submatrix of interior DoF, by
+        columns
     indices, pointers : row indices (d,) and column pointers of the submatrix
     """
 
@@ -106,7 +107,7 @@ _patterns: dict[tuple[int, int, bytes], _Pattern] = {}
 
 
 def _within(matrix: Matrix, inner: Indices) -> sparse.csc_array:
-    """Return the submatrix of DoF `inner` (i,), sparse, of a matrix with many zeros."""
+    """Return rows and columns `inner` (i,) of a matrix (n, n), sparse, (i, i)."""
     key = len(matrix), int(np.count_nonzero(matrix)), inner.tobytes()
     kept = _patterns.get(key)
     if kept is None or not matrix.take(kept.places).all():  # other places, same number
@@ -127,13 +128,13 @@ def _pattern_of(matrix: Matrix, inner: Indices) -> _Pattern:
 
 
 def enriched(mass: Matrix, basis: Matrix, other: Matrix, boundary: Indices) -> Matrix:
-    """Return a basis extended by those parts of another basis that it lacks.
+    """Return a basis with c more columns: the parts of another basis that it lacks.
 
     The result approximates the modes for the stiffness matrices of both bases, and for
     those between. Boundary coordinates stay physical. Added are the differences of the
     static modes (scaled to unit mass of the static mode) and the fixed-interface modes
     of `other`, without their parts in the span of the fixed-interface modes of `basis`,
-    orthonormalised. Parts below `NEW` are left out.
+    orthonormalised. Parts whose mass norm is below `NEW` are left out.
 
     Parameters
     ----------
@@ -232,7 +233,11 @@ def _even(matrix: Floats) -> Floats:
 def _is_complete(
     matrices: tuple[sparse.csc_array, sparse.csc_array], squared: Floats, count: int
 ) -> bool:
-    """Return whether no mode is missing among the lowest `count` of `squared`."""
+    """Return whether no mode is missing among the lowest `count` modes that were found.
+
+    matrices : M, K
+    squared : omega^2 of the modes found, ascending, more than `count`
+    """
     last, further = squared[count - 1 : count + 1]
     if further < (1 + APART) * last:
         return False

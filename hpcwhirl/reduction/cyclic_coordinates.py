@@ -25,17 +25,20 @@ from hpcwhirl.structure import CyclicStructure
 
 
 def diameters(sectors: int) -> range:
-    """Return the nodal diameters 0 .. N // 2."""
+    """Return the nodal diameters 0 .. N // 2 of N sectors."""
     return range(sectors // 2 + 1)
 
 
 def is_simple(k: int, sectors: int) -> bool:
-    """Return whether k is a simple harmonic (0, or N/2 for even N)."""
+    """Return whether nodal diameter k is a simple harmonic (0, or N/2 for even N).
+
+    sectors : N. A simple harmonic has single modes, others have pairs
+    """
     return 2 * k % sectors == 0
 
 
 def wave(k: int, sectors: int) -> Complexes:
-    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k, (N,)."""
+    """Return the wave e^{i k theta_j} / sqrt(N) of nodal diameter k in N sectors."""
     steps = k * np.arange(sectors) % sectors  # exact multiples: no drift of the phase
     return np.asarray(np.exp(2j * np.pi * steps / sectors) / np.sqrt(sectors))
 
@@ -48,7 +51,7 @@ def block(
     Parameters
     ----------
     matrix : (n, n), symmetric or, with `skew`, skew-symmetric
-    structure : structure of equal sectors
+    structure : structure of equal sectors, of d DoF each
     k : nodal diameter
     skew : whether the matrix is skew-symmetric, and so its block skew-Hermitian
 
@@ -88,10 +91,10 @@ def centre_width(structure: CyclicStructure, k: int) -> int:
 
 
 def real_block(hermitian: Complexes, *, simple: bool) -> Floats:
-    """Return the real symmetric form of a Hermitian block.
+    """Return the real symmetric form of a nodal diameter's Hermitian matrix H.
 
     With z = a + i b the energy z^H H z is (a, b)^T [[Hr, -Hi], [Hi, Hr]] (a, b);
-    simple harmonics have b = 0. The real form of a skew block is skew.
+    simple harmonics have b = 0. The real form of a skew-Hermitian H is skew-symmetric.
     """
     if simple:
         return np.ascontiguousarray(hermitian.real)
@@ -100,11 +103,12 @@ def real_block(hermitian: Complexes, *, simple: bool) -> Floats:
 
 
 def spread(k: int, sectors: int) -> Floats:
-    """Return the real orthonormal columns of nodal diameter k over the sectors.
+    """Return the motion of N sectors for unit coordinates of nodal diameter k, real.
 
     Returns
     -------
-    (N, 1) for a simple harmonic, else (N, 2): columns for a and b of z = a + i b
+    (N, 1) for a simple harmonic, else (N, 2): orthonormal columns for a and b of z = a
+    + i b
     """
     waves = wave(k, sectors)
     if is_simple(k, sectors):
@@ -120,12 +124,16 @@ STILL = 1e-10  # squared tip motion, relative to the largest, that counts as 0
 
 
 def diameter_shares(shapes: Floats, blades: int) -> Floats:
-    """Return the share of each nodal diameter in each mode's tips, (N // 2 + 1, m).
+    """Return the share of each nodal diameter in the tip motion of m modes.
 
     Parameters
     ----------
     shapes : (n, m), the tips (radial, tangential of blade 0, 1, ...) first
     blades : N
+
+    Returns
+    -------
+    (N // 2 + 1, m)
     """
     power = np.einsum("kmm->km", _grams(shapes, blades))
     return np.asarray(power / np.maximum(power.sum(axis=0), np.finfo(float).tiny))
@@ -134,7 +142,9 @@ def diameter_shares(shapes: Floats, blades: int) -> Floats:
 def _grams(shapes: Floats, blades: int) -> Floats:
     """Return G_k = T_k^H T_k for each nodal diameter k, (N // 2 + 1, m, m).
 
-    T_k is the transform of the tips of m modes on k; shapes : (n, m), tips first
+    T_k is the discrete Fourier transform of the tips of m modes on k.
+
+    shapes, blades : (n, m), tips first; N
     """
     tips = shapes[: 2 * blades].reshape(blades, 2, -1)
     waves = np.fft.fft(tips, axis=0)[: blades // 2 + 1]
@@ -147,7 +157,7 @@ def runs(values: Floats, apart: Floats) -> Iterator[Indices]:
     """Yield the indices of each run of ascending values that lie close together.
 
     values : (m,), ascending
-    apart : (m,), largest difference of neighbours in a run
+    apart : (m,), largest difference of a value from the one before it in its run
 
     Runs of a single value are left out.
     """
@@ -158,7 +168,10 @@ def runs(values: Floats, apart: Floats) -> Iterator[Indices]:
 
 
 def mixed(shapes: Floats, blades: int) -> bool:
-    """Return whether the tips of any mode move in several nodal diameters."""
+    """Return whether the tips of any mode move in several nodal diameters.
+
+    shapes, blades : (n, m), m modes, the tips first; N
+    """
     power = np.einsum("kmm->km", _grams(shapes, blades))
     whole = power.sum(axis=0)
     moving = whole > STILL * max(float(whole.max()), np.finfo(float).tiny)
@@ -168,7 +181,7 @@ def mixed(shapes: Floats, blades: int) -> bool:
 def unmixed(
     shapes: Floats, blades: int, hub: Floats | None = None
 ) -> tuple[Floats, int]:
-    """Return an orthogonal matrix that combines modes to ones of a single diameter.
+    """Return combinations of m modes of one frequency, each of a single nodal diameter.
 
     Parameters
     ----------
@@ -178,7 +191,8 @@ def unmixed(
 
     Returns
     -------
-    columns : (m, m), combinations sorted by diameter, those without tip motion last
+    columns : (m, m), orthogonal: combinations by diameter, those without tip motion
+        last
     moving : number of combinations with tip motion
     """
     grams = _grams(shapes, blades)
@@ -219,7 +233,7 @@ def aligned(shapes: Floats, omega: Floats, blades: int) -> Floats:
 
 
 def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
-    """Return the nodal diameter of each mode, (m,): the one that dominates its tips.
+    """Return the nodal diameter of each of m modes, (m,), that dominates its tips.
 
     Mixed modes of nearly one frequency get the diameters of their unmixed combinations
     (see `unmixed`), with which they are paired by the largest overlap.
@@ -234,10 +248,10 @@ def dominant(shapes: Floats, omega: Floats, blades: int) -> Integers:
 
 
 def _assigned(shapes: Floats, first: Integers, blades: int) -> Integers:
-    """Return the nodal diameter of each mixed mode, (m,), by its best unmixed match.
+    """Return the nodal diameters of m mixed modes, those of `unmixed` combinations.
 
-    Modes and unmixed modes are paired by largest overlap. A mode that is paired with
-    one without tip motion keeps its diameter in `first`.
+    Modes and combinations are paired by largest overlap. A mode that is paired with a
+    combination without tip motion keeps its diameter in `first`.
 
     first : (m,), nodal diameter that dominates the tips of each mode
     """

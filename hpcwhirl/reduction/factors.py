@@ -27,7 +27,9 @@ UNHELD = "stiffness must hold every part while tips and centre are fixed; it is 
 
 
 def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
-    """Return a function that solves A x = b, b (n,) or (n, m), by a factor of A.
+    """Return a function of b that solves A x = b by a factor of the matrix A.
+
+    b and x are (n,) or (n, m).
 
     Parameters
     ----------
@@ -61,7 +63,7 @@ def factored(matrix: sparse.csc_array, tell: Tell) -> Solve:
 
 
 def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
-    """Return the graph of a matrix's nodes, and the node of each unknown, (n,).
+    """Return the graph of a matrix's nodes, and the node of each of n unknowns, (n,).
 
     Unknowns that are coupled to the same unknowns form one node. The graph is a
     positive definite matrix with an entry -1 for each pair of coupled nodes.
@@ -80,11 +82,12 @@ def _nodes(matrix: sparse.csc_array) -> tuple[sparse.csc_array, Integers]:
 def expected_fill(
     graph: sparse.csc_array, node: Integers, order: Integers | None = None
 ) -> int:
-    """Estimate the number of entries of a matrix's factors L and U by its nodes' graph.
+    """Estimate the number of entries of the factors L and U of a sparse matrix.
 
     Parameters
     ----------
-    graph, node : result of `_nodes`
+    graph, node : graph of the matrix's nodes, and the node of each unknown, see
+        `_nodes`
     order : elimination order of the nodes; None: minimum degree
     """
     # relax: SuperLU fills up subtrees of this many columns; here columns are nodes
@@ -94,7 +97,7 @@ def expected_fill(
 
 
 def _dissected(graph: sparse.csc_array) -> Integers:
-    """Return the elimination order of METIS's nested dissection, (nodes,)."""
+    """Return a graph's nodes in the elimination order of METIS's nested dissection."""
     import pymetis
 
     off_diagonal = sparse.csr_array(graph)
@@ -107,7 +110,7 @@ def _dissected(graph: sparse.csc_array) -> Integers:
 
 
 def _of_unknowns(order: Integers, node: Integers) -> Integers:
-    """Return the elimination order of the unknowns, (n,).
+    """Return the elimination order of the n unknowns, (n,), from that of their nodes.
 
     Parameters
     ----------
@@ -118,7 +121,7 @@ def _of_unknowns(order: Integers, node: Integers) -> Integers:
 
 
 def scaled_norm(matrix: sparse.csc_array) -> float:
-    """Return the 1-norm of a matrix A scaled to unit diagonal, D^-1/2 A D^-1/2."""
+    """Return the 1-norm of A scaled to unit diagonal, D^-1/2 A D^-1/2, D = diag A."""
     scale = 1 / np.sqrt(matrix.diagonal().real)
     sizes = np.abs(matrix.data)
     sizes *= scale[matrix.indices]

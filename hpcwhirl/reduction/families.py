@@ -1,4 +1,4 @@
-"""The modal table: families, nodal diameters, frequencies, shares of the centre."""
+"""The modal table: families, nodal diameters, frequencies, shares of shaft energy."""
 
 from __future__ import annotations
 
@@ -37,12 +37,13 @@ class Line:
 
 
 def family_ranks(model: ModalModel, k: int) -> dict[int, str]:
-    """Return {rank: family} of a nodal diameter: 1F, 2F, ... and the suspension.
+    """Return {rank: family} of the modes of a nodal diameter: 1F, 2F, ..., suspension.
 
-    The suspension is the mode with more than half of its strain energy in the shaft's
-    springs; a disk that tilts on its shaft has two such modes, and the higher one is
-    called conical. Other modes are counted by rank. If the shares of strain energy are
-    unknown, all families are `UNKNOWN`.
+    A rank is a mode's index among those of diameter k. The suspension is the mode with
+    more than half of its strain energy in the shaft's springs; a disk that tilts on its
+    shaft has two such modes, and the higher one is called conical. Other modes are
+    counted by rank. If the shares of strain energy are unknown, all families are
+    `UNKNOWN`.
     """
     modes = np.flatnonzero(model.diameter == k)
     if np.isnan(model.centre_share[modes]).any():
@@ -65,7 +66,7 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
 
     Parameters
     ----------
-    radial, tangential : (p, 1 or 2), of all contact points, in one mode or in both of a
+    radial, tangential : (p, 1 or 2), of p contact points, in one mode or in both of a
         pair, which vibrate a quarter of a period apart
     """
     u, v = (np.dot(part, [1.0, 1j][: part.shape[1]]) for part in (radial, tangential))
@@ -75,7 +76,10 @@ def clearance_consumption(radial: Floats, tangential: Floats) -> float:
 
 
 def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
-    """Return a rotor's lines of the modal table; a split pair gives two lines."""
+    """Return a rotor's lines of the modal table, one for each mode or pair of modes.
+
+    A pair that mistuning has split gives two lines.
+    """
     lines, rows = [], contact_rows(model, blades)
     for k in np.unique(model.diameter):
         modes = np.flatnonzero(model.diameter == k)
@@ -96,7 +100,9 @@ def _rotor_lines(model: ModalModel, blades: int) -> list[Line]:
 def _are_pair(model: ModalModel, one: np.intp, other: np.intp) -> bool:
     """Return whether two modes of a rotor are the first and second of a pair.
 
-    one, other : indices of modes of one nodal diameter
+    A pair has one rank and, to round-off, one frequency.
+
+    one, other : indices of the modes, both of one nodal diameter
     """
     if other <= one or model.rank[one] != model.rank[other]:
         return False
@@ -122,9 +128,11 @@ def modal_table(model: Model) -> list[Line]:
 
 
 def first_family(table: list[Line], body: str) -> dict[int, float]:
-    """Return {nodal diameter: omega of 1F, the first bending mode, rad/s} of a body.
+    """Return {nodal diameter: omega of the family 1F, rad/s} of a body.
 
-    Of a split pair the lower omega is returned; body : "rotor" or "casing"
+    1F is the first bending mode; of a split pair the lower omega is returned.
+
+    body : "rotor" or "casing"
     """
     return {
         line.nodal_diameter: 2 * np.pi * line.frequency_hz
@@ -150,7 +158,10 @@ def moving_families(table: list[Line]) -> dict[str, dict[int, float]]:
 
 
 def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
-    """Return {rank: family} of a diameter's main waves, see `moving_families`."""
+    """Return {rank: family} of a nodal diameter's 1F and of modes that move the shaft.
+
+    k, rank : nodal diameter; a mode's index in it. See `moving_families`
+    """
     modes = np.flatnonzero((model.diameter == k) & (model.phase == 0))
     names = family_ranks(model, k)
     share = {int(model.rank[m]): float(model.centre_share[m]) for m in modes}
@@ -163,12 +174,12 @@ def moving_ranks(model: ModalModel, k: int) -> dict[int, str]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def rotor_by_diameter(model: Model) -> ModalModel:
-    """Return the rotor for frequencies, its modes sorted by nodal diameter if possible.
+    """Return a model's rotor with modes sorted by nodal diameter, if that is possible.
 
     Natural frequencies, critical speeds (Eq. 13 of the paper) and the growth of free
-    motions do not depend on contact:
-    only the reference points count as tips here, so that equal sectors are recognised
-    as with one point per tip. The time integration has waves of its own, see
+    motions do not depend on contact: they are computed with this rotor, in which only
+    the reference points count as tips, so that equal sectors are recognised as with one
+    point per tip. The time integration has waves of its own, see
     `dynamics.point_sectors`.
 
     It is the model's rotor unchanged, unless tips have several points and sectors are
@@ -186,10 +197,10 @@ def rotor_by_diameter(model: Model) -> ModalModel:
 
 
 def _shares(own: ModalModel, found: ModalModel, blades: int) -> Floats:
-    """Return the share of strain energy in the shaft's springs in each mode, (m,).
+    """Return the share of strain energy in the shaft's springs of modes `found`, (m,).
 
-    The modes are those of `found`. The springs' stiffness follows from the shares of
-    `own`; the result is NaN if those are unknown.
+    The springs' stiffness follows from the shares of `own`, the same rotor with known
+    shares; the result is NaN if those are unknown.
     """
     moved, others = ((centre_rows(m, blades) ** 2).sum(0) for m in (own, found))
     if not moved.any():

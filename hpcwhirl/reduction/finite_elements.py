@@ -71,12 +71,13 @@ class Imported:
     kept : number of fixed-interface modes at rest
     added : number of further coordinates that make the basis serve all speeds
     highest : rad/s, highest omega of the kept modes; no mode below it is missing
-    omega : (n,), rad/s, ascending, frequencies of the rotor
+    omega : (n,), rad/s, ascending, natural frequencies of the rotor
     rigid : number of frequencies that are 0, apart from round-off
     condition : worst condition number of the factored matrices, see `Condensed`
-    strained : relative strain by a translation, see `_strained`; None without a centre
+    strained : relative strain by a rigid translation, see `_strained`; None without
+        centre
     carried : the wheel's mass in a translation, kg; None without a centre
-    points : {name as in an engine's file: (n_c,)} of several contact points a tip
+    points : {name in an engine's file: array (n_c,)} of several contact points a tip
     stress : stress at named points, if the wheel has it
     """
 
@@ -104,7 +105,7 @@ class _Reduced:
     last : (rad/s)^2, highest omega^2 of the fixed-interface modes at rest
     condition : worst condition number, see `Condensed`
     added : number of coordinates that the basis for all speeds has in addition
-    stress : rows of the stress (N P c, n), if the wheel has it
+    stress : (N P c, n), from coordinates to c stress components at P points of N blades
     """
 
     mass: Floats
@@ -117,7 +118,7 @@ class _Reduced:
 
 
 class _Map:
-    """The sparse matrix T of u = T v, which gives all DoF u from the free ones v."""
+    """Builder of the sparse matrix T of u = T v, from free DoF v to all DoF u."""
 
     def __init__(self) -> None:
         self.rows: list[Integers] = []
@@ -126,23 +127,26 @@ class _Map:
         self.width = 0
 
     def add(self, rows: Integers, columns: Integers, values: Any) -> None:
-        """Set T[rows[i], columns[i]] = values[i]; a single value is set everywhere."""
+        """Set T[rows[i], columns[i]] for all i, to values[i] or to a single value."""
         self.rows.append(rows)
         self.columns.append(columns)
         self.values.append(np.broadcast_to(values, rows.shape))
 
     def fresh(self, count: int) -> Integers:
-        """Add `count` columns, free DoF, to T; return their indices."""
+        """Add `count` columns, new free DoF, to T and return their indices."""
         self.width += count
         return np.arange(self.width - count, self.width)
 
     def add_turned(self, pairs: Integers, columns: Integers, angle: Floats) -> None:
-        """Express pairs of DoF (m, 2) by columns (m, 2), in axes at `angle`, rad."""
+        """Express m pairs of DoF (m, 2) by m pairs of columns (m, 2) in turned axes.
+
+        angle : (m,), rad, of the columns' axes from those of the pairs
+        """
         for j, (pair, turned) in enumerate(zip(pairs, columns, strict=True)):
             self.add(np.repeat(pair, 2), np.tile(turned, 2), turn(angle[j]).T.ravel())
 
     def matrix(self, size: int) -> sparse.csr_array:
-        """Return the sparse matrix T of u = T v, (size, number of columns added)."""
+        """Return the sparse matrix T of u = T v, from free DoF v to `size` DoF u."""
         sides = (self.rows, self.columns)
         places = tuple(np.concatenate(side).astype(np.int32) for side in sides)
         values = np.concatenate(self.values)
@@ -150,7 +154,7 @@ class _Map:
 
 
 def imported(wheel: FiniteElements, tell: Tell) -> Imported:
-    """Return the reduced rotor of a wheel or a sector of finite elements.
+    """Return the reduced rotor of finite-element matrices of a wheel or of one sector.
 
     Parameters
     ----------
@@ -174,7 +178,7 @@ def imported(wheel: FiniteElements, tell: Tell) -> Imported:
 
 
 def _check_definite(wheel: FiniteElements) -> None:
-    """Refuse matrices whose diagonal or Ritz values show that they are indefinite."""
+    """Refuse a wheel whose diagonals or Ritz values show indefinite matrices."""
     moving = np.setdiff1d(np.arange(wheel.mass.shape[0]), wheel.held)
     for name, matrix in (("mass", wheel.mass), ("stiffness", wheel.stiffness)):
         diagonal = matrix.diagonal()[moving]
@@ -246,9 +250,10 @@ def _whole(wheel: FiniteElements, tell: Tell) -> _Reduced:
 def _finished(
     wheel: FiniteElements, piece: Condensed, project: Project, tell: Tell
 ) -> Condensed:
-    """Return a reduction extended by the terms of rotation, if the wheel has any.
+    """Return a wheel's reduction extended by its terms of rotation, if it has any.
 
     piece : reduction at rest, to the modes that are kept
+    project, tell : see `sparse_modes.condensed`
     """
     if not wheel.turning:
         return piece
@@ -256,7 +261,7 @@ def _finished(
 
 
 def _named(wheel: FiniteElements) -> Integers:
-    """Return the DoF that have no column of their own in T, see `_Map`.
+    """Return the DoF of a wheel that are not free DoF of the matrix T, see `_Map`.
 
     These are the DoF of tips and centre, which are expressed in turned axes, those on a
     sector's right cut, and fixed ones.
@@ -270,7 +275,11 @@ def _named(wheel: FiniteElements) -> Integers:
 def _sector_map(
     wheel: FiniteElements, cut: Cut, k: int
 ) -> tuple[sparse.csr_array, int]:
-    """Return T of nodal diameter k, see `_Map`, and its number of boundary columns."""
+    """Return a sector's matrix T in nodal diameter k, and its number of boundary DoF.
+
+    T gives all DoF from the free ones, see `_Map`, tips and centre (the boundary)
+    first.
+    """
     lift, size = _Map(), wheel.mass.shape[0]
     tips = lift.fresh(wheel.tips.size).reshape(-1, 2)
     lift.add_turned(wheel.tips, tips, wheel.angle)
@@ -336,6 +345,8 @@ def _spread(
     """Return (M, K, terms of rotation, stress) of all sectors from reduced blocks.
 
     Their coordinates are tips, centre, and the amplitudes of all nodal diameters.
+
+    pieces : {nodal diameter: reduced sector}; cuts : DoF on the sector's two cuts
     """
     blades, none, own = wheel.blades, np.zeros((0, 0)), 2 * wheel.each
     hub = () if wheel.centre is None else (own * blades, own * blades + 1)
@@ -378,10 +389,12 @@ def _spread(
 def _spread_stress(
     wheel: FiniteElements, cuts: Cut, piece: Condensed, pair: tuple[Block, Floats]
 ) -> Floats:
-    """Return the stress rows of one nodal diameter, (N r, n), r rows for each blade.
+    """Return the stress per coordinate in one nodal diameter k, (N r, n), r per blade.
 
     A wave moves blade j by Re(w_j y), w_j = sqrt(2 / N) e^{2 pi i k j / N} of a pair,
     with y = y_0 + i y_1 in the block's real coordinates.
+
+    piece, pair : the reduced sector; its block, and the map from block to n coordinates
     """
     if wheel.stress is None:
         raise TypeError(wheel)
@@ -395,7 +408,7 @@ def _spread_stress(
 
 
 def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
-    """Return the checked rotor, with the shaft's mass and springs at its centre."""
+    """Return a reduced wheel as a checked rotor, with the shaft's mass and springs."""
     places, centre = wheel.places, wheel.centre
     parts = reduced.mass, reduced.stiffness
     mass, stiffness = (np.array((a + a.T) / 2) for a in parts)
@@ -435,7 +448,7 @@ def _rotor(wheel: FiniteElements, reduced: _Reduced) -> Imported:
 
 
 def _stress(wheel: FiniteElements, reduced: _Reduced) -> Stress | None:
-    """Return the stress of all blades in the rotor's coordinates, if there is any."""
+    """Return the stress of all blades in the reduced coordinates; None if not given."""
     if wheel.stress is None or reduced.stress is None:
         return None
     names, size = wheel.stress[0], len(reduced.mass)
@@ -444,7 +457,10 @@ def _stress(wheel: FiniteElements, reduced: _Reduced) -> Stress | None:
 
 
 def _with_shaft(spin: Spin, mass: float, hub: Integers) -> Spin:
-    """Return the terms of rotation with those of the shaft's mass, kg, at `hub`."""
+    """Return terms of rotation, to which those of the shaft's mass are added.
+
+    mass, hub : kg; indices of the centre's coordinates
+    """
     coriolis, first = spin.coriolis.copy(), spin.stiffening.copy()
     coriolis[np.ix_(hub, hub)] += mass * np.array([[0.0, -1.0], [1.0, 0.0]])
     first[hub, hub] -= mass
@@ -460,7 +476,10 @@ _FRAMES = (
 
 
 def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floats:
-    """Return omega^2 of all modes, (n,), (rad/s)^2; refuse indefinite matrices."""
+    """Return omega^2 of all n modes, (n,), (rad/s)^2; refuse indefinite matrices.
+
+    mass, stiffness : (n, n), of the reduced rotor; wheel : as given, for messages
+    """
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         value = f"eigenvalue {lowest:.2g} of the reduced one"
@@ -473,9 +492,9 @@ def _eigenvalues(wheel: FiniteElements, mass: Floats, stiffness: Floats) -> Floa
 
 
 def _translation(size: int, angle: Floats) -> Floats:
-    """Return unit translations along x and y, (size, 2): tips and centre, q = 0.
+    """Return unit translations along x and y, (size, 2): of tips and centre; 0 for q.
 
-    angle : (t,), rad, of the tips
+    angle : (t,), rad, of t tips or contact points
     """
     out, count = np.zeros((size, 2)), 2 * len(angle)
     out[0:count:2] = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -485,9 +504,11 @@ def _translation(size: int, angle: Floats) -> Floats:
 
 
 def _strained(stiffness: Floats, angle: Floats) -> float:
-    """Return the largest relative strain of a tip DoF in a rigid translation.
+    """Return the largest relative force on a tip DoF in a rigid translation, 0 if free.
 
     It is the force on the DoF, divided by the sum of |stiffness| in its row.
+
+    stiffness, angle : (n, n), tips first; rad, of the tips
     """
     tips = stiffness[: 2 * len(angle)]
     force = np.abs(tips @ _translation(len(stiffness), angle)).max(axis=1)

@@ -147,6 +147,7 @@ def _modes_and_ratios(
 
     Parameters
     ----------
+    given : arrays of the engine's file
     whole : mass, stiffness and, if the file has it, damping: in the order of `order`,
         or reduced to fewer coordinates
     order : (n,), index of each coordinate in the file
@@ -171,9 +172,11 @@ def _modes_and_ratios(
 def _reduced(
     whole: list[Floats], spin: Spin | None, basis: Floats, count: int
 ) -> tuple[list[Floats], Spin | None, float]:
-    """Return matrices and terms of rotation in a basis, and the basis's reach, rad/s.
+    """Return matrices and terms of rotation in a basis, and its highest omega, rad/s.
 
-    count : number of leading columns that form the basis at rest; may exceed all
+    whole : M, K and, if given, the damping matrix
+    count : number of leading columns that form the basis at rest, whose highest omega
+        is returned; may exceed the number of columns
     """
     parts = [basis.T @ matrix @ basis for matrix in whole]
     whole = [(part + part.T) / 2 for part in parts]
@@ -184,7 +187,7 @@ def _reduced(
 
 
 def _has_all_modes(given: Given) -> bool:
-    """Return whether a file has all modes of its matrices, to round-off.
+    """Return whether the modes in a file are all modes of its matrices, to round-off.
 
     They are then used unchanged, so that an exported rotor is read back bit for bit.
     """
@@ -268,9 +271,10 @@ def _from_modes(given: Given, blades: int, damping: float | Floats) -> ModalMode
 
 
 def _with_shaft(given: Given, model: ModalModel, blades: int) -> ModalModel:
-    """Return the rotor with its `centre_share`, from the stiffness of the shaft.
+    """Return the rotor with its modes' shares of strain energy in the shaft's springs.
 
-    If this stiffness is unknown, the share of modes that move the centre is NaN.
+    They follow from the shaft's stiffness; if it cannot be identified, the share of
+    modes that move the centre is NaN.
     """
     hub = centre_rows(model, blades)
     tips = model.shapes[: 2 * blades].reshape(blades, 2, -1)
@@ -319,7 +323,7 @@ def _check_shapes(given: Given) -> None:
 
 
 def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
-    """Return two index arrays: of tips and centre, and of further contact points.
+    """Return indices of coordinates: of tips and centre, and of other contact points.
 
     The first has the radial and tangential coordinate of the reference point of blade
     0, 1, ..., then x_o and y_o, if any; the second those of all other points by blade.
@@ -349,7 +353,10 @@ def _places(given: Given, blades: int) -> tuple[Integers, Integers]:
 def _checked_modes(
     given: Given, mass: Floats, stiffness: Floats
 ) -> tuple[Floats, Floats]:
-    """Return frequencies (n,) and mode shapes (n, n); refuse indefinite matrices."""
+    """Return frequencies (n,) and mode shapes (n, n) of matrices of a file (n, n).
+
+    Indefinite matrices are refused.
+    """
     lowest, highest = np.linalg.eigvalsh(mass)[[0, -1]]
     if not lowest > len(mass) * np.finfo(float).eps * highest:
         raise given.wrong("mass", "be positive definite", f"eigenvalue {lowest:.2g}")
@@ -369,7 +376,7 @@ def _checked_modes(
 
 
 def _check_given_shapes(given: Given) -> None:
-    """Check that a file's shapes and omega are those of its matrices."""
+    """Check that mode shapes and omega in a file are modes of its matrices."""
     shapes, omega = given["shapes"], given["omega"]
     unit = shapes.T @ given["mass"] @ shapes
     miss = np.abs(unit - np.eye(len(omega))).max()
@@ -384,10 +391,10 @@ def _check_given_shapes(given: Given) -> None:
 
 
 def _check_modal_rows(given: Given) -> None:
-    """Check that modal rows of tips and centre agree with the full shapes.
+    """Check that modal motions of tips and centre in a file agree with its full shapes.
 
-    With matrices, modal rows without full shapes are refused: they could not be
-    compared and would be ignored.
+    A file with matrices and modal motions, but no full shapes, is refused: the motions
+    could not be compared and would be ignored.
     """
     modal = [name for name in ("omega", *ROWS, "damping_ratio") if name in given]
     if "shapes" in given:
@@ -401,11 +408,11 @@ def _check_modal_rows(given: Given) -> None:
 
 
 def _check_rows(given: Given, name: str) -> None:
-    """Check that an array of modal motion equals the rows of rotor/shapes it repeats.
+    """Check that an array of modal motion repeats its rows of rotor/shapes in the file.
 
     The modal motion of a clamped centre must be 0.
 
-    name : array to check, a key of `ROWS`
+    name : array to check, such as the motion of tips or centre, a key of `ROWS`
     """
     shapes, places = given["shapes"], ROWS[name]
     if places not in given and "mass" not in given:
@@ -423,7 +430,7 @@ def _check_rows(given: Given, name: str) -> None:
 
 
 def _check_given_ratios(given: Given) -> None:
-    """Check damping ratios: >= 0 and, with matrices, those of rotor/damping."""
+    """Check a file's damping ratios: >= 0, and equal to those of its rotor/damping."""
     if "damping_ratio" not in given:
         return
     ratios, omega = given["damping_ratio"], given["omega"]
@@ -445,7 +452,10 @@ def _check_given_ratios(given: Given) -> None:
 
 
 def _ratios(given: Given, modal: Floats, omega: Floats) -> Floats:
-    """Return the damping ratios (m,) of `modal` = Phi^T D Phi, checked as diagonal."""
+    """Return modal damping ratios (m,) from `modal` = Phi^T D Phi, (m, m).
+
+    A file whose matrix is not diagonal or has negative damping is refused.
+    """
     rates = np.diag(modal)
     most = max(float(np.abs(modal).max()), TINY)
     if not rates.min() >= -MODAL * most:

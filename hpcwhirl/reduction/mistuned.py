@@ -29,7 +29,7 @@ NEAR = 0.1  # scale of ln(frequency ratio) within which modes are similar
 def labels(
     shapes: Floats, omega: Floats, blades: int
 ) -> tuple[Integers, Integers, Integers]:
-    """Return (diameter, rank, phase) of modes in order of frequency, each (m,).
+    """Return (diameter, rank, phase) of m modes in order of frequency, each (m,).
 
     The diameter is the dominant one, see `dominant`; successive modes of a diameter
     form pairs with one rank (k = 0 and N / 2 have single modes). Labels are exact for a
@@ -53,7 +53,7 @@ def named_modes(
     *,
     kept: int,
 ) -> ModalModel:
-    """Return the model of m modes, labelled by `labels`.
+    """Return the modal model of m modes, with nodal diameters and ranks by `labels`.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def named_modes(
 
 
 def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel:
-    """Return a mistuned rotor whose modes have the labels of the tuned rotor's modes.
+    """Return a mistuned rotor whose modes get the names of the tuned rotor's modes.
 
     Every mode gets the diameter and rank of one tuned mode, each used once, so that
     families are complete even if modes are localised. The assignment has the largest
@@ -106,16 +106,16 @@ def named_after(model: ModalModel, tuned: ModalModel, blades: int) -> ModalModel
 
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
-    """Return frequencies (n,), rad/s, and mode shapes (n, n) of the pair K, M.
+    """Return frequencies (n,), rad/s, ascending, and mode shapes (n, n) of K and M.
 
-    They ascend, and shapes are mass-orthonormal. A negative omega^2 is taken as 0.
+    Shapes are mass-orthonormal. A negative omega^2 is taken as 0.
     """
     squared, shapes = eigh(stiffness, mass)
     return np.sqrt(np.maximum(squared, 0.0)), np.ascontiguousarray(shapes)
 
 
 def boundary_of(structure: CyclicStructure) -> Indices:
-    """Return the DoF that the reduction keeps: tips sector by sector, then centre."""
+    """Return indices of the DoF that a reduction keeps: tips by sector, then centre."""
     first = structure.sector_size * np.arange(structure.sectors)
     tips = first[:, None] + np.array(structure.boundary)
     centre = np.array(structure.centre, dtype=np.intp)
@@ -123,9 +123,10 @@ def boundary_of(structure: CyclicStructure) -> Indices:
 
 
 def _reference_speed(structure: CyclicStructure) -> float:
-    """Return the reference speed of a basis, rad/s, by the mean of all sectors.
+    """Return the speed, rad/s, whose modes a basis of unequal sectors includes.
 
-    It is that of equal sectors (`modes.reference_speed`), whichever is counted first.
+    It follows from the mean matrices of all sectors, as `modes.reference_speed` does
+    for equal ones, so that it does not depend on which sector is the first.
     """
     n, d = structure.sectors, structure.sector_size
     mean = (
@@ -142,7 +143,10 @@ def _basis(
     rotation: Rotation | None,
     near: Floats | None,
 ) -> Floats:
-    """Return the Craig-Bampton basis of all sectors, (n, m)."""
+    """Return the Craig-Bampton basis of all sectors together, (n, m).
+
+    boundary, eta, rotation, near : DoF kept; others see `whole_model`
+    """
     most = len(structure.mass) - len(boundary)
     if eta > most:
         msg = f"modes must be <= {most} (all fixed-interface modes), got {eta}"

@@ -29,10 +29,10 @@ class Model:
     ----------
     rotor, casing : modes of the bodies
     ring : contact operator: displacements and loads of the casing at angles
-    blades : number of blades N
+    blades : number of blades N, of this sector if g > 1
     folds : g, if this is one of g sectors that move alike, see `case.plan`; else 1
-    lifts : for g > 1, matrices (n, m) for rotor and casing that give the displacements
-        of the whole body from the sector's amplitudes
+    lifts : for g > 1, matrices (n, m) for rotor and casing from the sector's m
+        amplitudes to the n displacements of the whole body
     """
 
     rotor: ModalModel
@@ -44,7 +44,7 @@ class Model:
 
     @property
     def shapes(self) -> tuple[Floats, Floats]:
-        """Displacements of rotor and casing for unit amplitudes, (n, m) each."""
+        """Displacements of rotor and casing for unit amplitudes of m modes, (n, m)."""
         casing = np.zeros((0, 0)) if self.casing is None else self.casing.shapes
         return self.lifts or (self.rotor.shapes, casing)
 
@@ -55,12 +55,12 @@ class Model:
 
     @property
     def contacts(self) -> int:
-        """Number of contact points, N n_c."""
+        """Number of contact points, N n_c, of N blades with n_c points each."""
         return self.blades * self.each
 
     @property
     def places(self) -> tuple[Integers, Integers]:
-        """Radial and tangential coordinates of the contact points, (N n_c,) each."""
+        """Indices of radial and tangential coordinates of contact points, (N n_c,)."""
         points = self.rotor.points
         if points is None:
             tips = np.arange(0, 2 * self.blades, 2)
@@ -78,14 +78,14 @@ class Model:
 
     @property
     def stations(self) -> Floats:
-        """Axial places of the contact points, (N n_c,), m."""
+        """Axial places of the contact points, (N n_c,), m, 0 in the casing's middle."""
         points = self.rotor.points
         return np.zeros(self.contacts) if points is None else self._by_point("station")
 
     def clearances(self, gap: float) -> Floats:
-        """Return the clearances of the contact points, (N n_c,), m.
+        """Return the clearances of all N n_c contact points, (N n_c,), m.
 
-        gap : m, gap of the scene
+        gap : m, gap of the scene, to which the tip's profile is added
         """
         if self.rotor.points is None:
             return np.full(self.blades, gap)
@@ -95,10 +95,11 @@ class Model:
         return np.tile(getattr(self.rotor.points, name), self.blades)
 
     def limits(self, speed: float) -> dict[str, float]:
-        """Return {body: largest stable step, s}, 2 / omega_max, at a speed, rad/s.
+        """Return the largest stable time step of each body, {body: 2 / omega_max, s}.
 
-        The rotor's omega_max includes its stiffening with the speed and the supports in
-        their stiffer direction. Coriolis forces do no work and do not limit the step.
+        speed : rad/s. The rotor's omega_max includes its stiffening with the speed and
+            the supports in their stiffer direction. Coriolis forces do no work and do
+            not limit the step.
         """
         bodies = {"rotor": self.rotor, "casing": self.casing}
         each = {n: b for n, b in bodies.items() if b}
@@ -106,9 +107,11 @@ class Model:
 
 
 def highest(body: ModalModel, speed: float, blades: int) -> float:
-    """Return the highest natural frequency of a body at a speed, rad/s.
+    """Return the highest natural frequency of a body at a speed, both in rad/s.
 
     It follows from the stiffness at this speed, without Coriolis forces.
+
+    body, blades : modal model of rotor or casing; number of blades
     """
     if body.spin is None:
         return float(body.omega.max())
@@ -175,13 +178,14 @@ def _model(
     ring: tuple[Casing, float, tuple[str, str]] | None,
     rotation: str,
 ) -> Model:
-    """Return the model from the inputs that determine it, which are the cache's key.
+    """Return the model from the inputs that determine it, by which it is cached.
 
     Parameters
     ----------
     rotor, rotation : inputs of the rotor; "none" or "full"
     modes : number of fixed-interface modes to keep; None: all of a file
-    source : engine's file and the digest of its content; ("", "") without a file
+    source : path of the engine's file and SHA-256 of its content; ("", "") without a
+        file
     ring : arguments of `casing_model`; None: the casing is rigid
     """
     with representable("the rotor"):

@@ -76,7 +76,7 @@ class SpinBlock:
 
     @property
     def multiplicity(self) -> int:
-        """Number of real modes per complex one, 1 or 2."""
+        """Number of real modes per complex one: 1 for a simple harmonic, else 2."""
         return 1 if self.simple else 2
 
 
@@ -116,7 +116,10 @@ class Spin:
 
 
 def stiffening_at(spin: Spin | SpinBlock, speed: float) -> Any:
-    """Return K(Omega) - K_0 = Omega^2 K_1 + Omega^4 K_2, N/m or, for a block, 1/s^2."""
+    """Return the stiffness that rotation adds, Omega^2 K_1 + Omega^4 K_2.
+
+    N/m for a rotor's terms, 1/s^2 for those of a nodal diameter; speed : Omega, rad/s
+    """
     first = speed**2 * spin.stiffening
     return first if spin.quartic is None else first + speed**4 * spin.quartic
 
@@ -179,18 +182,18 @@ class ModalModel:
         return len(self.mass) == len(self.shapes)
 
     def damping_matrix(self) -> Floats:
-        """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n)."""
+        """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n), N s/m."""
         lift = self.mass @ self.shapes
         return (lift * (2 * self.ratios * self.omega)) @ lift.T
 
 
 def has_centre(model: ModalModel, blades: int) -> bool:
-    """Return whether a rotor's centre is free to move."""
+    """Return whether a rotor of `blades` blades has a centre that is free to move."""
     return len(model.shapes) > 2 * blades + model.kept
 
 
 def centre_rows(model: ModalModel, blades: int) -> Floats:
-    """Return modal shapes of the centre (x_o, y_o), (2, m); zeros if it is clamped."""
+    """Return the motion of the centre (x_o, y_o) in m modes, (2, m); 0 if clamped."""
     if not has_centre(model, blades):
         return np.zeros((2, len(model.omega)))
     return model.shapes[2 * blades : 2 * blades + 2]
@@ -219,7 +222,7 @@ class Block:
     Attributes
     ----------
     k, simple : nodal diameter; whether it is a simple harmonic
-    mass, stiffness : (n, n)
+    mass, stiffness : (n, n), of n reduced coordinates
     omega, modes : (n,), rad/s; (n, n); empty if they are not needed
     coriolis, stiffening, load, quartic : terms of rotation, if included, see `Spin`
     """
@@ -237,12 +240,12 @@ class Block:
 
     @property
     def multiplicity(self) -> int:
-        """Number of real coordinates per complex coordinate, 1 or 2."""
+        """Real coordinates per complex one: 1 for a simple harmonic, else 2."""
         return 1 if self.simple else 2
 
 
 def _fixed_frequencies(structure: CyclicStructure) -> dict[int, Floats]:
-    """Return the fixed-interface frequencies of every nodal diameter, rad/s."""
+    """Return {nodal diameter: fixed-interface frequencies, rad/s, of its modes}."""
     out = {}
     inner = np.setdiff1d(np.arange(structure.sector_size), structure.boundary)
     for k in diameters(structure.sectors):
@@ -279,7 +282,8 @@ def lowest_of(
 
     listed : (frequency or its square, nodal diameter) of modes, in any order; the last
         one kept is returned as listed here
-    most : number of real modes to keep, unless that would split a pair
+    sectors : N
+    most : number of real modes to keep, fewer if that would split a pair
     """
     counts, left, last = dict.fromkeys(diameters(sectors), 0), most, 0.0
     for value, k in sorted(listed):
@@ -293,7 +297,7 @@ def lowest_of(
 
 
 def reference_speed(structure: CyclicStructure) -> float:
-    """Return the speed, rad/s, whose modes are added to a basis for all speeds.
+    """Return the speed, rad/s, whose modes extend a basis at rest to all speeds.
 
     It is `REACH` times the first frequency of nodal diameter 0, at rest.
     """
@@ -338,10 +342,10 @@ def reduction_basis(
 
 
 def highest_of(mass: Any, stiffness: Any, count: int) -> float:
-    """Return the highest frequency, rad/s, if only the first `count` coordinates move.
+    """Return the highest frequency, rad/s, of the modes of a basis at rest.
 
-    mass, stiffness : (n, n), in a basis whose first `count` columns are the basis at
-        rest
+    mass, stiffness : (n, n), reduced by a basis for all speeds
+    count : number of its leading coordinates, those of the basis at rest; others are 0
     """
     first, last = (slice(count), slice(count)), (count - 1, count - 1)
     given = stiffness[first], mass[first]
@@ -388,7 +392,7 @@ def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
     """Return (C, K_g, F_c + i F_e) of nodal diameter k; loads are 0 unless k = 0.
 
     C is the matrix of Coriolis forces, K_g the stress stiffness, F_c the centrifugal
-    load and F_e the load of a changing speed, see `Spin`. Both loads are real; one
+    load and F_e the load of a changing speed, see `Rotation`. Both loads are real; one
     complex array holds them, so that both are reduced at once.
     """
     coriolis = block(rotation.coriolis, structure, k, skew=True)
@@ -402,7 +406,7 @@ def _added(rotation: Rotation, structure: CyclicStructure, k: int) -> Added:
 
 
 def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
-    """Return C, K_1 = K_g - M and the loads, reduced by a basis.
+    """Return the terms of rotation C, K_1 = K_g - M and the loads, reduced by a basis.
 
     added : (C, K_g, loads), result of `_added`
     """
@@ -413,11 +417,13 @@ def _reduced(basis: Complexes, mass: Complexes, added: Added) -> Added:
 def physical_columns(
     piece: Block, structure: CyclicStructure, kept: int, size: int, start: int
 ) -> Floats:
-    """Return the map from a block's real DoF to physical coordinates, (size, DoF).
+    """Return the matrix (size, DoF) from a block's real DoF to physical coordinates.
 
     The first `kept` coordinates of a block are DoF of a sector, followed by those of
     the centre, if any, and by the amplitudes q_CB of fixed-interface modes, which are
     copied to the rows from `start` on.
+
+    piece : the block of a nodal diameter; size : number of physical coordinates
     """
     width, inner = piece.multiplicity, len(piece.mass)
     out = np.zeros((size, inner * width))
@@ -440,9 +446,9 @@ def physical_columns(
 
 
 def _real_modes(piece: Block) -> list[Floats]:
-    """Return the modes of a nodal diameter in real coordinates, one array per phase.
+    """Return a nodal diameter's modes in its real coordinates, one array per phase.
 
-    These are the real and imaginary parts of the block's complex coordinates.
+    The coordinates are the real, then the imaginary parts of the block's complex ones.
     """
     re, im = piece.modes.real, piece.modes.imag
     if piece.simple:
@@ -451,7 +457,10 @@ def _real_modes(piece: Block) -> list[Floats]:
 
 
 def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats:
-    """Return the share of each mode's strain energy in the shaft's springs, (m,)."""
+    """Return the share of each mode's strain energy in the shaft's springs, (m,).
+
+    piece, kept : the nodal diameter's block; number of a sector's DoF in it
+    """
     hub = piece.modes[kept : kept + centre_width(structure, piece.k)]
     tilt = structure.tilt if piece.k == 1 else None
     own = tilt, structure.centre_stiffness
@@ -460,16 +469,20 @@ def _centre_share(piece: Block, structure: CyclicStructure, kept: int) -> Floats
 
 
 def _labels(piece: Block, share: Floats, phase: int) -> list[Floats]:
-    """Return [omega, k, rank, phase, share] of a nodal diameter's modes, each (m,)."""
+    """Return [omega, k, rank, phase, share] of a nodal diameter's m modes, each (m,).
+
+    share, phase : (m,), strain energy in the shaft; 0 or 1, which mode of each pair
+    """
     same = np.ones(len(piece.omega))
     rank = np.arange(len(piece.omega), dtype=np.float64)
     return [piece.omega, piece.k * same, rank, phase * same, share]
 
 
 def _summed(pieces: list[tuple[Block, Floats]], name: str) -> Floats:
-    """Return a matrix of all blocks in physical coordinates, summed.
+    """Return a matrix in physical coordinates, summed over the blocks of all diameters.
 
-    pieces, name : (block, map to physical coordinates); the matrix's name in a block
+    pieces : (block, map from its real DoF to physical coordinates)
+    name : the matrix's name in a block, such as "mass"
     """
     size = len(pieces[0][1])
     out = np.zeros((size, size))
@@ -480,14 +493,20 @@ def _summed(pieces: list[tuple[Block, Floats]], name: str) -> Floats:
 
 
 def assembled(pieces: list[tuple[Block, Floats]]) -> tuple[Floats, Floats]:
-    """Return (M, K) in physical coordinates, summed over all (block, map) pairs."""
+    """Return (M, K) in physical coordinates, summed over all nodal diameters.
+
+    pieces : (block, map from its real DoF to physical coordinates) of each diameter
+    """
     return _summed(pieces, "mass"), _summed(pieces, "stiffness")
 
 
 def assembled_spin(
     pieces: list[tuple[Block, Floats]], tilt: tuple[int, ...] = ()
 ) -> Spin | None:
-    """Return the terms of rotation of all blocks in physical coordinates, if any."""
+    """Return the terms of rotation in physical coordinates, summed; None without them.
+
+    pieces, tilt : see `assembled`; indices of the tilt's coordinates, if the disk tilts
+    """
     if any(piece.load is None for piece, _ in pieces):
         return None
     load, swing = np.zeros((2, len(pieces[0][1])))
@@ -508,7 +527,7 @@ def modal_model(
     eta: int | None = None,
     rotation: Rotation | None = None,
 ) -> ModalModel:
-    """Return the body's reduced matrices and modes, nodal diameter by diameter.
+    """Return a structure's reduced matrices and modes, nodal diameter by diameter.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Numerics of models: the same bits on any number of threads, and no silent overflow.
+"""Numerics of models: the same bits on any number of threads; no overflow unnoticed.
 
 Products and factorizations round differently if BLAS splits them over several threads.
 """
@@ -23,7 +23,7 @@ def _controller() -> ThreadpoolController:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let BLAS compute on one thread inside the block, or the decorated function."""
+    """Let BLAS compute on one thread inside the with block or decorated function."""
     with _controller().limit(limits=1, user_api="blas"):
         yield
 
@@ -31,7 +31,7 @@ def one_thread() -> Iterator[None]:
 def zero_between(
     function: Callable[[float], float], low: float, high: float, **tolerances: float
 ) -> float:
-    """Return the zero of a function that changes its sign between two numbers.
+    """Return the zero of a function that changes its sign between `low` and `high`.
 
     tolerances : arguments of `scipy.optimize.brentq`
     """
@@ -42,7 +42,7 @@ def zero_between(
 
 @contextmanager
 def representable(what: str) -> Iterator[None]:
-    """Turn numerical failures inside the block into one InputError, on one thread.
+    """Turn numerical failures inside a with block into one InputError; use one thread.
 
     Parameters
     ----------

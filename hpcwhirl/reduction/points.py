@@ -57,12 +57,12 @@ class TipPoints:
 
     @property
     def count(self) -> int:
-        """Number of points per blade, n_c."""
+        """Number of contact points per blade, n_c."""
         return len(self.station)
 
     @property
     def reference(self) -> int:
-        """Index of the point that represents its tip: the middle one."""
+        """Index of the contact point that represents its tip: the middle one."""
         return reference_of(self.count)
 
 
@@ -72,13 +72,13 @@ def reference_of(count: int) -> int:
 
 
 def with_single_points(given: Given) -> Given:
-    """Return a file's arrays, without the axis of points if each tip has one point.
+    """Return a file's arrays, without the axis over points if each tip has one point.
 
     Raises
     ------
     InputError
-        if a file with one point per tip has an array of `BY_POINT`, which only several
-        points may have
+        if a file with one point per tip has an array of `BY_POINT`, such as axial
+        places, which only several points may have
     """
     flat = {name: given[name] for name in BY_BLADE if name in given}
     for name, array in flat.items():
@@ -105,7 +105,7 @@ def points_in(given: Given) -> int:
 
 
 def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
-    """Return the points of a file's tips; None where each has one.
+    """Return the contact points of the tips in a file; None where each tip has one.
 
     The reference points' coordinates are the first of a rotor, (radial, tangential) of
     blade 0, 1, ...; those of all other points, blade by blade, begin at `start`.
@@ -128,11 +128,11 @@ def tip_points(given: Given, blades: int, start: int) -> TipPoints | None:
 
 
 def reordered(rows: Any) -> tuple[Any, Any]:
-    """Return rows of the reference points, and rows of all other points.
+    """Return the part of an array that belongs to reference points, and the rest.
 
     Parameters
     ----------
-    rows : (N, n_c, 2, ...), radial and tangential of each point
+    rows : (N, n_c, 2, ...), radial and tangential entries of n_c points of N tips
 
     Returns
     -------
@@ -145,7 +145,7 @@ def reordered(rows: Any) -> tuple[Any, Any]:
 
 
 def _places(given: Given, count: int) -> tuple[Floats, Floats, Floats]:
-    """Return station, angle and gap of the points, (n_c,) each, checked."""
+    """Return axial place, angle and extra gap of n_c points, (n_c,) each, checked."""
     if "tip_station" not in given:
         raise given.refusal(
             f"has {count} contact points a tip, but no rotor/tip_station: their axial "
@@ -186,20 +186,28 @@ class Stress:
     rows: Floats
 
     def of(self, basis: Floats) -> Stress:
-        """Return the stress in the coordinates y of x = basis y."""
+        """Return the stress in m new coordinates y, by x = basis y.
+
+        basis : (n, m)
+        """
         return replace(self, rows=self.rows @ basis)
 
     def at(self, places: Floats) -> Floats:
-        """Return the stress at all points, (N, P), Pa, for displacements (n,), m.
+        """Return the stress at P points of N blades, (N, P), Pa.
 
         It is von Mises' stress of six components, or the only component with its sign.
+
+        places : (n,), m, values of the rotor's coordinates
         """
         found = self.rows @ places
         return von_mises(found) if found.shape[-1] > 1 else found[..., 0]
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Return von Mises' equivalent stress (...,) of components (..., 6)."""
+    """Return von Mises' equivalent stress (...,) of stress components (..., 6).
+
+    Their order is normal stresses xx, yy, zz, then shear stresses yz, zx, xy.
+    """
     normal, shear = stress[..., :3], stress[..., 3:]
     apart = normal - np.roll(normal, 1, axis=-1)
     squared = (apart**2).sum(axis=-1) / 2 + 3 * (shear**2).sum(axis=-1)
@@ -207,7 +215,9 @@ def von_mises(stress: Floats) -> Floats:
 
 
 def stress_of(given: Given, blades: int) -> Stress | None:
-    """Return the stress of a rotor in the file's coordinates; None if it has none.
+    """Return the stress at named points of a rotor from file; None if it has none.
+
+    It is in the file's coordinates.
 
     Raises
     ------

@@ -49,10 +49,10 @@ class _Wave:
     Attributes
     ----------
     k : nodal diameter
-    omega, rate : rad/s; 2 xi omega, 1/s
+    omega, rate : rad/s; damping rate 2 xi omega, 1/s
     zeta : (3,), the wave's `transform` at k: radial, tangential, centre
     turn : (m, 1) or, for a pair, (m, 2), the wave's modes as orthonormal combinations
-        of the file's modes
+        of the file's m modes
     """
 
     k: int
@@ -63,7 +63,7 @@ class _Wave:
 
     @property
     def phases(self) -> int:
-        """Number of phases: 1 for a simple harmonic, else 2."""
+        """Number of real modes: 1 for a simple harmonic, else 2."""
         return int(self.turn.shape[1])
 
 
@@ -119,9 +119,9 @@ def equal_sectors(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
-    """Return the rotor with the labels of its modes' waves; None if they are no waves.
+    """Return the rotor with labels of its modes, if each is a phase of an exact wave.
 
-    The labels are nodal diameter, rank and phase.
+    The labels are nodal diameter, rank and phase; None if a mode has another form.
     """
     seen = transform(model.shapes, centre_rows(model, blades), blades)
     diameter = _power(seen).argmax(axis=0)
@@ -157,7 +157,7 @@ def _already_waves(model: ModalModel, blades: int) -> ModalModel | None:
 
 
 def _unmixed(model: ModalModel, blades: int) -> Floats:
-    """Return combinations of modes (m, c) with one nodal diameter each, where possible.
+    """Return c combinations of m modes, (m, c), if possible of one nodal diameter each.
 
     First, modes of equal frequency are separated, then modes of close frequencies,
     which the round-off of an eigensolver mixes, the more the closer they are.
@@ -179,14 +179,16 @@ def _unmixed(model: ModalModel, blades: int) -> Floats:
 
 
 def _floor(model: ModalModel) -> float:
-    """Return the size of an eigensolver's round-off errors of omega^2, (rad/s)^2."""
+    """Return the size of an eigensolver's round-off in a rotor's omega^2, (rad/s)^2."""
     return ROUND_OFF * len(model.omega) * float(model.omega.max()) ** 2
 
 
 def _separated(model: ModalModel, turn: Floats, near: float, blades: int) -> Floats:
     """Separate the nodal diameters of modes with close frequencies.
 
-    turn : (m, c), combinations of the rotor's modes
+    Return better combinations (m, c), where separation succeeds.
+
+    turn : (m, c), combinations of the rotor's m modes
     near : relative difference up to which frequencies count as close
     """
     squared = _squared(model, turn)
@@ -221,12 +223,15 @@ def _by_frequency(columns: Floats, seen: Complexes, squared: Floats) -> Floats:
 
 
 def _squared(model: ModalModel, turn: Floats) -> Floats:
-    """Return omega^2 of combinations (m, c) of modes, (c,)."""
+    """Return omega^2 of c combinations of a rotor's m modes, (c,); turn : (m, c)."""
     return np.asarray(model.omega**2 @ turn**2)
 
 
 def _power(seen: Complexes) -> Floats:
-    """Return squared amplitudes of `transform` by nodal diameter, (N // 2 + 1, c)."""
+    """Return squared amplitudes by nodal diameter k and combination, (N // 2 + 1, c).
+
+    seen : (N, 3, c), `transform` of c combinations; k and N - k are added up
+    """
     whole = (np.abs(seen) ** 2).sum(axis=1)
     count = len(whole)
     folded = whole[: count // 2 + 1].copy()
@@ -236,7 +241,10 @@ def _power(seen: Complexes) -> Floats:
 
 
 def _leaks(seen: Complexes) -> Floats:
-    """Return the relative amplitude outside each combination's main diameter, (c,)."""
+    """Return the relative amplitude outside each combination's main diameter, (c,).
+
+    seen : (N, 3, c), `transform` of c combinations of modes
+    """
     power = _power(seen)
     whole = power.sum(axis=0)
     power[power.argmax(axis=0), np.arange(power.shape[1])] = 0.0
@@ -248,7 +256,10 @@ class _NoTwinError(Exception):
 
 
 def _waves(model: ModalModel, turn: Floats, blades: int) -> list[_Wave]:
-    """Return the waves of a rotor's modes; successive modes of a diameter are pairs."""
+    """Return the waves of a rotor's modes; successive modes of a diameter are pairs.
+
+    turn : (m, c), combinations of the rotor's m modes
+    """
     seen = transform(model.shapes @ turn, centre_rows(model, blades) @ turn, blades)
     squared, out = _squared(model, turn), []
     label = _power(seen).argmax(axis=0)
@@ -282,9 +293,10 @@ def _groups(modes: Indices, squared: Floats) -> list[Indices]:
 
 
 def _standing(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> _Wave:
-    """Return the mode of a simple harmonic, k = 0 or N / 2, its largest entry positive.
+    """Return the wave of one mode of a simple harmonic, k = 0 or N / 2.
 
-    turn, seen : as in `_running`, (m, 1) and (3,)
+    Its largest entry is positive. turn : (m, 1), the mode as a combination of the
+    rotor's; seen : (3,), its `transform` at k
     """
     zeta = seen.real
     sign = 1.0 if zeta[np.argmax(np.abs(zeta))] > 0.0 else -1.0
@@ -331,7 +343,7 @@ def _running(model: ModalModel, turn: Floats, seen: Complexes, k: int) -> list[_
 
 
 def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
-    """Return the motion of tips (2 N, p) and centre (2, p) in an exact wave."""
+    """Return motions of tips (2 N, p) and centre (2, p) in the p phases of a wave."""
     columns = spread(wave.k, blades)
     z = np.array([[wave.zeta.real, -wave.zeta.imag], [wave.zeta.imag, wave.zeta.real]])
     tips = np.einsum("ja,apd->jdp", columns, z[: wave.phases, : wave.phases, :2])
@@ -342,9 +354,9 @@ def _tips_and_centre(wave: _Wave, blades: int) -> tuple[Floats, Floats]:
 def _regular(
     model: ModalModel, waves: list[_Wave], blades: int
 ) -> tuple[ModalModel, Floats]:
-    """Return the rotor made of waves, in the built-in rotor's order, and a matrix.
+    """Return the rotor made of exact waves, in the built-in rotor's order, and `turn`.
 
-    The matrix (m, c) gives its c modes as combinations of the file's m modes.
+    turn (m, c) gives its c modes as combinations of the file's m modes.
     """
     records = []
     for k in diameters(blades):
@@ -381,9 +393,10 @@ def _regular(
 def _deviation(
     model: ModalModel, regular: ModalModel, turn: Floats, blades: int
 ) -> Symmetry:
-    """Return the largest deviation of a rotor from its regular form.
+    """Return the largest deviation of a rotor's sectors from equality.
 
-    regular, turn : result of `_regular`
+    regular, turn : result of `_regular`: the rotor with exact waves, and its modes as
+        combinations of those of `model`
     """
     omega, rows = regular.omega, 2 * blades + 2 * has_centre(model, blades)
     stiffness = np.abs((turn.T * model.omega**2) @ turn - np.diag(omega**2))

@@ -1,4 +1,4 @@
-"""Modes of a round casing by its harmonics: a ring, a shell, a table from file.
+"""Modes of a round casing by harmonics: of a ring, of a shell, or from a file's table.
 
 A ring has two modes per harmonic and phase. For h >= 1, the first one bends the ring
 (for h = 1 it moves the ring on its support); the second one stretches it, with a
@@ -46,9 +46,10 @@ STILL = 1e-12  # motion over the largest, at a station or of a mode, that counts
 def _places(
     operator: FourierOperator, h: int, p: int
 ) -> Iterator[tuple[list[int], Floats]]:
-    """Yield ([indices of coordinates], their signs) of each phase of a motion (h, p).
+    """Yield ([coordinate indices], signs) of both phases, cos and sin, of a motion.
 
-    The coordinates are radial w, tangential u and, of a shell, axial v.
+    The coordinates are radial w, tangential u and, of a shell, axial v; the signs are
+    those by which the second phase differs from the first.
 
     h, p : harmonic; axial function, from 0
     """
@@ -61,7 +62,7 @@ def _places(
 
 
 def _stretches(h: int, modes: Floats) -> int:
-    """Return the index of the mode that stretches the ring.
+    """Return which of a ring's two modes, 0 or 1, stretches it at harmonic h.
 
     modes : (2, 2), w and u of the two modes, by columns
     """
@@ -111,8 +112,9 @@ def _model(
 
     Parameters
     ----------
+    operator : contact operator, which orders the coordinates
     matrices_of : (h, p) -> (mass, stiffness matrix) of harmonic h, axial function p
-    kept_of : (h, modes by columns) -> those that are kept with `families` = bending
+    kept_of : (h, modes by columns) -> indices of those kept with `families` = bending
     """
     mass, stiffness = (np.zeros((operator.size, operator.size)) for _ in range(2))
     labels, columns, whole = [], [], casing.families == "all"
@@ -185,8 +187,8 @@ def at_station(
 ) -> tuple[ModalModel, FourierOperator]:
     """Return a casing restricted to one axial place, m, where the blades touch it.
 
-    It has no matrices and no modes that are at rest there; a casing that is uniform
-    along its axis is returned unchanged.
+    The result has no matrices, and no modes that are at rest there; a casing that is
+    uniform along its axis is returned unchanged.
     """
     if isinstance(operator.axial, Uniform):
         return model, operator
@@ -211,10 +213,10 @@ NAMES = ("harmonic", "omega", "damping_ratio", "radial", "tangential")
 
 @lru_cache(maxsize=16)
 def casing_table(file: str, content: str) -> Table:
-    """Return the table of a casing's modes in a file, {name: (m,)}, by harmonic, omega.
+    """Return the table of m modes of a casing in a file, by harmonic and frequency.
 
-    If the file has stations, the table has `station` (s,), m, and `radial` and
-    `tangential` are (m, s).
+    It is {name: (m,)}. If the file has s stations, the table has `station` (s,), m, and
+    `radial` and `tangential` are (m, s). content : SHA-256 of the file, for the cache
 
     Raises
     ------
@@ -240,7 +242,10 @@ def casing_table(file: str, content: str) -> Table:
 
 
 def _checked_stations(given: Given, table: Table) -> Table:
-    """Return {"station": (s,)}, checked, of a file that has stations; else {}."""
+    """Return {"station": (s,)}, checked, of a file with s axial stations; else {}.
+
+    table : the file's columns, whose widths must agree with the stations
+    """
     sizes = {name: table[name].shape[1:] for name in NAMES[3:]}
     if "station" not in given:
         wide = [name for name, size in sizes.items() if size]
@@ -260,7 +265,10 @@ def _checked_stations(given: Given, table: Table) -> Table:
 
 
 def _moves(column: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return whether modes move at any station, (m,); column : (m,) or (m, s)."""
+    """Return for each of m modes whether it moves at any of s stations, (m,).
+
+    column : (m,) or (m, s), amplitudes of the modes
+    """
     return np.asarray((column.reshape(len(column), -1) != 0.0).any(axis=1))
 
 
@@ -282,7 +290,10 @@ def _check_harmonics(given: Given, table: Table) -> None:
 
 
 def check_lobes(file: str, content: str, lobes: int) -> None:
-    """Raise InputError if a load has more lobes than the casing's highest harmonic."""
+    """Raise InputError if a load has more lobes than a file's highest casing harmonic.
+
+    content : SHA-256 of the file
+    """
     most = int(casing_table(file, content)["harmonic"].max())
     if lobes > most:
         msg = (
@@ -301,7 +312,7 @@ def round_casing(
     ----------
     casing : inputs; `harmonics` is the highest harmonic used from the file
     radius : R_c, m
-    source : path of the file, and the digest of its content
+    source : path of the file, and the SHA-256 of its content
     """
     table = casing_table(*source)
     own = tuple(table["station"].tolist()) if "station" in table else None

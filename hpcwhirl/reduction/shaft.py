@@ -24,7 +24,7 @@ RIGID = 0.01  # largest relative deviation from a translation; left-out modes ca
 
 
 class MisplacedError(ValueError):
-    """Raised if a rotor translates rigidly, but tips or centre have other places."""
+    """Raised if a rotor translates rigidly, but with tips or centre in other places."""
 
 
 def shaft_stiffness(
@@ -64,7 +64,11 @@ def shaft_stiffness(
 
 
 def _check_places(moved: Complexes, angle: Floats) -> None:
-    """Raise MisplacedError for a translation in other axes or another blade order."""
+    """Raise MisplacedError for a translation in other axes or another blade order.
+
+    moved : (N, 2), radial and tangential motion of the tips if the centre moves by 1
+    angle : (N,), rad, where the tips should be
+    """
     radial, tangential = moved.T
     for way, order in ((1.0, "anticlockwise"), (-1.0, "clockwise")):
         wave = np.exp(-1j * way * angle)
@@ -83,7 +87,9 @@ def _check_places(moved: Complexes, angle: Floats) -> None:
 def with_tilt(
     tilt: Tilt, centre: Indices, turn: Any, mass: Any, stiffness: Any
 ) -> tuple[Any, Any]:
-    """Return M and K with the w coordinates of the tilt, (n + w, n + w), from (n, n).
+    """Return M and K, (n, n), extended by w coordinates of the tilt to (n + w, n + w).
+
+    w is 2 for real coordinates x and y, 1 for a complex one.
 
     Parameters
     ----------
@@ -103,7 +109,10 @@ def with_tilt(
 def turning_tilt(
     tilt: Tilt, turn: Any, coriolis: Any, stiffening: Any, load: Any
 ) -> tuple[Any, Any, Any]:
-    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt, see `modes.Spin`."""
+    """Return C, K_1 (n + w, n + w) and F_c (n + w,) with the tilt's w coordinates.
+
+    They are terms of rotation, see `Spin`; turn : as in `with_tilt`
+    """
     n = len(load)
     turns, stiffens = _bordered(coriolis, turn), _bordered(stiffening, turn)
     turns[n:, n:] = (tilt.about_diameter - tilt.polar / 2) * turn
@@ -112,13 +121,13 @@ def turning_tilt(
 
 
 def energy_in_shaft(tilt: Tilt | None, spring: float, centre: Any, slope: Any) -> Any:
-    """Return twice the strain energy in the shaft of modes of unit amplitude, (m,), J.
+    """Return twice the shaft's strain energy in each of m modes, (m,), J.
 
     Parameters
     ----------
     spring : stiffness of the shaft against a displacement, N/m, k_o without a tilt
-    centre, slope : (w, m), centre and slope of each mode; slope is not used without a
-        tilt
+    centre, slope : (2, m) or, complex, (1, m), of the shaft at the disk in each mode of
+        unit amplitude; slope is not used without a tilt
     """
     energy = spring * (np.abs(centre) ** 2).sum(axis=0)
     if tilt is None:

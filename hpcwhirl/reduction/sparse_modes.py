@@ -68,7 +68,7 @@ class Condensed:
         )
 
     def loaded(self, load: Matrix) -> Matrix:
-        """Return the reduced form, (b + m + c,), of a load (n,)."""
+        """Return a load (n,) on the full DoF in reduced coordinates, (b + m + c,)."""
         return np.asarray(self.lift.conj().T @ load)
 
 
@@ -116,7 +116,7 @@ def whole_pairs(squared: Floats, reach: float, most: int) -> int:
 def condensed(
     project: Project, boundary: int, count: int, tell: Tell, *, keep: bool = False
 ) -> Condensed:
-    """Return the Craig-Bampton reduction to the first DoF and the lowest modes at rest.
+    """Return the Craig-Bampton reduction to b boundary DoF and lowest modes at rest.
 
     Parameters
     ----------
@@ -192,21 +192,25 @@ def _reduced(matrix: Any, lift: Matrix, sign: float = 1.0) -> Matrix:
 
 
 def _interior(mass: Any, stiffness: Any, boundary: int) -> tuple[Any, Any, Matrix]:
-    """Return K_ii, M_ii of the interior, and K_ib, which couples it to the boundary."""
+    """Return K_ii, M_ii of the interior DoF, and K_ib, which couples in the boundary.
+
+    boundary : b, number of boundary DoF, which come first
+    """
     inside = slice(boundary, None)
     k_ii, m_ii = (sparse.csc_array(a[inside, inside]) for a in (stiffness, mass))
     return k_ii, m_ii, stiffness[inside, :boundary].toarray()
 
 
 def _reference(piece: Condensed) -> float:
-    """Return a basis's reference speed, rad/s: `REACH` times its first frequency."""
+    """Return a basis's reference speed, rad/s: `REACH` times its lowest frequency."""
     squared = eigh(piece.stiffness, piece.mass, eigvals_only=True)
     return REACH * float(np.sqrt(squared[squared > RIGID * squared[-1]][0]))
 
 
 def _taut(mass: Any, stiffness: Any, turning: list[Any], speed: float) -> Any:
-    """Return K(Omega) + Omega^2 M, positive definite, with the modes of K(Omega).
+    """Return the positive definite K(Omega) + Omega^2 M, with the modes of K(Omega).
 
+    speed : Omega, rad/s
     turning : [C, K_1] or [C, K_1, K_2], terms of rotation, see `modes.Spin`
     """
     _, first, *second = turning
@@ -262,7 +266,7 @@ def _lacking(
 
 
 def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
-    """Return shapes (i, c), orthonormal to modes (i, m) and each other by M."""
+    """Return c shapes (i, c) made orthonormal, by M, to modes (i, m) and each other."""
     for _ in range(2):
         shapes = shapes - modes @ (modes.conj().T @ (m_ii @ shapes))
         squared, mix = np.linalg.eigh(_reduced(m_ii, shapes))
@@ -273,9 +277,11 @@ def _orthonormal(m_ii: Any, modes: Matrix, shapes: Matrix) -> Matrix:
 def _lift(
     k_ii: Any, m_ii: Any, coupling: Matrix, count: int, tell: Tell
 ) -> tuple[Matrix, Floats, float, float]:
-    """Return (basis of static and fixed-interface modes, omega^2, reach, condition).
+    """Return (static and fixed-interface modes, omega^2, reach, condition number).
 
     The last three are those of `Condensed`.
+
+    coupling, count : K_ib from the interior to the boundary; number of modes wanted
     """
     solve = factored(k_ii, tell)
     condition = _condition(k_ii, solve)
@@ -297,7 +303,10 @@ def _with_boundary(static: Matrix, modes: Matrix) -> Matrix:
 
 
 def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
-    """Estimate the condition number (1-norm) of a matrix scaled to unit diagonal."""
+    """Estimate the condition number (1-norm) of a matrix A scaled to unit diagonal.
+
+    solve : x of A x = b
+    """
     scale = np.sqrt(matrix.diagonal().real)
 
     def apply(x: Matrix) -> Matrix:
@@ -311,7 +320,10 @@ def _condition(matrix: sparse.csc_array, solve: Solve) -> float:
 def _fixed_modes(
     k_ii: sparse.csc_array, m_ii: sparse.csc_array, solve: Solve, count: int
 ) -> tuple[Floats, Matrix, float]:
-    """Return (omega^2 (m,), modes (n, m), reach) of lowest fixed-interface modes."""
+    """Return (omega^2 (m,), shapes (n, m), reach) of the lowest fixed-interface modes.
+
+    solve : x of K_ii x = b; reach : omega^2 below which none is missing
+    """
     size = k_ii.shape[0]
     if size <= DENSE or count + MORE >= size // 2:
         squared, modes = eigh(k_ii.toarray(), m_ii.toarray())
@@ -336,8 +348,9 @@ def _fixed_modes(
 def _lowest(
     k_ii: Any, m_ii: Any, solve: Solve, known: tuple[Floats, Matrix], wanted: int
 ) -> Matrix:
-    """Return the lowest modes (n, wanted) except known ones, by shift-invert at 0.
+    """Return the lowest modes (n, wanted) other than known ones, by shift-invert at 0.
 
+    k_ii, m_ii, solve : K, M (n, n); x of K x = b
     known : omega^2 (m,) and modes (n, m) computed before
     """
     squared, modes = known
@@ -359,7 +372,10 @@ def _lowest(
 
 
 def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
-    """Raise ModelError if modes do not satisfy x = omega^2 K^-1 M x."""
+    """Raise ModelError if fixed-interface modes do not satisfy x = omega^2 K^-1 M x.
+
+    solve, squared : x of K x = b; omega^2 of each mode
+    """
     miss = np.linalg.norm(modes - squared * solve(m_ii @ modes), axis=0)
     worst = float((miss / np.linalg.norm(modes, axis=0)).max())
     if not worst <= RESIDUAL:
@@ -368,7 +384,7 @@ def _check(m_ii: Any, solve: Solve, squared: Floats, modes: Matrix) -> None:
 
 
 def _quotients(k_ii: Any, m_ii: Any, modes: Matrix) -> Floats:
-    """Return the Rayleigh quotient omega^2 of each mode, (m,), of columns (n, m)."""
+    """Return the Rayleigh quotient omega^2, (m,), of each of m columns of `modes`."""
     strain, inertia = ((modes.conj() * (a @ modes)).sum(axis=0) for a in (k_ii, m_ii))
     return np.asarray(strain.real / inertia.real)
 

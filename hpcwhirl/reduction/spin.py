@@ -71,7 +71,7 @@ def with_blocks(model: ModalModel, blades: int) -> ModalModel:
 
 
 def _modal(model: ModalModel, spin: Spin) -> Spin:
-    """Return the terms of rotation in coordinates of a rotor's modes at rest."""
+    """Return a rotor's terms of rotation (C, K_1, F_c, K_2) in modal coordinates."""
     shapes = model.shapes
     return Spin(
         shapes.T @ spin.coriolis @ shapes,
@@ -82,7 +82,10 @@ def _modal(model: ModalModel, spin: Spin) -> Spin:
 
 
 def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices]]]:
-    """Yield (nodal diameter k, indices of its modes of each phase, by rank)."""
+    """Yield (nodal diameter k, [indices of its modes of each phase, 0 and 1, by rank]).
+
+    There is one phase only for a simple harmonic.
+    """
     for k in diameters(blades):
         own = [(model.diameter == k) & (model.phase == p) for p in (0, 1)]
         parts = [np.flatnonzero(part) for part in own]
@@ -94,7 +97,7 @@ def _members(model: ModalModel, blades: int) -> Iterator[tuple[int, list[Indices
 
 
 def _block(matrix: Floats, members: list[Indices], *, skew: bool = False) -> Complexes:
-    """Return the complex block (m, m) of a matrix in real modes, H of this module.
+    """Return a nodal diameter's complex block H (m, m) of a matrix in real modes.
 
     members : indices of the modes of the first phase, and of the second if there is one
     """
@@ -107,7 +110,7 @@ def _block(matrix: Floats, members: list[Indices], *, skew: bool = False) -> Com
 
 
 def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalModel:
-    """Return a rotor as one of equal sectors if its terms of rotation allow it.
+    """Return a rotor as one of equal sectors if its terms of rotation are equal, too.
 
     Parameters
     ----------
@@ -130,7 +133,7 @@ def turned_alike(regular: ModalModel, given: ModalModel, blades: int) -> ModalMo
 
 
 def _coupled(model: ModalModel, given: ModalModel, blades: int) -> tuple[float, str]:
-    """Return (deviation, term) for the term of rotation least like equal sectors.
+    """Return (deviation, name) of the term of rotation least like equal sectors'.
 
     Deviations are entries outside the blocks A of the nodal diameters; for modes i and
     j they are relative to the modal masses (C), to sqrt(A_ii A_jj) with A_ii at least
@@ -191,7 +194,7 @@ def _scaled(matrix: Floats, pure: Floats) -> Floats:
 
 
 def _spread_block(out: Floats, block: Complexes, members: list[Indices]) -> None:
-    """Set the entries of a real matrix, in modes, from the block of a nodal diameter.
+    """Set the entries of `out`, a matrix in real modes, from a nodal diameter's block.
 
     members : indices of the modes of the first phase, and of the second if there is one
     """
@@ -222,7 +225,9 @@ def standing_damping(
 
 
 def spin_of(given: Given) -> Spin:
-    """Return the terms of rotation that a file has, in its own coordinates.
+    """Return the terms of rotation (Coriolis, stiffening, loads) that a file has.
+
+    They are in the file's coordinates.
 
     Raises
     ------
@@ -298,7 +303,10 @@ def stiffness_terms(rest: Any, terms: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def checked(given: Given, name: str, *, skew: bool = False) -> Floats:
-    """Return a file's matrix, made exactly symmetric or skew; refuse other matrices."""
+    """Return a file's matrix, made exactly symmetric or skew-symmetric; refuse others.
+
+    name, skew : the matrix's name in the file; whether it is skew-symmetric
+    """
     matrix, count = given[name], len(given["mass"])
     if matrix.shape != (count, count):
         raise given.wrong(name, f"be {(count, count)}", matrix.shape)
@@ -312,7 +320,7 @@ def checked(given: Given, name: str, *, skew: bool = False) -> Floats:
 
 
 def transformed(spin: Spin, basis: Floats) -> Spin:
-    """Return the terms of rotation in the coordinates y of x = basis y."""
+    """Return terms of rotation in m new coordinates y, by x = `basis` (n, m) y."""
     back, quartic = basis.T, spin.quartic
     turned, first = back @ spin.coriolis @ basis, back @ spin.stiffening @ basis
     if quartic is not None:
@@ -354,7 +362,7 @@ def check_turned(
     speeds: Floats | None,
     wrong: Callable[[str, str, object], InputError],
 ) -> None:
-    """Refuse terms for which a rigid translation is not free in the static frame.
+    """Refuse terms of rotation if a rigid translation is not free in the static frame.
 
     Without springs at its centre the rotor would move uniformly, with the double root
     s = -i Omega in the rotating frame. Hence T_x C T_y = -T_x M T_x = -m and T_x (K_1 +

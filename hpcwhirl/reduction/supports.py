@@ -55,8 +55,8 @@ class Support:
 
     Attributes
     ----------
-    stiffness : k, in addition to the springs in the rotor's own matrix
-    damping : c
+    stiffness : k, N/m, in addition to the springs in the rotor's own matrix
+    damping : c, N s/m
     stiffness_apart, damping_apart : k_d, c_d, by which directions differ
     film, clearance : damping c_0, N s/m, of a squeeze film, which c includes, and its
         clearance, m; 0: no film
@@ -84,12 +84,15 @@ class Support:
         return self
 
     def turning(self, speed: float) -> complex:
-        """Return k + i Omega c, N/m, which acts on the centre in the rotating frame."""
+        """Return k + i Omega c, N/m, the supports' factor on z in the rotating frame.
+
+        z = x_o + i y_o is the centre; speed : Omega, rad/s
+        """
         return self.stiffness + 1j * speed * self.damping
 
 
 def planar(factor: complex) -> Floats:
-    """Return the matrix (2, 2) that acts on (x, y) as a complex factor on x + i y."""
+    """Return the matrix (2, 2) on (x, y) that multiplies x + i y by `factor`."""
     return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])
 
 
@@ -135,8 +138,9 @@ class Bearing:
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:
-    """Return a bearing from the rows of its table, see `scene.kept_tables`.
+    """Return a bearing from its table over speed.
 
+    rows : (speed, k_xx, k_xy, k_yx, k_yy, c_xx, c_xy, c_yx, c_yy) of each line
     spring : k_o, N/m, which is in the rotor's matrix and replaced by the table
     """
     table = np.array(rows)

@@ -75,7 +75,10 @@ def wave_lines(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
 
 
 def _line(k: int, family: str, root: complex, speed: float) -> WaveLine:
-    """Return the wave e^{i k theta + s t} of a root s, 1/s."""
+    """Return the wave e^{i k theta + s t} of a root s, 1/s, of nodal diameter k.
+
+    family, speed : name of the mode at rest from which it comes; Omega, rad/s
+    """
     turning = -float(root.imag)
     return WaveLine(k, family, turning, turning + k * speed, float(root.real))
 
@@ -99,7 +102,10 @@ def _at_rest(model: ModalModel, speed: float) -> list[WaveLine]:
 
 
 def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor of equal sectors, by nodal diameter."""
+    """Return the waves of a rotor of equal sectors with rotation, by nodal diameter.
+
+    spin, speed : terms of rotation; Omega, rad/s
+    """
     lines = []
     for piece in spin.waves:
         names = family_ranks(model, piece.k)
@@ -115,13 +121,16 @@ def _by_diameter(model: ModalModel, spin: Spin, speed: float) -> list[WaveLine]:
 def rank_of(place: int, modes: int) -> int:
     """Return the rank of the mode at rest from which a wave's root comes.
 
-    place : index of the root among the 2 `modes` roots
+    place : index of the root among 2 `modes` roots, sorted from forward to backward
     """
     return modes - 1 - place if place < modes else place - modes
 
 
 def wave_roots(model: ModalModel, piece: SpinBlock, speed: float) -> Complexes:
-    """Return the roots s (2 m,), 1/s, of a nodal diameter, from forward to backward."""
+    """Return the 2 m roots s, 1/s, of waves of a nodal diameter, forward ones first.
+
+    piece, speed : the terms of rotation of its m modes; Omega, rad/s
+    """
     gyro, damping, stiffness, push = diameter_matrices(model, piece, speed)
     roots = quadratic_roots(damping + gyro, stiffness + push)
     roots, own = roots[np.argsort(roots.imag, kind="stable")], model.spin
@@ -180,7 +189,8 @@ def _apart(
 def _with_conjugate(matrix: Complexes, apart: complex, hub: Complexes) -> Complexes:
     """Return [[A, conj(B)], [B, conj(A)]], which acts on (Y, conj(Y)), see `_apart`.
 
-    matrix : A; apart, hub : factor at the centre, and z_o of the modes, which give B
+    matrix : A (m, m)
+    apart, hub : factor at the centre, and z_o of m modes, which give B
     """
     across = apart * np.outer(hub, hub)
     return np.block([[matrix, across.conj()], [across, matrix.conj()]])
@@ -253,7 +263,7 @@ def turning_matrices(
 
 
 def _of_whole(model: ModalModel, blades: int, speed: float) -> list[WaveLine]:
-    """Return the waves of a rotor of unequal sectors, or of one or two sectors."""
+    """Return the waves of a rotor whose sectors are unequal, or at most two."""
     gyro, damping, stiffness, push = turning_matrices(model, speed, blades)
     stiffness, n = stiffness + push, len(model.mass)
     right = np.linalg.solve(model.mass, np.hstack([stiffness, damping + gyro]))
@@ -309,9 +319,10 @@ def unbalance_speeds(model: ModalModel) -> list[float]:
 def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[float]:
     """Return the speeds below `top`, rad/s, at which an unbalance is in resonance.
 
-    Supports that depend on the speed are evaluated at each of `SPEEDS` speeds, and the
-    resonance speeds computed with them. Where such a speed equals the one at which the
-    supports were evaluated, there is a resonance.
+    piece : terms of rotation of nodal diameter 1. Supports that depend on the speed are
+    evaluated at each of `SPEEDS` speeds, and the resonance speeds computed with them.
+    Where such a speed equals the one at which the supports were evaluated, there is a
+    resonance.
     """
     if isinstance(supports, Support):
         speeds = _soft_at(*_of_unbalance(piece, supports))
@@ -338,9 +349,11 @@ def _met(piece: SpinBlock, supports: Support | Bearing, top: float) -> list[floa
 def _of_unbalance(
     piece: SpinBlock, own: Support
 ) -> tuple[Complexes, Complexes, Complexes | None]:
-    """Return (K_0, K_1, K_2) of the waves excited by an unbalance.
+    """Return (K_0, K_1, K_2) of the waves that an unbalance excites, k = 1.
 
     Their stiffness is K_0 + Omega^2 K_1 + Omega^4 K_2, see `unbalance_speeds`.
+
+    piece, own : the nodal diameter 1 at rest; its supports at the speed
     """
     hub, first, second = piece.hub, piece.stiffening, piece.quartic
     rest = np.diag(piece.omega**2) + own.stiffness.real * np.outer(hub.conj(), hub)
@@ -355,7 +368,7 @@ def _of_unbalance(
 
 
 def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
-    """Return the speeds > 0 at which K + Omega^2 K_1 + Omega^4 K_2 is singular.
+    """Return the speeds > 0, rad/s, at which K + Omega^2 K_1 + Omega^4 K_2 is singular.
 
     stiffness : K (n, n), positive definite; first, second : K_1, K_2; the last may be
         None
@@ -380,15 +393,15 @@ def _soft_at(stiffness: Any, first: Any, second: Any) -> Floats:
 def unbalance_response(
     model: ModalModel, blades: int, force: complex, speed: float, step: float = 0.0
 ) -> tuple[Floats, Complexes]:
-    """Return the steady motion under an unbalance, (n,) and (n,), m, rotating frame.
+    """Return the steady motion (x, xi) under an unbalance, (n,) each, m.
 
-    The motion is x + Re(xi e^{2 i Omega t}). On supports that are equal in all
-    directions xi = 0 and (K(Omega) + S) x = F: in the static frame the rotor moves on a
-    circle with the rotation. For a rigid rotor of mass m, z = m_u e Omega^2 / (k - m
-    Omega^2 + i c Omega). Otherwise its centre moves on an ellipse, z + z_2 e^{-2 i
-    Omega t}, with xi = -conj(beta) z Q^-1 (e_x + i e_y), beta = k_d - i Omega c_d, Q
-    the dynamic stiffness at 2 Omega; the reaction of z_2 on z acts like a further
-    stiffness at the centre.
+    The motion is x + Re(xi e^{2 i Omega t}) in the rotating frame. On supports that are
+    equal in all directions xi = 0 and (K(Omega) + S) x = F: in the static frame the
+    rotor moves on a circle with the rotation. For a rigid rotor of mass m, z = m_u e
+    Omega^2 / (k - m Omega^2 + i c Omega). Otherwise its centre moves on an ellipse, z +
+    z_2 e^{-2 i Omega t}, with xi = -conj(beta) z Q^-1 (e_x + i e_y), beta = k_d - i
+    Omega c_d, Q the dynamic stiffness at 2 Omega; the reaction of z_2 on z acts like a
+    further stiffness at the centre.
 
     Parameters
     ----------
@@ -476,9 +489,9 @@ def unstable_from(model: ModalModel, blades: int) -> float | None:
 
 
 def tip_growth(model: ModalModel, blades: int, speed: float) -> Floats:
-    """Return the outward displacement of each tip at a speed, (N,), m.
+    """Return the steady outward displacement of N tips at a speed, rad/s, (N,), m.
 
-    It is the static response to Omega^2 F_c.
+    It is the static response to the centrifugal load Omega^2 F_c.
     """
     spin = model.spin
     if spin is None:

@@ -49,9 +49,9 @@ def _asked(wish: dict[str, Any]) -> Any:
 
 
 class WordsPlot(DataArrayPlotAccessor):
-    """The method `plot` of a DataArray, extended to words, which xarray cannot draw.
+    """The method `plot` of a DataArray, extended to words of cases, such as "damped".
 
-    Everything else is drawn by xarray.
+    xarray cannot draw words; everything else is drawn by xarray.
     """
 
     __slots__ = ()
@@ -61,7 +61,7 @@ class WordsPlot(DataArrayPlotAccessor):
 
         Parameters
         ----------
-        wish : options of xarray's own plot, such as x, y, ax
+        wish : options of xarray's `plot`, such as x, y, ax
 
         Raises
         ------
@@ -119,7 +119,7 @@ class Whirl:
         ----------
         wish : options as of `hpcwhirl map`: x, y: swept inputs; panels, at: tuples,
             such as ("gap=1e-4",); colour: "regime", "whirl", "attractor", "motion" or
-            an expression of numbers; units: tuple; rpm, critical: bool
+            an expression of results; units: tuple; rpm, critical: bool
         """
         from hpcwhirl.report.map.maps import drawing_of
 
@@ -127,7 +127,7 @@ class Whirl:
         return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
     def hover(self, **wish: Any) -> Any:
-        """Return the map as a plotly figure; pointing at a case shows its numbers.
+        """Return the map as a plotly figure; pointing at a case shows its results.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Whirl:
     def where(self, condition: str) -> xarray.Dataset:
         """Return the cases that satisfy a condition, as `hpcwhirl cases --where`.
 
-        A word that the variable cannot have is refused, since no case could have it.
+        A condition with a word that its variable cannot have is refused.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class Whirl:
         raise InputError(msg)
 
     def _case(self, case: int) -> tuple[Results, int]:
-        """Return the results and the case's number; refuse a case without an orbit."""
+        """Return the campaign's results and the case's number, if it has an orbit."""
         cases = Results(self._file.parent)
         finished = cases.finished()
         if case not in finished:

@@ -1,4 +1,4 @@
-"""Figures: new ones, names, labels and ticks of quantities in them, atomic writing."""
+"""Figures: creation, titles, labels and ticks with units, and writing to files."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ STEPS = (1, 2, 2.5, 5, 10)
 
 
 def name_of(name: str) -> str:
-    """Return a variable's name with spaces and, if it has one, its symbol."""
+    """Return a variable's name with spaces, followed by its symbol, if it has one."""
     symbol = NAMED[name].symbol if name in NAMED else ""
     return f"{name.replace('_', ' ')} {symbol}".strip()
 
 
 def axis_of(name: str) -> str:
-    """Return the label of an axis: the symbol, else the name, and the SI unit."""
+    """Return a variable's label for an axis: symbol, else name, and SI unit."""
     return KNOWN[name].labelled(KNOWN[name].symbol or name.replace("_", " "))
 
 
 def eq13_of(family: str) -> str:
-    """Return the label of a critical speed of Eq. 13, with its family except for 1F."""
+    """Return the label "Eq. 13" of a critical speed, with a family other than 1F."""
     return "Eq. 13" if family == "1F" else f"Eq. 13, {family}"
 
 
@@ -51,7 +51,7 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
     ----------
     name : name of a variable
     value : number or text; a long text is shortened
-    unit : unit of the value, if not the one in `scene.quantities`
+    unit : unit of `value`, if not the one in `scene.quantities`
     """
     known = NAMED.get(name)
     symbol = (known and known.symbol) or name.replace("_", " ")
@@ -64,7 +64,10 @@ def value_of(name: str, value: Any, unit: str = "") -> str:
 
 
 def title_of(row: Any) -> str:
-    """Return the title of a case: speed, lobes, gap, friction and words."""
+    """Return the title of a case: speed, lobes, gap, friction, regime and whirl.
+
+    row : results of the case by name
+    """
     words = f"{row['regime']}, {row['whirl']}"
     lost = {"unstable": "unstable integration", "overloaded": "overloaded"}
     words = lost.get(str(row["outcome"]), words)
@@ -95,7 +98,7 @@ def _tell(axis: Any, found: re.Match[str]) -> None:
         return
 
     class Round(MaxNLocator):
-        """Ticks at round numbers of the unit shown."""
+        """Locator of ticks at round numbers in the unit that is shown."""
 
         def tick_values(self, vmin: float, vmax: float) -> Any:
             ticks = super().tick_values(factor * vmin, factor * vmax)
@@ -127,8 +130,9 @@ LONGEST = 80  # largest number of characters of a text that is part of a file na
 def new_figure(
     size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any
 ) -> tuple[Any, Any]:
-    """Return a figure of width and height `size`, in, and its axes.
+    """Return a new figure and its axes.
 
+    size : width and height, in
     rows, columns, options : as of `subplots` of matplotlib's figures
     """
     from matplotlib.figure import Figure
@@ -138,7 +142,7 @@ def new_figure(
 
 
 def part_of_name(text: str) -> str:
-    """Return a text as part of a file name: safe characters, bounded length, unique."""
+    """Return a text as part of a file name: unique, with safe characters only."""
     plain = re.sub(r"[^A-Za-z0-9._=+-]+", "-", text).strip("-")
     if len(plain) <= LONGEST:
         return plain
@@ -159,7 +163,7 @@ def save(figure: Any, path: Path, dpi: int = 130, **options: Any) -> Path:
 
 
 def _tidy(figure: Any) -> None:
-    """Escape characters in a figure's texts that an SVG must not contain."""
+    """Replace characters in a figure's texts that an SVG file must not contain."""
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):

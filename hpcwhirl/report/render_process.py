@@ -32,7 +32,7 @@ TOLD = (InputError, NoRoomError, MissingFileError, StoreError, WhirlError,
 
 
 def draw_apart(results: Path, out: Path) -> list[Path]:
-    """Draw map.png and map.svg by `report.map.maps.draw_map` in another process.
+    """Draw map.png and map.svg of `results`, in another process, into `out`.
 
     If Matplotlib and xarray are loaded, or no process can start, this process draws.
 
@@ -65,7 +65,10 @@ def _begun(results: Path, out: Path) -> subprocess.Popen[bytes]:
 
 
 def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
-    """Wait for the drawing process; return its paths, or raise its error."""
+    """Wait for the drawing process; return the paths it wrote, or raise its error.
+
+    out : directory of the figures
+    """
     with process:  # the input of the process stays open meanwhile
         told = process.stdout.read() if process.stdout else b""
     if told:
@@ -80,7 +83,10 @@ def _drawn(process: subprocess.Popen[bytes], out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Draw a map; write only the reply to stdout, and all other output to stderr."""
+    """Draw a map in this process, a child; write only the reply to stdout.
+
+    All other output goes to stderr.
+    """
     with os.fdopen(os.dup(1), "w") as sink:
         os.dup2(2, 1)
         threading.Thread(target=_end_with_parent, daemon=True).start()

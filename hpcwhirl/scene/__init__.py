@@ -1,6 +1,7 @@
 """Inputs of cases and campaigns as frozen data in SI units, their TOML, and tables.
 
-The tables list words of cases, quantities, schemes, presets and named engines.
+Its tables list the words of cases (such as "damped"), quantities, schemes of time
+integration, presets of solver inputs, and named engines.
 """
 
 from hpcwhirl.scene.case_digest import content_digest, digest

@@ -1,4 +1,4 @@
-"""Validation of all cases of a table without building a `Scene` for each.
+"""Validation of all cases of a campaign's table without building a `Scene` for each.
 
 Each value of an input is checked once, however many cases have it. The rules between
 inputs, see `rules`, are evaluated for all cases at once, on columns of values.
@@ -35,14 +35,20 @@ STRICT = ConfigDict(strict=True)
 
 
 def end_times(get: Columns) -> Any:
-    """Return the simulated time of each case's run, s, see `Scene.end_time`."""
+    """Return the simulated time of each case's run, s, see `Scene.end_time`.
+
+    get : function from an input's name to its values in the cases
+    """
     return end_time(get("duration"), get("revolutions"), get("speed"))
 
 
 def _rules(
     model: type[Inputs] = Scene, prefix: str = ""
 ) -> Iterator[tuple[tuple[str, ...], Rule]]:
-    """Yield (full names of the inputs, rule) of a table and of the tables inside it."""
+    """Yield (full dotted names of inputs, rule between them) of a table of inputs.
+
+    The rules of the tables inside it are included; prefix : the table's dotted name
+    """
     for rule in model.RULES:
         yield tuple(prefix + name for name in rule.inputs), rule
     for name, field in model.model_fields.items():
@@ -62,7 +68,10 @@ def _adapter(name: str) -> TypeAdapter[Any]:
 
 
 def first_refused(name: str, values: Values) -> int:
-    """Return the index of the first value that is invalid for an input; -1: none."""
+    """Return the index of the first of `values` that is invalid for an input; -1: none.
+
+    name : full dotted name of the input
+    """
     try:
         _adapter(name).validate_python(listed(values))
     except ValidationError as failed:
@@ -71,7 +80,7 @@ def first_refused(name: str, values: Values) -> int:
 
 
 class Many:
-    """The cases of a table as columns: one array of values per input.
+    """The cases of a campaign as columns: one array of values per input.
 
     Parameters
     ----------
@@ -86,7 +95,7 @@ class Many:
         self._known_numbers: dict[str, Array] = {}
 
     def numbers(self, name: str, values: Values) -> Array:
-        """Return an input's values as an array, (n,); a list counts as its length."""
+        """Return n values of an input as an array, (n,); of each list, its length."""
         if takes_list(name):
             return np.array([len(value) for value in values])
         if isinstance(values, np.ndarray):
@@ -95,7 +104,7 @@ class Many:
         return np.array(values, dtype=object if words else None)
 
     def chunks(self) -> Iterator[Array]:
-        """Yield the case numbers in arrays of at most `AT_ONCE`."""
+        """Yield the numbers of all cases in arrays of at most `AT_ONCE` cases."""
         most = len(self.table)
         for start in range(0, most, AT_ONCE):
             yield np.arange(start, min(start + AT_ONCE, most))
@@ -108,14 +117,17 @@ class Many:
             raise WhirlError(f"case {wrong} breaks a rule that its scene does not have")
 
     def first_wrong(self) -> int:
-        """Return the first case with invalid inputs; if none, the number of cases."""
+        """Return the number of the first case with invalid inputs, if there is any.
+
+        Otherwise return the number of cases.
+        """
         wrong = self._first_wrong_value()
         for inputs, rule in RULES:
             wrong = self._first_wrong(rule, inputs, wrong)
         return wrong
 
     def _first_wrong_value(self) -> int:
-        """Return the first case in which a value of an input is invalid by itself.
+        """Return the number of the first case with an input that is invalid by itself.
 
         Return the number of cases if all values are valid.
         """
@@ -127,7 +139,10 @@ class Many:
         return wrong
 
     def _first_wrong(self, rule: Rule, inputs: tuple[str, ...], before: int) -> int:
-        """Return the first case below `before` that breaks a rule, else `before`."""
+        """Return the first case below `before` that breaks a rule, else `before`.
+
+        inputs : full dotted names of the rule's inputs
+        """
         swept = {n: self.columns[n] for n in inputs if n in self.columns}
         cases = self.table.first_of(swept)
         cases = cases[: np.searchsorted(cases, before)]
@@ -142,14 +157,20 @@ class Many:
         return before if wrong is None else wrong
 
     def first_where(self, holds: Condition, inputs: tuple[str, ...]) -> int | None:
-        """Return the first case that meets a condition on some inputs, else None."""
+        """Return the number of the first case that meets a condition, else None.
+
+        holds : condition, a function of the columns `inputs`
+        """
         swept = (n for n in inputs if n in self.columns)
         return self._first(self.table.first_of(swept), holds)
 
     def _first(
         self, chosen: Array, holds: Condition, values: dict[str, Array] | None = None
     ) -> int | None:
-        """Return the first of the cases `chosen` that meets a condition, else None."""
+        """Return the first of the cases `chosen` that meets a condition, else None.
+
+        holds, values : the condition, a function; {input: its values, see `numbers`}
+        """
         for start in range(0, len(chosen), AT_ONCE):
             cases = chosen[start : start + AT_ONCE]
             mask = holds(self.all(cases, values))
@@ -159,12 +180,15 @@ class Many:
         return None
 
     def _known(self, name: str, column: Column, cases: Array) -> Array:
-        """Return a column's values as an array, up to the last one that `cases` use."""
+        """Return an input's values as an array, up to the last one that `cases` use.
+
+        name, column : the input, and its column of values; cases : numbers of cases
+        """
         most = 1 + int(column.codes(cases).max())
         return self.numbers(name, column.values[:most])
 
     def values(self, name: str) -> Array:
-        """Return an input's value in each case, (cases,); of a list its length."""
+        """Return an input's value in every case, (cases,); of a list, its length."""
         cases = np.arange(len(self.table))
         return np.broadcast_to(self.all(cases)(name), cases.shape)
 
@@ -193,13 +217,13 @@ class Many:
         return self._known_numbers[name]
 
     def last_ends(self) -> Iterator[Array]:
-        """Yield the latest simulated time at which each case may end, s, by chunks."""
+        """Yield the latest simulated times at which cases may end, s, by `chunks`."""
         for cases in self.chunks():
             ends = last_end(*map(self.all(cases), LASTS))
             yield np.broadcast_to(ends, cases.shape)
 
     def labels(self, names: Iterable[str], cases: Array | None = None) -> Array:
-        """Return an integer label of each case, (m,), equal for equal inputs `names`.
+        """Return an integer for each of m cases, (m,), equal where inputs are equal.
 
         Parameters
         ----------
@@ -215,9 +239,9 @@ class Many:
         return labels(parts, chosen)
 
     def first_of(self, cases: Array, names: Iterable[str]) -> list[int]:
-        """Return the first of some cases with each combination of values, ascending.
+        """Return the first of `cases` with each combination of values of some inputs.
 
-        Lists of the same length count as equal.
+        names : the inputs; lists of the same length count as equal. Cases ascend
         """
         swept = [(n, self.columns[n]) for n in names if n in self.columns]
         parts = [
@@ -229,14 +253,17 @@ class Many:
         return [int(case) for case in cases[first]]
 
     def kinds(self, names: Iterable[str]) -> Array:
-        """Return the first case of each combination of some inputs' values, sorted."""
+        """Return the first case with each combination of values of some inputs, sorted.
+
+        names : the inputs
+        """
         swept = [name for name in names if name in self.columns]
         cases = self.table.first_of(swept)
         kind = self.labels(swept, cases)
         return cases[np.sort(np.unique(kind, return_index=True)[1])]
 
     def twice(self) -> tuple[int, int] | None:
-        """Return (case, first case that repeats it); None if no case is repeated."""
+        """Return numbers of a case and the first case equal to it; None: all differ."""
         if self._is_plain_product():
             return None
         _, first, kind = np.unique(
@@ -246,7 +273,7 @@ class Many:
         return (int(first[kind[again[0]]]), int(again[0])) if len(again) else None
 
     def _is_plain_product(self) -> bool:
-        """Return whether the table is a product of single inputs without repetition."""
+        """Return whether the cases are a grid of single inputs without equal values."""
         blocks = self.table.blocks
         if len(blocks) != 1 or any(len(axis.names) > 1 for axis in blocks[0]):
             return False

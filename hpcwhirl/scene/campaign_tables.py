@@ -77,7 +77,10 @@ def _path(text: str) -> str:
 
 
 def _statuses(given: Any) -> Any:
-    """Return the set of statuses in a text or list of texts, separated by commas."""
+    """Return the set of statuses of cases in a text or list of texts.
+
+    Statuses, such as "failed", are separated by commas.
+    """
     texts = [given] if isinstance(given, str) else given
     if not isinstance(texts, list) or not all(isinstance(one, str) for one in texts):
         return given  # a set is valid; other types are refused by pydantic
@@ -90,7 +93,7 @@ def _statuses(given: Any) -> Any:
 
 
 class Campaign(TableModel):
-    """The table [campaign]: how a campaign is run. No result depends on it."""
+    """The table [campaign]: how a campaign is run. No case's motion depends on it."""
 
     # fmt: off
     out: Annotated[str, AfterValidator(_path)] = key("campaign",
@@ -127,13 +130,13 @@ class Campaign(TableModel):
     # fmt: on
 
     def with_options(self, other: Campaign) -> Campaign:
-        """Return the table, overridden by the keys that `other` sets."""
+        """Return the table, its keys overridden by those that `other` sets."""
         return self.model_copy(
             update={name: getattr(other, name) for name in other.model_fields_set}
         )
 
     def pictures(self, cases: int) -> set[str]:
-        """Return which of "map" and "page" a campaign of so many cases gets."""
+        """Return which of "map" and "page" a campaign of `cases` cases gets."""
         report = {"auto": cases <= MOST_ON_PAGE, "yes": True, "no": False}[self.report]
         wanted = {"map": self.map == "yes", "page": report}
         return {name for name, asked in wanted.items() if asked}
@@ -144,7 +147,7 @@ LEAST_SPREAD = 1e-12  # least relative change at which twins surely differ in do
 
 
 def _spread(given: Any) -> dict[str, float]:
-    """Return {full dotted input: largest relative change} of [twins], checked."""
+    """Return {full dotted input: largest relative change} of `spread` in [twins]."""
     if not isinstance(given, Mapping) or not given:
         msg = f"must be a table such as {{force = 1e-6}}, got {shown(given)}"
         raise ValueError(msg)
@@ -165,7 +168,8 @@ def _spread(given: Any) -> dict[str, float]:
 class TwinsTable(TableModel):
     """The table [twins]: perturbed copies of cases, which show how certain a word is.
 
-    `spread` is {full dotted input: largest relative change}.
+    A word is the answer for a case, such as "damped". `spread` is {full dotted input:
+    largest relative change}.
     """
 
     # fmt: off
@@ -194,7 +198,7 @@ class TwinsTable(TableModel):
         return self
 
     def as_plan(self) -> dict[str, Any]:
-        """Return plain data for a plan, from which the table can be restored."""
+        """Return the table's plain data for a plan, from which it can be restored."""
         return self.model_dump(exclude=set() if self.of == "even" else {"sample"})
 
 
@@ -223,10 +227,10 @@ def _laws(given: Mapping[str, Any]) -> dict[str, Law]:
 
 
 class SampleTable(TableModel):
-    """The table [sample]: how inputs are drawn.
+    """The table [sample]: how inputs are drawn at random.
 
-    `laws` is {full dotted input: its law} in the order of the file. In the file, an
-    input is a key of this table, beside the keys `method`, `seed`, ...
+    `laws` is {full dotted input: its distribution} in the order of the file. In the
+    file, an input is a key of this table, beside the keys `method`, `seed`, ...
     """
 
     # fmt: off
@@ -246,7 +250,7 @@ class SampleTable(TableModel):
 
     @classmethod
     def of(cls, given: Any) -> Self:
-        """Return the validated table [sample]; raises as `read`."""
+        """Return the validated table [sample] of parsed TOML; raise as `read` does."""
         table = as_table("[sample]", given)
         keys = {n: v for n, v in table.items() if n in cls.model_fields and n != "laws"}
         laws = {n: v for n, v in table.items() if n not in keys}
@@ -320,7 +324,10 @@ def _level(_: str, given: Any, __: Mapping[str, Any]) -> int:
 
 
 def _resolution(name: str, given: Any, scales: Mapping[str, Any]) -> float:
-    """Return the finest step of an input, in SI, or relative on a logarithmic scale."""
+    """Return the finest step of an input, in SI, or relative on a logarithmic scale.
+
+    given, scales : the step in the file; {full dotted input: "log" or another scale}
+    """
     if scales.get(name) == "log":
         given = told_of(f"[refine] resolution of {name}", lambda: in_si(given, "1"))
     else:
@@ -336,7 +343,7 @@ Preset = Annotated[str, BeforeValidator(_preset)]
 
 
 class Refine(TableModel):
-    """The table [refine]: inputs whose grid is refined where words differ.
+    """The table [refine]: inputs whose grid is refined where words of cases differ.
 
     `scale`, `levels` and `resolution` are {full dotted input: value} for the inputs in
     `over`; one value in the file stands for all inputs.
@@ -377,7 +384,7 @@ class Refine(TableModel):
     @field_validator("scale", "levels", "resolution", mode="before")
     @classmethod
     def _of_each(cls, given: Any, info: ValidationInfo) -> dict[str, Any]:
-        """Return {input: validated value} from one value for all inputs, or a table."""
+        """Return {input: checked value} of a key with a table, or one value for all."""
         over: Sequence[str] = info.data.get("over", ())
         what = info.field_name or ""
         values = given if isinstance(given, Mapping) else dict.fromkeys(over, given)
@@ -415,7 +422,7 @@ MOST_POINTS = 1000  # most cases of a branch: each stores the values of all befo
 
 
 class BranchTable(TableModel):
-    """The table [branch]: sweeps in which each case continues the preceding one."""
+    """The table [branch]: sweeps in which a case begins where the last one ended."""
 
     # fmt: off
     over: Annotated[str, BeforeValidator(_input)] = key(...,

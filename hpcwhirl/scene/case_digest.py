@@ -37,7 +37,10 @@ def content_digest(file: str) -> str:
 
 
 def check_bytes(file: str, size: int) -> None:
-    """Raise InputError for an engine file of more than `MOST_BYTES`, sparse or not."""
+    """Raise InputError for an engine file of more than `MOST_BYTES`.
+
+    file, size : its name, and its size in bytes, of a sparse file with its holes
+    """
     if size > MOST_BYTES:
         msg = f"{FILE} {file} must have at most {MOST_BYTES} bytes, got {size}"
         raise InputError(msg)
@@ -67,17 +70,26 @@ def digest(scene: Scene, content: str | None = None) -> str:
 
 
 def digest_of(values: Mapping[str, Value], content: str) -> str:
-    """Return a case's digest from {dotted input: value} and its engine file's one."""
+    """Return a case's SHA-256 from its inputs and the content of its engine file.
+
+    values, content : {dotted input: value}; `content_digest` of the file
+    """
     told = [PHYSICS_VERSION, without_defaults(values), read_as(content)]
     text = json.dumps(told, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def without_defaults(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return inputs without those added later, `LATER`, at their default value."""
+    """Return inputs without those of `LATER` that have their default value.
+
+    `LATER` are inputs added to the program later; so older digests remain valid.
+    """
     return {n: v for n, v in values.items() if n not in LATER or v != default_of(n)}
 
 
 def read_as(content: str) -> str:
-    """Return an engine file's part of a digest, with the version of its reading."""
+    """Return the part of a case's digest for its engine file, "" without a file.
+
+    It is the file's SHA-256, `content`, and the version of the program's reading of it.
+    """
     return content and f"{content} {READING}"

@@ -82,7 +82,10 @@ def cases_in_file(path: Path) -> list[dict[str, Value]]:
 
 
 def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
-    """Return (full dotted input, unit or "") of each column; ("", "") for `case`."""
+    """Return (full dotted input, unit or "") of each column of a CSV file of cases.
+
+    It is ("", "") for a column `case`; heads : texts of the header
+    """
     found: list[tuple[str, str]] = []
     for head in heads:
         parts = HEAD.fullmatch(head)
@@ -106,7 +109,7 @@ def _columns(heads: list[str], path: Path) -> list[tuple[str, str]]:
 def _row(
     columns: list[tuple[str, str]], cells: list[str], where: str
 ) -> dict[str, Value]:
-    """Return {full dotted input: value} of a line of a CSV file.
+    """Return {full dotted input: value} that a line of a CSV file gives to a case.
 
     Parameters
     ----------

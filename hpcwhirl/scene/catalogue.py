@@ -54,13 +54,13 @@ class InputFact:
 
 @cache
 def catalogue() -> dict[str, InputFact]:
-    """Return {dotted name: facts} of every input, in the order of the tables."""
+    """Return {dotted name: `InputFact`} of every input, in the order of the tables."""
     return {name: _fact(name, field) for name, field in LEAVES}
 
 
 @cache
 def design_tables() -> dict[str, list[InputFact]]:
-    """Return {table: its keys} of the tables that only a campaign file has.
+    """Return {table: its keys as `InputFact`} of tables that only a campaign file has.
 
     The key `<input>` stands for the name of any input.
     """
@@ -82,7 +82,7 @@ def _told(table: str, name: str, told: Key, default: Any = None) -> InputFact:
 
 
 def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
-    """Return the inputs that a word names: by table, name, or a word of their meaning.
+    """Return the inputs that a word names: a table, an input, or a word of meanings.
 
     Meanings are searched only if no table or input has that name.
 
@@ -112,7 +112,7 @@ def find_inputs(word: str, besides: Iterable[str] = ()) -> list[InputFact]:
 
 
 def _by_meaning(word: str) -> list[InputFact]:
-    """Return the inputs with a whole word in their meaning, or else in their rules."""
+    """Return the inputs whose meaning has a word, or else those whose rules have it."""
     if word.lower() in OTHERWISE or len(word) < SHORTEST:
         return []
     wanted = re.compile(rf"\b{re.escape(word)}s?\b", re.IGNORECASE)
@@ -123,7 +123,10 @@ def _by_meaning(word: str) -> list[InputFact]:
 
 
 def _names_of_table(table: str) -> tuple[str, str, str]:
-    """Return a table's accepted names: full name, last part, full name in brackets."""
+    """Return the names by which a user may ask for a table of inputs.
+
+    They are its full name, its last part, and its full name in brackets.
+    """
     return table, table.rpartition(".")[2], f"[{table}]"
 
 

@@ -1,7 +1,8 @@
-"""Tables of the laws of contact and friction of tips and casing.
+"""Tables of the laws of contact and of friction between blade tips and casing.
 
-A scheme that cannot integrate a law is refused; for a layer `modal` runs as `general`.
-`dynamics.layer` makes the kernels' arguments of a contact law.
+A scheme that cannot integrate a law is refused; with a layer, which wears, the scheme
+`modal` runs as `general`. `dynamics.layer` makes the kernels' arguments of a contact
+law.
 """
 
 from __future__ import annotations
@@ -51,7 +52,10 @@ class FrictionLaw:
 
 
 def stribeck(kinetic: float, at_rest: float, decay: float, speed: float) -> float:
-    """Return Stribeck's friction coefficient, mu + (mu_s - mu) exp(-|v| / v_s)."""
+    """Return Stribeck's friction coefficient, mu + (mu_s - mu) exp(-|v| / v_s).
+
+    kinetic, at_rest : mu, mu_s; decay, speed : v_s, and sliding speed v, m/s
+    """
     return kinetic + (at_rest - kinetic) * math.exp(-abs(speed) / decay)
 
 
@@ -87,16 +91,19 @@ FRICTIONS = "; ".join(f"{law.name}: {law.meaning}" for law in _FRICTION)
 
 
 def rods_around(edge: Any, radius: Any, rods: Any) -> Any:
-    """Return M, the number of rods around the casing; scalars or (cases,).
+    """Return M, the number of elastic rods that form the layer around the casing.
 
     edge, radius : m, length of a tip's edge, and radius of the casing
-    rods : rods under a tip
+    rods : rods under a tip. All are scalars or (cases,), as M is
     """
     return (2 * math.pi * radius * rods / edge + 0.5) // 1
 
 
 def is_known(law: Any, scheme: Any) -> Any:
-    """Return whether a scheme can integrate a contact law; scalars or (cases,)."""
+    """Return whether a scheme can integrate a contact law.
+
+    law, scheme : names, or arrays of names (cases,)
+    """
     found: Any = False
     for one in _TABLE:
         for name in one.schemes:
@@ -105,7 +112,7 @@ def is_known(law: Any, scheme: Any) -> Any:
 
 
 def refused(law: str, scheme: str) -> str:
-    """Return why a scheme is refused with a contact law."""
+    """Return the message that refuses a scheme with a contact law."""
     return (
         f"scheme must be {either(LAWS[law].schemes)} where casing.contact_law is "
         f"{law}, got '{scheme}'"

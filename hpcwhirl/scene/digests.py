@@ -26,7 +26,7 @@ KEY = 8  # leading bytes of a digest by which the index is sorted
 
 
 class Digests:
-    """Function from the inputs that a case sets to the case's digest.
+    """Function from the inputs that a case sets to the case's SHA-256.
 
     Each value of an input is checked once.
 
@@ -43,7 +43,9 @@ class Digests:
         self._memory: dict[str, Any] = {}
 
     def __call__(self, settings: Mapping[str, Value]) -> str:
-        """Return the digest of a case.
+        """Return the SHA-256 of a case, hexadecimal.
+
+        settings : {input: value} that the case sets
 
         Raises
         ------
@@ -58,7 +60,7 @@ class Digests:
         return self._digest(values)
 
     def planned(self, settings: Mapping[str, Value]) -> str:
-        """Return the digest of a planned case, even if its inputs are invalid."""
+        """Return the SHA-256 of a planned case, even if its inputs are invalid."""
         try:
             return self(settings)
         except InputError:
@@ -71,7 +73,10 @@ class Digests:
         return digest_of(values, self.contents[file])
 
     def _value(self, name: str, raw: Any) -> Any:
-        """Return the checked value of an input, as a scene stores it."""
+        """Return the checked value of an input, as a scene stores it.
+
+        raw : value as a case sets it
+        """
         key = f"{name} {raw!r}"
         if key not in self._memory:
             self._memory[key] = flatten(apply_settings(self.base, {name: raw}))[name]
@@ -79,11 +84,11 @@ class Digests:
 
 
 class CaseDigests(OfCases[str]):
-    """Sequence of the digests of a table's cases, each computed on access.
+    """Sequence of the SHA-256 of a table's cases, each computed on access.
 
-    The digests equal `digest_of` of the cases' scenes but need no scene: the hashed
-    text is the same for all cases except for the inputs that they set. Values must have
-    been checked.
+    They equal `digest_of` of the cases' scenes but need no scene: the hashed text is
+    the same for all cases except for the inputs that they set. Values must have been
+    checked.
 
     Parameters
     ----------
@@ -108,7 +113,7 @@ class CaseDigests(OfCases[str]):
         return len(self.table)
 
     def _of_case(self, case: int) -> str:
-        """Return the digest of a case."""
+        """Return the digest of a case, by its number."""
         values = self.shared | self.table[case]
         head, between = self._text
         one = head.copy()
@@ -127,7 +132,7 @@ class CaseDigests(OfCases[str]):
             yield from (word.hex() for word in words)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another sequence has the same digests."""
+        """Return whether another sequence has the same digests in the same order."""
         if not isinstance(other, Sequence):
             return NotImplemented
         if len(self) != len(other):
@@ -149,7 +154,7 @@ class CaseDigests(OfCases[str]):
             yield self._of(np.arange(first, min(first + AT_ONCE, len(self))))
 
     def _of(self, cases: Cases) -> list[bytes]:
-        """Return the digests of some cases, 32 bytes each.
+        """Return the digests of `cases`, numbers of cases, 32 bytes each.
 
         The text before the first input that cases set is common and hashed only once.
         """
@@ -164,7 +169,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _parts(self) -> list[tuple[Column, list[bytes]]]:
-        """(column, texts) of each swept input, then of the engine's file.
+        """Hashed texts, (column, texts), of each swept input, then of the engine file.
 
         A text is the JSON of a value and what follows it, up to the next swept input.
         """
@@ -179,7 +184,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _text(self) -> tuple[Any, list[str]]:
-        """Hash state of the JSON before the first swept value; texts after each value.
+        """Hash state of the JSON text before the first swept value; the texts between.
 
         The end of the text is left out, since it depends on the engine's file. The name
         of an input of `LATER` is not in the text before its value but in its
@@ -195,17 +200,17 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def identity(self) -> str:
-        """Digest of all cases in their order, 32 hexadecimal digits."""
+        """SHA-256 of all cases in their order, shortened to 32 hexadecimal digits."""
         parts = [self._told(), self.table.plain()]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
     def find_all(self, words: NDArray[np.void], hints: Cases) -> Cases:
-        """Return the case of each digest, (n,), -1 for none, see `find`.
+        """Return the number of the case with each of n digests, (n,); -1: no case.
 
         Parameters
         ----------
         words : (n,), digests of 32 bytes
-        hints : (n,), number of the case to try first for each digest
+        hints : (n,), number of the case to try first for each digest, see `find`
         """
         cases = np.where((hints >= 0) & (hints < len(self)), hints, -1)
         for start in range(0, len(words), AT_ONCE):
@@ -243,7 +248,7 @@ class CaseDigests(OfCases[str]):
 
     @cached_property
     def _index(self) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
-        """Case numbers sorted by the first `KEY` bytes of digests, and these bytes."""
+        """Case numbers by ascending first `KEY` bytes of digests, and these bytes."""
         words = (word[:KEY] for some in self._chunks() for word in some)
         starts = np.frombuffer(b"".join(words), dtype=">u8").astype(np.uint64)
         order = np.argsort(starts, kind="stable")
@@ -251,7 +256,7 @@ class CaseDigests(OfCases[str]):
 
 
 def fragment(name: str, value: Any) -> str:
-    """Return the JSON text of an input's value as it is hashed.
+    """Return the JSON text of an input's value as it is hashed in a case's digest.
 
     For an input of `LATER` the text includes the name, and is "" for the default value.
     """
@@ -266,10 +271,13 @@ def fragment(name: str, value: Any) -> str:
 
 
 def _named(name: str, text: str) -> str:
-    """Return the JSON text of an input's name and value, with its separator."""
+    """Return the hashed text of an input's name and value, with its comma.
+
+    name, text : the input's dotted name; JSON text of its value
+    """
     return f'"{name}": {text}, ' if name < FIRST else f', "{name}": {text}'
 
 
 def takes_real(name: str) -> bool:
-    """Return whether an input is a real number, so that a whole one is converted."""
+    """Return whether an input is a real number, so that an integer is converted."""
     return name in REAL

@@ -100,7 +100,10 @@ def scene_of_document(
 def _set(
     data: dict[str, Any], preset: Mapping[str, Value], settings: Mapping[str, Value]
 ) -> Scene:
-    """Return the scene of plain data, with a preset's and then settings' values."""
+    """Return the scene of parsed tables, changed by a preset, and then by settings.
+
+    data : tables of a document; preset, settings : {name: value}
+    """
     if not preset:
         return apply_settings(scene_from(data), settings)
     solver = {name: value for name, value in data["solver"].items() if name != PRESET}
@@ -110,7 +113,10 @@ def _set(
 
 
 def _placed(engine: Mapping[str, Any], folder: Path | str) -> dict[str, Any]:
-    """Return [engine] with absolute paths of its file, bearing and profile."""
+    """Return [engine] with absolute paths of its engine, bearing and profile files.
+
+    folder : directory to which relative names refer
+    """
     placed = dict(engine)
     if isinstance(engine.get("file"), str):
         placed["file"] = _anchored(engine["file"], folder)
@@ -163,7 +169,7 @@ def parsed_toml(text: str) -> dict[str, Any]:
 
 
 def _members(value: Any) -> list[Any]:
-    """Return the values directly inside a table or a list; [] for other values."""
+    """Return the values directly inside a parsed TOML table or list; else []."""
     if isinstance(value, dict):
         return list(value.values())
     return value if isinstance(value, list) else []
@@ -186,7 +192,10 @@ def _value(raw: str) -> Any:
 
 
 def parse_setting(text: str) -> tuple[str, Value]:
-    """Parse ``name=value`` as (full dotted name, value): a TOML value or a word."""
+    """Parse ``name=value`` as (full dotted name, value).
+
+    The value is a TOML value or a word without quotes.
+    """
     name, sign, raw = text.partition("=")
     if not sign or not name.strip() or not raw.strip():
         raise InputError(f"a setting must be NAME=VALUE, got {shown(text)}")
@@ -196,7 +205,7 @@ def parse_setting(text: str) -> tuple[str, Value]:
 
 
 def setting_value(full: str, raw: str, name: str = "") -> Value:
-    """Parse the text of an input's value: a TOML value or a word.
+    """Parse the text of an input's value: a TOML value, or a word without quotes.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Inputs of the engine: bladed disk, shaft and supports; casing, layer and shape.
 
-A row is an input: its default, unit and meaning, then its symbol and limits.
+A line of a table is an input: its default, unit and meaning, then symbol and limits.
 """
 
 from __future__ import annotations

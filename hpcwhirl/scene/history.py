@@ -20,12 +20,17 @@ LIKE = 'such as "speed = 300.0, 310.0"'
 
 
 def history_of(over: str, values: Sequence[float]) -> str:
-    """Return the history of a case that was reached through values of an input."""
+    """Return the text that tells how a case was reached through values of an input.
+
+    over, values : the input, and its values in the preceding cases, in their order
+    """
     return f"{over} = {json.dumps(list(values))[1:-1]}" if values else ""
 
 
 def parsed(history: str) -> tuple[str, list[float]]:
-    """Return the input and the values of a history; ("", []) for "".
+    """Return the input and its values in the preceding cases; ("", []) for "".
+
+    history : text from `history_of`
 
     Raises
     ------
@@ -46,6 +51,6 @@ def parsed(history: str) -> tuple[str, list[float]]:
 
 
 def checked(history: str) -> str:
-    """Return a history's text unchanged; raise ValueError if `parsed` refuses it."""
+    """Return the text of a history unchanged; raise ValueError if it is none."""
     parsed(history)
     return history

@@ -93,9 +93,10 @@ def value_in_si(name: str, value: Any) -> Any:
 
 
 def _tables_in(value: Any, table: Callable[[str], str]) -> Any:
-    """Return the table in a named file as text, see `TABLES_KEPT`.
+    """Return the table in the file that `value` names, as the text that a scene keeps.
 
-    A list of names gives a list of texts.
+    table : function from the file's name to the text. A list of names gives a list of
+        texts
     """
     if isinstance(value, list):
         return [_tables_in(one, table) for one in value]

@@ -84,7 +84,10 @@ FileName = Annotated[str, AfterValidator(anchored)]
 
 
 def _converted(name: str, value: Any, unit: str) -> Any:
-    """Return a value converted to SI, or raise an error that pydantic reports."""
+    """Return an input's value in SI, or raise an error that pydantic reports.
+
+    name, unit : the input, and its SI unit; value : number, or text such as "0.8 mm"
+    """
     try:
         return in_si(value, unit)
     except ValueError as failed:
@@ -108,7 +111,7 @@ class Inputs(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _in_si(cls, data: Any) -> Any:
-        """Convert numbers with units, such as "0.8 mm", to SI."""
+        """Convert numbers with units, such as "0.8 mm", in a table of inputs to SI."""
         if not isinstance(data, dict):
             return data
         for name in [name for name, value in data.items() if measure(value)]:

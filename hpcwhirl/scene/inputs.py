@@ -1,6 +1,6 @@
 """The inputs of a case as frozen, validated data in SI units.
 
-A row is an input: its default, unit and meaning, then its symbol and limits.
+A line of a table is an input: its default, unit and meaning, then symbol and limits.
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ class Solver(Inputs):
 
     @property
     def flies(self) -> bool:
-        """Whether its scheme jumps over steps without contact."""
+        """Whether the scheme of integration jumps over steps without contact."""
         return SCHEMES[self.scheme].flies
 
 
 class Output(Inputs):
-    """Inputs that determine which results of a run are kept, and in what detail."""
+    """Inputs that determine which results of a run are stored, and in what detail."""
 
     # fmt: off
     traces: Literal["summary", "blades", "orbit", "full"] = given("orbit", "1",
@@ -86,7 +86,7 @@ class Output(Inputs):
 
 
 class _Told(type(Inputs)):  # type: ignore[misc]
-    """Metaclass of `Scene`: its validation errors are InputErrors of one line."""
+    """Metaclass of `Scene`, which turns its validation errors into InputErrors."""
 
     def __call__(cls, *args: Any, **inputs: Any) -> Any:
         try:
@@ -213,7 +213,7 @@ class Scene(Inputs, metaclass=_Told):
 
     @property
     def coefficient(self) -> float:
-        """Coefficient of friction by its law, at the sliding speed |Omega| R."""
+        """Coefficient of friction at the sliding speed |Omega| R, by `friction_law`."""
         law = contact_laws.FRICTION[self.friction_law]
         sliding = self.speed * self.engine.rotor.radius
         own = self.friction, self.friction_at_rest, self.friction_speed

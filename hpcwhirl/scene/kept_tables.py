@@ -44,12 +44,15 @@ USUAL = {"kyy": "kxx", "cyy": "cxx"}  # default of a bearing's missing column
 
 
 def kept_rows(text: str) -> Rows:
-    """Return the numbers in the rows of a kept table."""
+    """Return the rows of numbers in a table that a scene keeps as one line of text."""
     return _rows_of(text.split(";")[1:])
 
 
 def kept_table(head: str, rows: Rows) -> str:
-    """Return a table as the line that a scene keeps; head : names of the columns."""
+    """Return a table as one line of text, the form that a scene keeps.
+
+    head, rows : names of the columns, with commas; rows of numbers
+    """
     return ";".join([head, *(",".join(map(repr, row)) for row in rows)])
 
 
@@ -59,7 +62,7 @@ def table_over_time(text: str, name: str) -> str:
     Parameters
     ----------
     text : name of a CSV file with the columns time and `name`, or a table in one line,
-        as "time,speed;0,100;2,300"; "" is returned as it is
+        as "time,speed;0,100;2,300"; "" is returned unchanged
     name : name of the quantity
     """
     if not text:
@@ -81,7 +84,7 @@ def table_over_time(text: str, name: str) -> str:
 
 
 def scaled(text: str, factor: float) -> str:
-    """Return a kept table over time with its second column times a factor."""
+    """Return a table over time, one line of text, with its quantity times a factor."""
     if not text:
         return ""
     rows: Rows = [(time, factor * value) for time, value in kept_rows(text)]
@@ -92,7 +95,7 @@ def profile_table(text: str) -> str:
     """Return the table of a casing's shape as one line of text, as a scene keeps it.
 
     text : name of a CSV file, or a table in one line, as "harmonic,amplitude,phase;
-        2,1e-5,0"; "" is returned as it is
+        2,1e-5,0"; "" is returned unchanged
     """
     if not text:
         return ""
@@ -124,10 +127,10 @@ def profile_table(text: str) -> str:
 
 
 def bearing_table(text: str) -> str:
-    """Return a bearing's table as one line of text, the form that a scene stores.
+    """Return a bearing's table as one line of text, the form that a scene keeps.
 
     text : name of a CSV or TOML file, or a table in that form, which is only checked;
-        "" stays ""
+        "" is returned unchanged
     """
     if not text:
         return ""
@@ -148,7 +151,7 @@ def bearing_table(text: str) -> str:
 
 
 def _must(holds: Any, told: str) -> None:
-    """Raise ValueError with a text unless a condition holds."""
+    """Raise ValueError with the text `told` unless the condition `holds`."""
     if not holds:
         raise ValueError(told)
 
@@ -158,12 +161,12 @@ def _are_finite(rows: Rows) -> bool:
 
 
 def _ascends(rows: Rows) -> bool:
-    """Return whether the first column of a table's rows ascends."""
+    """Return whether the numbers in the first column of a table's rows ascend."""
     return all(a[0] < b[0] for a, b in itertools.pairwise(rows))
 
 
 def _text_of(path: Path) -> str:
-    """Return the text of a file that is not empty and of at most `MOST_BYTES`."""
+    """Return the text of a file; refuse an empty one or more than `MOST_BYTES`."""
     name = shown(str(path))
     try:
         is_small = path.stat().st_size <= MOST_BYTES and path.is_file()
@@ -179,7 +182,10 @@ def _text_of(path: Path) -> str:
 
 
 def _lines_of(text: str) -> list[str]:
-    """Return the lines of a kept table `text`, or of the CSV file that it names."""
+    """Return the lines of a table given as one line, or in the CSV file so named.
+
+    text : "time,speed;0,100;2,300", or a file's name
+    """
     if ";" in text:
         return text.split(";")
     lines = _text_of(Path(text)).splitlines()
@@ -187,7 +193,7 @@ def _lines_of(text: str) -> list[str]:
 
 
 def _rows_of(lines: Iterable[str]) -> Rows:
-    """Return the numbers of each line; raise ValueError for text that is no number."""
+    """Return the numbers of each line of a table; ValueError for text that is none."""
     return [tuple(map(float, line.split(","))) for line in lines]
 
 
@@ -213,14 +219,17 @@ def _columns_of_toml(text: str) -> dict[str, list[Any]]:
 
 
 def _tables(table: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return all tables of a TOML file that have the key kxx, at any depth."""
+    """Return all tables in a parsed TOML file that have the key kxx, at any depth."""
     own = [table] if "kxx" in table else []
     inner = [value for value in table.values() if isinstance(value, Mapping)]
     return own + [found for value in inner for found in _tables(value)]
 
 
 def _of_columns(columns: Mapping[str, list[Any]]) -> Rows:
-    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a bearing."""
+    """Return (speed, kxx, ..., cyy), rad/s, N/m, N s/m, of each row of a bearing table.
+
+    columns : {name: values}
+    """
     speeds = columns.get(SPEED, columns.get("w", []))
     missing = [name for name in ("kxx", "cxx") if name not in columns]
     missing += [] if {SPEED, "w"} & columns.keys() else [SPEED]

@@ -20,13 +20,13 @@ LEAST = 2.0**-64  # least probability used: the quantile of a normal law at 0 is
 
 
 class Law(TableModel):
-    """A distribution; the fields of a subclass are its parameters."""
+    """A distribution from which an input is drawn; its fields are its parameters."""
 
     RELATIVE: ClassVar[tuple[str, ...]] = ()  # parameters without the input's unit
     distribution: str
 
     def frozen(self, stats: Any) -> Any:
-        """Return the distribution with these parameters; stats : `scipy.stats`."""
+        """Return SciPy's distribution with these parameters; stats : `scipy.stats`."""
         raise NotImplementedError
 
 
@@ -84,7 +84,7 @@ LAWS: dict[str, type[Law]] = {
 
 
 def law_of(name: str, given: Any) -> Law:
-    """Return the validated law of an input.
+    """Return the validated distribution of an input.
 
     Parameters
     ----------
@@ -126,12 +126,12 @@ def parameters() -> str:
 
 
 def drawn(law: Law, unit: Floats) -> Floats:
-    """Return draws of an input: the quantiles of its law, in the shape of `unit`.
+    """Return random values of an input: quantiles of its distribution, like `unit`.
 
     Parameters
     ----------
     law : distribution of the input, see `law_of`
-    unit : any shape, probabilities in [0, 1)
+    unit : array of any shape, probabilities in [0, 1)
     """
     import numpy as np  # not needed to list the tables
     from scipy import stats

@@ -25,13 +25,19 @@ ELSEWHERE = "its errors on other engines were not measured"
 
 @cache
 def _table(kind: str) -> dict[str, dict[str, Any]]:
-    """Return {name: its inputs and texts} of all engines, or of all presets."""
+    """Return {name: its inputs and texts} of all engines, or of all presets.
+
+    kind : "engine" or "preset"
+    """
     file = resources.files("hpcwhirl.scene").joinpath(f"{kind}s.toml")
     return tomllib.loads(file.read_text("utf-8"))
 
 
 def _inputs(kind: str, name: str) -> dict[str, Value]:
-    """Return {dotted input: value} of an engine or preset, `kind`, by its name."""
+    """Return {dotted input: value} of an engine or preset, by its name.
+
+    kind : "engine" or "preset"
+    """
     if name not in _table(kind):
         raise unknown(kind, name, _table(kind))
     return {full_name(n): v for n, v in _table(kind)[name]["inputs"].items()}
@@ -69,10 +75,10 @@ def title_of(name: str, file: str) -> str:
 
 
 def check_label(scene: Scene) -> None:
-    """Refuse the name of a built-in engine, or a similar one, with default inputs.
+    """Refuse a scene that is named like a built-in engine but has default inputs.
 
     A name is a label and sets no inputs, so such a scene would be mistaken for that
-    engine.
+    engine. Similar names are refused, too.
 
     Raises
     ------
@@ -116,7 +122,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def preset_inputs(name: str) -> dict[str, Value]:
-    """Return {dotted name: value} that a preset sets.
+    """Return {dotted name: value} of the inputs that a preset sets.
 
     Raises
     ------
@@ -138,7 +144,10 @@ def preset_loss(name: str) -> str:
 
 
 def preset_bounds(name: str) -> dict[str, float]:
-    """Return {quantity: relative error that 90 % of random engines do not exceed}."""
+    """Return {quantity: relative error, not exceeded by a preset on 90 % of engines}.
+
+    The engines are random ones.
+    """
     return dict(_table("preset")[name].get("nine_in_ten", {}))
 
 
@@ -151,7 +160,7 @@ def preset_in_short(name: str) -> str:
 
 
 def loss_of(scene: Scene) -> str:
-    """Return the errors of a scene's preset, or a note that they were not measured."""
+    """Return the measured errors of a scene's preset, or a note that there are none."""
     if scene.engine.file:
         return "not measured on rotors from file"
     equal = scene.has_harmonics and not scene.engine.rotor.is_uneven

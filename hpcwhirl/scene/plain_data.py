@@ -29,7 +29,7 @@ SETS = {  # {input: inputs whose values it overrides if it is not 0}
 
 
 def scene_from(data: Mapping[str, Any]) -> Scene:
-    """Return the validated scene of nested plain data.
+    """Return the validated scene of nested dicts, one for each table of inputs.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def to_toml(scene: Scene) -> str:
 
 
 def case_before(scene: Scene) -> Scene | None:
-    """Return the case with whose last state a case begins; None without history."""
+    """Return the case whose last state begins a case; None if it begins at rest."""
     over, values = parsed(scene.history)
     if not values:
         return None
@@ -139,7 +139,10 @@ def _allowed(error: Mapping[str, Any]) -> str:
 
 
 def _unknown_key(table: str, word: str) -> InputError:
-    """Return the error for an unknown key, with its right table or the nearest key."""
+    """Return the error for an unknown key: the table where it belongs, or a near key.
+
+    table, word : dotted table in which the key was written; the key
+    """
     what, names = f"key in [{table or 'scene'}]", input_names()
     names = {**names, f"solver.{PRESET}": ""}
     homes = [n.rpartition(".")[0] for n in names if n.rpartition(".")[2] == word]
@@ -157,7 +160,10 @@ def _unknown_key(table: str, word: str) -> InputError:
 
 
 def _tables(name: str) -> list[str]:
-    """Return the dotted names of the nested tables that contain an input."""
+    """Return the dotted names of the nested tables that contain an input.
+
+    name : the input's full dotted name
+    """
     parts = name.split(".")[:-1]
     return [".".join(parts[: i + 1]) for i in range(len(parts))]
 

@@ -1,4 +1,4 @@
-"""Table of all quantities, inputs and results, with unit, meaning and storage type."""
+"""Table of all quantities, inputs and results: unit, meaning, and type in the file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ INPUTS = {name: quantity_of(field) for name, field in LEAVES}  # by dotted name
 
 
 def _as_given(*names: str) -> dict[str, Quantity]:
-    """Return {last part of name: quantity} of inputs that are kept for each case."""
+    """Return {last part of name: quantity} of inputs, `names`, stored for each case."""
     kinds = {name: "i8" if f.annotation is int else "f8" for name, f in LEAVES}
     return {
         name.rpartition(".")[2]: replace(INPUTS[name], kind=kinds[name])
@@ -37,7 +37,10 @@ def _as_given(*names: str) -> dict[str, Quantity]:
 
 
 def _table(kind: str, unit: str, **names: str) -> dict[str, Quantity]:
-    """Return {name: quantity} of a type and unit; names : their meanings."""
+    """Return {name: quantity} of one type and unit; names : {name: its meaning}.
+
+    kind : type in the file, see `Quantity`
+    """
     return {name: Quantity(unit, told, kind=kind) for name, told in names.items()}
 
 
@@ -289,8 +292,8 @@ AXES = {
 def variable_name(dotted: str) -> str:
     """Return the name of a swept input's variable in the results.
 
-    It is the last part of the dotted name if every row has that variable, else all
-    parts but engine and solver, joined by underscores.
+    It is the last part of the dotted name if results always have that variable, else
+    all parts but engine and solver, joined by underscores.
     """
     leaf = dotted.rsplit(".", 1)[-1]
     if leaf in ROW:

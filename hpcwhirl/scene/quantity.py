@@ -30,12 +30,15 @@ class Quantity:
     rules: str = ""
 
     def labelled(self, name: str) -> str:
-        """Return a name followed by the unit, if there is one."""
+        """Return a name, such as that of a variable, followed by the unit, if any."""
         return with_unit(name, self.unit)
 
 
 def with_unit(text: str, unit: str, sign: str = ", ") -> str:
-    """Return text, the separator `sign` and unit; text alone for the unit "" or "1"."""
+    """Return `text`, `sign` and `unit`, such as "gap, m"; text alone without a unit.
+
+    sign : separator; a unit "" or "1" is none
+    """
     return text if unit in {"", "1"} else f"{text}{sign}{unit}"
 
 
@@ -48,7 +51,7 @@ def given(
     ----------
     default : default value
     unit, symbol : see `Quantity`
-    told : meaning and, after a semicolon, further explanation
+    told : the input's meaning and, after a semicolon, further explanation
     limits : arguments of `pydantic.Field` such as ``gt=0``
     """
     meaning, _, rules = told.partition("; ")

@@ -1,7 +1,7 @@
-"""Warnings about valid inputs that look as if given in another unit.
+"""Warnings about valid inputs whose values look as if given in another unit.
 
-Each warning is evaluated on the columns of a design, without a scene per case, and is
-one line, for any number of cases.
+Each warning is evaluated on the columns of a campaign's table, without a scene per
+case, and is one line, for any number of cases.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RPM = 30.0 / math.pi  # rpm per rad/s
 
 
 class _Remark(NamedTuple):
-    """A warning: the inputs on which it depends, its condition, and its text."""
+    """A warning: the inputs on which it depends, its condition, its text."""
 
     inputs: tuple[str, ...]
     holds: Condition
@@ -134,7 +134,7 @@ _LOAD = _Remark(
 
 
 def remarks(cases: Many | Scene, *, load: bool = False) -> list[str]:
-    """Return the warnings of inputs that look as if given in another unit, a line each.
+    """Return a warning, one line, for each input that looks as if in another unit.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def remarks(cases: Many | Scene, *, load: bool = False) -> list[str]:
 
 
 def _line(remark: _Remark, many: Many) -> str:
-    """Return a warning's text for the first case to which it applies; "" for none."""
+    """Return a warning's text for the first of many cases it applies to, else ""."""
     case = many.first_where(remark.holds, remark.inputs)
     if case is None:
         return ""

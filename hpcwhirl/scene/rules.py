@@ -74,7 +74,7 @@ class Rule:
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where a condition holds, else `no`; all scalars or (cases,)."""
+    """Return `yes` where a condition holds, else `no`; all are scalars or (cases,)."""
     if isinstance(condition, bool):
         return yes if condition else no
     import numpy as np  # not needed for a single scene
@@ -104,18 +104,21 @@ def end_time(duration: Any, revolutions: Any, speed: Any) -> Any:
 def last_end(
     duration: Any, revolutions: Any, speed: Any, until: Any, longest: Any
 ) -> Any:
-    """Return the simulated time at which a case ends at the latest, s."""
+    """Return the latest simulated time, s, at which a case may end, by its inputs.
+
+    With `until` "decided" a run may be continued up to `longest`, s; others: `end_time`
+    """
     end = end_time(duration, revolutions, speed)
     longer = (until == "decided") & (end < longest)
     return choose(longer, longest, end)
 
 
 class Unless(NamedTuple):
-    """A condition on other inputs under which an input may have any value.
+    """An exception to a rule: a condition on other inputs that allows any value.
 
     Attributes
     ----------
-    told : text where the condition does not hold; {} stands for the inputs' values
+    told : text of the refusal where it does not hold; {} stands for the inputs' values
     inputs : names of the other inputs
     holds : function from their values to whether the condition holds
     """
@@ -138,7 +141,7 @@ def must_be(
 
     Parameters
     ----------
-    usual, name : the value, and the input's name
+    usual, name : the only value then allowed, and the input's name
     unless : condition under which the input may have other values
     so, note : parts of the message: what follows from the value; advice at the end
     got : function from the refused value to its text
@@ -154,7 +157,7 @@ def must_be(
 
 
 def _scheme_of(names: Sequence[str], unless: Unless) -> Rule:
-    """Return the rule that the scheme must be one of `names`, unless `unless` holds."""
+    """Return the rule that solver.scheme is one of `names`, or a condition holds."""
     return Rule(
         (*unless.inputs, "solver.scheme"),
         lambda *values: functools.reduce(
@@ -177,7 +180,7 @@ def _unchanged(rate: Any, table: Any, closure: Any, gaps: Any) -> Any:
 
 
 def _is(usual: Any) -> Callable[[Any], Any]:
-    """Return the function that tells whether a value is `usual`."""
+    """Return the function that tells whether a value equals `usual`."""
     return lambda value: value == usual
 
 

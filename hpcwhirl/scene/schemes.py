@@ -17,15 +17,15 @@ MOST_POINTS = 3  # most contact points per tip for which times of steps were mea
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Time of a step, us, by number of blades N, fitted to `hpcwhirl bench --sizes`.
+    """Computing time of a time step, us, fitted to `hpcwhirl bench --sizes`.
 
-    The fields are coefficients: a step without contact takes flight (N / 22)^grows; one
-    with t blades in contact takes contact (N / 22)^rises + (blade + row N) t more. With
-    n > 1 contact points per tip, of which t in all touch, a step without contact takes
-    still[0] + still[1] n times as long, one with contact pressed[0] + pressed[1] n
-    times; this was measured for n = 2 and 3. Only `modal` has these factors; without
-    them, each point is assumed to cost as much as a blade. `scripts/cost/step_costs.py`
-    compares these times with measured ones.
+    The fields are coefficients, N the number of blades: a step without contact takes
+    flight (N / 22)^grows; one with t blades in contact takes contact (N / 22)^rises +
+    (blade + row N) t more. With n > 1 contact points per tip, of which t in all touch,
+    a step without contact takes still[0] + still[1] n times as long, one with contact
+    pressed[0] + pressed[1] n times; this was measured for n = 2 and 3. Only `modal` has
+    these factors; without them, each point is assumed to cost as much as a blade.
+    `scripts/cost/step_costs.py` compares these times with measured ones.
     """
 
     flight: float
@@ -38,10 +38,10 @@ class StepTimes:
     pressed: tuple[float, float] | None = None
 
     def step(self, blades: Any, share: Any, touching: Any, points: Any = 1) -> Any:
-        """Return the mean time of a step, us: a scalar or (cases,), like `blades`.
+        """Return the mean computing time of a step, us: a scalar or (cases,).
 
-        blades, share : N, and share of steps in contact
-        touching : t in a step in contact
+        blades, share : number of blades N, and share of steps in contact
+        touching : number of blades, or points, that touch in a step in contact
         points : contact points per tip, n, a scalar or (cases,)
         """
         still, pressed = (_factor(own, points) for own in (self.still, self.pressed))
@@ -54,9 +54,9 @@ class StepTimes:
 
 
 def _factor(of: tuple[float, float] | None, points: Any) -> Any:
-    """Return the factor a + b n by which n > 1 points per tip prolong a step; else 1.
+    """Return the factor a + b n on a step's time for n > 1 contact points per tip.
 
-    of : (a, b); None: the factor is always 1
+    of, points : (a, b); n. The factor is 1 for n = 1, or without `of`
     """
     first, each = of or (1.0, 0.0)
     several = points > 1
@@ -72,7 +72,7 @@ DENSE = StepTimes(14.0, 2.0, 3.2, 2.0, 0.0, 0.0)  # `paper`
 
 @dataclass(frozen=True)
 class Scheme:
-    """Properties of a scheme.
+    """Properties of a time-integration scheme.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Scheme:
     cyclic : whether the scheme always uses the cyclic kernel, and refuses other models
     matrices : whether it integrates coordinates with M, D and K instead of modes
     stands : whether supports may differ by direction in the static frame, or have a
-        film
+        squeeze film
     points : whether tips may have several contact points
     turns : s, the same as `nominal` with engine.rotation = "full" or "auto"
     times : how the time of a step depends on contact and blades, for equal sectors
@@ -170,6 +170,6 @@ MEANINGS = "; ".join(f"{scheme.name}: {scheme.meaning}" for scheme in _TABLE)
 
 
 def either(names: Sequence[str]) -> str:
-    """Return allowed names of schemes as text for a message: 'a', 'b' or 'c'."""
+    """Return names of schemes as text for a message: 'a', 'b' or 'c'."""
     *most, last = map(repr, names)
     return f"{', '.join(most)} or {last}"

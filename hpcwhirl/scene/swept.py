@@ -51,7 +51,10 @@ Number = Annotated[int | float, AfterValidator(_bounded)]
 
 
 class Range(TableModel):
-    """Values from start to stop: {start, stop, step} or {start, stop, num}."""
+    """Values of an input from start to stop, at equal steps.
+
+    They are {start, stop, step} or {start, stop, num}, num being their number.
+    """
 
     start: Number = key(..., allowed="a finite number")
     stop: Number = key(..., allowed="a finite number")
@@ -92,7 +95,7 @@ def swept_values(document: Mapping[str, Any], table: str) -> dict[str, list[Valu
 
 
 def flat(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return {dotted name: value} of a table; a range counts as one value."""
+    """Return {dotted name: value} of a parsed table; a range counts as one value."""
     keys = Range.model_fields.keys()
     return dict(undotted(content, lambda table: bool(table.keys() & keys)))
 
@@ -108,7 +111,10 @@ def _values(table: str, name: str, given: Any) -> list[Value]:
 
 
 def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
-    """Return the values of a range in SI; all its numbers must have the same unit."""
+    """Return the values of a range in SI; its start, stop and step must share a unit.
+
+    table, name, given are in the messages; given : the parsed range
+    """
     found = {key: measure(value) for key, value in given.items()}
     units = {each[1] for each in found.values() if each}
     told = [each for key, each in found.items() if key != "num"]
@@ -125,7 +131,9 @@ def _range(name: str, given: Mapping[str, Any]) -> list[Value]:
 
 
 def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> list[Axis]:
-    """Return the axes of a grid, followed by the axis of the zipped inputs, if any.
+    """Return the axes of a campaign's grid, then the axis of its zipped inputs, if any.
+
+    grid, zipped : {full dotted input: values} of [sweep] and of [zip]
 
     Raises
     ------
@@ -150,7 +158,7 @@ def axes_of(grid: dict[str, list[Value]], zipped: dict[str, list[Value]]) -> lis
 
 
 def check_count(cases: float, told: str) -> None:
-    """Raise InputError for more cases than `MOST_CASES`.
+    """Raise InputError if a campaign has more cases than `MOST_CASES`.
 
     Parameters
     ----------

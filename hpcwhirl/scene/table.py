@@ -1,4 +1,4 @@
-"""The inputs that each case of a design sets, computed from the case number.
+"""The inputs that each case of a campaign sets, computed from the case number.
 
 A table is a sequence of blocks. A block is the product of axes, the last of which
 varies fastest. An axis is a set of inputs that change together. So a grid of a million
@@ -29,18 +29,18 @@ LONG = 4096  # least number of values of a column that is stored as an array
 
 
 class OfCases(Sequence[Item]):
-    """Sequence with one item for each case, computed on access."""
+    """Sequence with one element for each case, computed on access."""
 
     @abstractmethod
     def _of_case(self, case: int) -> Item:
-        """Return the item of a case by its number, from 0."""
+        """Return the element of a case by its number, from 0."""
 
     @overload
     def __getitem__(self, case: int) -> Item: ...
     @overload
     def __getitem__(self, case: slice) -> tuple[Item, ...]: ...
     def __getitem__(self, case: int | slice) -> Item | tuple[Item, ...]:
-        """Return the item of a case, or the items of a slice of cases."""
+        """Return the element of a case, or the elements of a slice of cases."""
         chosen = range(len(self))[case]
         if isinstance(chosen, range):
             return tuple(map(self._of_case, chosen))
@@ -62,36 +62,39 @@ class Axis:
     columns: tuple[Values, ...]
 
     def __len__(self) -> int:
-        """Return the number of places along the axis, n."""
+        """Return n, the number of values of each input along the axis."""
         return len(self.columns[0])
 
     def row(self, place: int) -> Settings:
-        """Return {input: value} at a place, 0 .. n - 1."""
+        """Return {input: value} of the inputs' values with index `place`, from 0."""
         both = zip(self.names, self.columns, strict=True)
         return {name: value_at(column, place) for name, column in both}
 
     def until(self, place: int) -> Axis:
-        """Return the axis without the places from `place` on."""
+        """Return the axis with only the first `place` values of each input."""
         return Axis(self.names, tuple(column[:place] for column in self.columns))
 
     def plain(self) -> dict[str, Any]:
-        """Return {input: list of values}, for JSON."""
+        """Return {input: list of its values}, as data for JSON."""
         both = zip(self.names, self.columns, strict=True)
         return {name: listed(column) for name, column in both}
 
 
 class Block(tuple[Axis, ...]):
-    """Product of axes, the last of which varies fastest; without axes, one case."""
+    """Cases that are the product of axes, the last of which varies fastest.
+
+    A block without axes has one case.
+    """
 
     __slots__ = ()
 
     @property
     def cases(self) -> int:
-        """Return the number of cases."""
+        """Return the number of cases of the block."""
         return prod(map(len, self))
 
     def row(self, number: int) -> Settings:
-        """Return {input: value} of a case by its number in the block."""
+        """Return {input: value} of a case by its number in the block, from 0."""
         parts = []
         for axis in reversed(self):
             number, place = divmod(number, len(axis))
@@ -99,7 +102,7 @@ class Block(tuple[Axis, ...]):
         return {n: value for part in reversed(parts) for n, value in part.items()}
 
     def stride(self, number: int) -> int:
-        """Return the number of cases after which an axis goes to its next place."""
+        """Return the number of successive cases with one value of the axis `number`."""
         return prod(map(len, self[number + 1 :]))
 
 
@@ -123,7 +126,7 @@ class Column:
     length: Cases
 
     def codes(self, cases: Cases) -> Cases:
-        """Return the index in `values` of each case's value, (m,)."""
+        """Return the index in `values` of the value of each of m cases, (m,)."""
         if len(self.starts) == 1:
             first, stride, length = (
                 int(array[0]) for array in (self.first, self.stride, self.length)
@@ -136,19 +139,19 @@ class Column:
         )
 
     def case_of(self, value: int) -> int:
-        """Return the first case whose value has the index `value` in `values`."""
+        """Return the first case with a value, given the value's index in `values`."""
         inside = (self.first <= value) & (value < self.first + self.length)
         block = int(np.argmax(inside))
         before = (value - self.first[block]) * self.stride[block]
         return int(self.starts[block] + before)
 
     def of(self, cases: Cases, values: NDArray[Any]) -> NDArray[Any]:
-        """Return for each of some cases the element of an array, (m,).
+        """Return for each of m cases the array element that belongs to its value, (m,).
 
         Parameters
         ----------
         cases : (m,), numbers of cases
-        values : one element for each of the column's `values`
+        values : array of one element for each of the column's `values`
         """
         return values[self.codes(cases)]
 
@@ -168,7 +171,7 @@ class Table(OfCases[Settings]):
 
     @classmethod
     def of(cls, rows: Sequence[Mapping[str, Any]]) -> Table:
-        """Return the table of a list of cases, {input: value} each."""
+        """Return the table of a list of cases, `rows`: {input: value} of each case."""
         if isinstance(rows, Table):
             return rows
         blocks = []
@@ -183,7 +186,7 @@ class Table(OfCases[Settings]):
 
     @classmethod
     def from_plain(cls, plain: Iterable[Iterable[Mapping[str, Any]]]) -> Table:
-        """Return the table of plain data, see `plain`."""
+        """Return the table from data for JSON, the result of `plain`."""
         blocks = []
         for axes in plain:
             each = (
@@ -197,11 +200,11 @@ class Table(OfCases[Settings]):
         return [[axis.plain() for axis in block] for block in self.blocks]
 
     def times(self, axis: Axis) -> Table:
-        """Return the product of the table and a further axis, which varies fastest."""
+        """Return the table with a further axis, varying fastest, in each block."""
         return Table(Block([*block, axis]) for block in self.blocks)
 
     def mapped(self, name: str, change: Callable[[Any], Any]) -> Table:
-        """Return the table with a function applied to all values of an input."""
+        """Return the table with the function `change` applied to an input's values."""
 
         def of(axis: Axis) -> Axis:
             columns = [
@@ -221,19 +224,19 @@ class Table(OfCases[Settings]):
         return int(self._starts[-1])
 
     def _of_case(self, case: int) -> Settings:
-        """Return {input: value} of a case."""
+        """Return {input: value} that a case sets, by the case's number."""
         block = int(np.searchsorted(self._starts, case, side="right")) - 1
         return self.blocks[block].row(case - int(self._starts[block]))
 
     def __iter__(self) -> Iterator[Settings]:
-        """Yield {input: value} of each case."""
+        """Yield {input: value} that each case sets."""
         for block in self.blocks:
             places = [[axis.row(i) for i in range(len(axis))] for axis in block]
             for parts in itertools.product(*places):
                 yield {n: value for part in parts for n, value in part.items()}
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another sequence has equal settings for every case."""
+        """Return whether another sequence sets equal inputs in every case."""
         if not isinstance(other, Sequence):
             return NotImplemented
         if len(self) != len(other):
@@ -251,10 +254,10 @@ class Table(OfCases[Settings]):
         return tuple(dict.fromkeys(names))
 
     def first_of(self, names: Iterable[str]) -> Cases:
-        """Return cases that cover every combination of some inputs' values, ascending.
+        """Return cases that cover every combination of values of inputs, ascending.
 
         For a single block, these are the cases at the first place of all other axes;
-        otherwise all cases are returned.
+        otherwise all cases are returned. names : the inputs
         """
         if len(self.blocks) != 1:
             return np.arange(len(self))
@@ -266,7 +269,7 @@ class Table(OfCases[Settings]):
         return cases
 
     def column(self, name: str, default: Any) -> Column:
-        """Return the column of an input; cases that do not set it have `default`."""
+        """Return the column of an input; cases that do not set it get `default`."""
         values: list[Values] = []
         first, stride, length = (np.ones(len(self.blocks), np.int64) for _ in range(3))
         count, plain = 0, -1  # plain: index of the default among the values, or -1
@@ -285,7 +288,10 @@ class Table(OfCases[Settings]):
 
 
 def _column_in(block: Block, name: str) -> tuple[Values, int] | None:
-    """Return (values, stride) of an input in a block; None if the block lacks it."""
+    """Return (values, stride) of an input in a block; None if the block lacks it.
+
+    stride : number of successive cases with the same value
+    """
     for number, axis in enumerate(block):
         if name in axis.names:
             return axis.columns[axis.names.index(name)], block.stride(number)
@@ -299,32 +305,32 @@ def _joined(parts: list[Values]) -> Values:
 
 
 def column_of(values: Values) -> Values:
-    """Return values as an array if they are `LONG` floats or more, else unchanged."""
+    """Return a list of at least `LONG` floats as an array; other values unchanged."""
     if len(values) < LONG or isinstance(values, np.ndarray):
         return values
     return np.array(values) if all(type(value) is float for value in values) else values
 
 
 def listed(column: Values) -> list[Any]:
-    """Return the values of a column as a list of Python objects."""
+    """Return an input's values, an array or list, as a list of Python objects."""
     return column.tolist() if isinstance(column, np.ndarray) else list(column)
 
 
 def value_at(column: Values, place: int) -> Any:
-    """Return a value of a column as a Python object."""
+    """Return an input's value with the index `place` as a Python object."""
     value = column[place]
     return value.tolist() if isinstance(column, np.ndarray) else value
 
 
 def is_begun_by(whole: Axis, first: Axis) -> bool:
-    """Return whether `whole` begins with all values of the axis `first`."""
+    """Return whether the axis `whole` begins with all values of the axis `first`."""
     if whole.names != first.names or len(whole) < len(first):
         return False
     return whole.until(len(first)).plain() == first.plain()
 
 
 def is_table(plain: Any) -> bool:
-    """Return whether plain data has the form of `Table.plain`."""
+    """Return whether data from JSON has the form of the result of `Table.plain`."""
     return isinstance(plain, list) and all(
         isinstance(axes, list) and all(map(_is_axis, axes)) for axes in plain
     )
@@ -338,7 +344,9 @@ def _is_axis(axis: Any) -> bool:
 
 
 def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
-    """Return an integer label of each value, (n,); 0 and -0 count as different.
+    """Return an integer label of each of n values, (n,), equal for equal values.
+
+    0 and -0 count as different.
 
     Parameters
     ----------
@@ -354,7 +362,7 @@ def distinct(column: Values, key: Callable[[Any], str] = json.dumps) -> Cases:
 
 
 def labels(parts: Iterable[tuple[Column, Cases]], cases: Cases) -> Cases:
-    """Return an integer label of each case, (m,), equal where all columns are equal.
+    """Return an integer for each of m cases, (m,), equal where all columns are equal.
 
     Parameters
     ----------

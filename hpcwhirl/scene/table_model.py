@@ -21,12 +21,12 @@ UNKNOWN_WORD = "unknown_word"  # type of a pydantic error with `word` and `known
 
 @dataclass(frozen=True)
 class Key:
-    """Documentation of a key of a table.
+    """Documentation of a key of a table in a campaign's file.
 
     Attributes
     ----------
     meaning : explanation in one sentence
-    allowed : text on the allowed values; words separated by bars
+    allowed : text on the allowed values; fixed texts are separated by bars
     """
 
     meaning: str
@@ -48,14 +48,17 @@ def key(default: Any, meaning: str = "", allowed: str = "", **limits: Any) -> An
 
 
 def kind_of(field: Any) -> Any:
-    """Return the type of a field's value: X for a field of type X | None."""
+    """Return the type X of a pydantic field declared as X or X | None."""
     kinds = [kind for kind in get_args(field.annotation) if kind is not NoneType]
     is_literal = get_origin(field.annotation) is Literal
     return field.annotation if is_literal or len(kinds) != 1 else kinds[0]
 
 
 def key_of(field: Any) -> Key:
-    """Return the `Key` of a field; an empty `allowed` is made from type and limits."""
+    """Return the `Key` of a pydantic field, its `allowed` made from type and limits.
+
+    An `allowed` that the field has is kept.
+    """
     told = next(told for told in field.metadata if isinstance(told, Key))
     return told if told.allowed else Key(told.meaning, _allowed(field))
 
@@ -80,7 +83,7 @@ def _allowed(field: Any) -> str:
 
 
 class TableModel(BaseModel):
-    """Base class of tables: frozen, strict about unknown keys and types.
+    """Base class of a campaign's tables: frozen, strict about unknown keys and types.
 
     Pydantic builds the validator of a table when it is first used.
     """

@@ -89,7 +89,7 @@ def showing(asked: Sequence[str]) -> Iterator[None]:
 
 
 def shown_in(unit: str) -> tuple[str, float]:
-    """Return the unit in which to show numbers of an SI unit, and the factor to it.
+    """Return the unit in which to show numbers given in an SI unit, and the factor.
 
     The unit is the first one set by `showing` that measures the same quantity, where
     `AS_SHOWN` stands for the units of `PRACTICAL`; if none does, the SI unit with
@@ -109,7 +109,7 @@ def shown_in(unit: str) -> tuple[str, float]:
 
 @lru_cache(maxsize=256)
 def _shown(unit: str, asked: str) -> float:
-    """Return the factor from an SI unit to `asked`; 0 if quantities differ."""
+    """Return the factor from an SI unit to the unit `asked`; 0 if quantities differ."""
     if unit in {"", "1"} or (asked in TURNING) != (unit == ANGULAR):
         return 0.0
     try:
@@ -119,7 +119,7 @@ def _shown(unit: str, asked: str) -> float:
 
 
 def units_asked(text: str | None, known: Sequence[str]) -> tuple[str, ...]:
-    """Return the units of an option ``--units mm,rpm``; the practical ones if None.
+    """Return the unit names in an option ``--units mm,rpm``; None: the practical ones.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
 
     Parameters
     ----------
-    source, wanted : unit of cf_units; name of the target unit
+    source, wanted : unit as an object of cf_units; name of the target unit
     refused : message of the ValueError if the units have no such factor
     """
     from cf_units import Unit
@@ -182,7 +182,7 @@ def _of(source: Any, wanted: str, refused: str) -> Decimal:
 
 
 def told_of(name: str, convert: Callable[[], Found]) -> Found:
-    """Return the result of `convert`; a ValueError becomes an InputError.
+    """Return the result of `convert`; turn its ValueError into an InputError.
 
     Parameters
     ----------

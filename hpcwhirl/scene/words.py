@@ -20,7 +20,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Look:
-    """How a word is shown in maps and on the page.
+    """How a word of cases, such as "damped", is shown in maps and on the page.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class Look:
 
     @property
     def stroke(self) -> str:
-        """Colour of thin lines and dots on white."""
+        """Colour in which thin lines and dots of the word are drawn on white."""
         return self.line or self.colour
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A word, and the conditions that must all hold for a case to have it."""
+    """A word for cases, such as "damped", and conditions that must all hold for it."""
 
     word: str
     needs: tuple[str, ...] = ()
@@ -117,10 +117,12 @@ def word_of(status: str, outcome: str, regime: str) -> str:
 
 
 def is_open(row: Mapping[str, Any]) -> bool:
-    """Return whether a longer run may give the case of a row another regime.
+    """Return whether a longer run may change the regime of a case.
 
     True if the case is undecided, or divergent by growth alone, and ran to its end: a
     case that ended at the amplitude limit cannot continue.
+
+    row : results of the case by name
     """
     return row.get("regime") in OPEN and row.get("stop") == "end"
 

@@ -1,12 +1,12 @@
 """Structures: element matrices, assembly, bladed disk, ring.
 
-This room makes M and K of both bodies. Rotor: tapered Bernoulli beams with rods, a disk
-of beams (spokes and rim), shaft springs. Casing: a ring of harmonics in closed form, or
-of curved elements, cubic in both displacements, on a soft foundation; a casing that
-varies along its axis is a simply supported shell. Harmonics are the default: they need
-no interpolation at the moving contact points, and make the Delassus matrix constant and
-circulant. The terms of rotation of a bladed disk (Coriolis, stiffening, softening) use
-the same elements.
+These modules make the mass and stiffness matrices, M and K, of rotor and casing. Rotor:
+tapered Bernoulli beams with rods, a disk of beams (spokes and rim), shaft springs.
+Casing: a ring of harmonics in closed form, or of curved elements, cubic in both
+displacements, on a soft foundation; a casing that varies along its axis is a simply
+supported shell. Harmonics are the default: they need no interpolation at the moving
+contact points, and make the Delassus matrix constant and circulant. The terms of
+rotation of a bladed disk (Coriolis, stiffening, softening) use the same elements.
 """
 
 from hpcwhirl.structure.bladed_disk import blade_stiffness, bladed_disk

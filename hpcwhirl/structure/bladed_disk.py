@@ -1,4 +1,4 @@
-"""The bladed disk: N tapered blades on spokes and rim beams, a sprung centre."""
+"""The bladed disk: N tapered blades on spokes and rim beams, its centre on springs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ MOST_DOF = 15_000  # dense M and K then take 1.8 GB each
 
 
 def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
-    """Return the length of a blade's elements, m, and their sections from the root."""
+    """Return the length, m, of a blade's equal beam elements, and their cross sections.
+
+    There is one section for each element, listed from the root to the tip.
+    """
     length = (rotor.radius - rotor.disk_radius) / rotor.elements
     share = np.linspace(0.0, 1.0, rotor.elements + 1)
     heights = (rotor.root_thickness * (1 + (rotor.taper - 1) * share)).tolist()
@@ -31,7 +34,7 @@ def blade_sections(rotor: Rotor) -> tuple[float, list[Section]]:
 
 
 def blade(rotor: Rotor) -> tuple[Floats, Floats]:
-    """Return (M, K) of one free blade, root node first, in its sector's frame.
+    """Return mass and stiffness (M, K) of one free blade, its root node first.
 
     Returns
     -------
@@ -56,8 +59,9 @@ def blade_stiffness(rotor: Rotor) -> float:
 
 
 def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
-    """Return (length, section, transform) of a spoke at an angle, rad.
+    """Return (length, m; section; transform) of the beam from centre to a blade root.
 
+    angle : rad, direction of the spoke, from the rotor's x axis
     transform : (6, 5), from x_o, y_o and r, t, rotation of the root to the beam's DoF
     """
     thick = (rotor.spoke_thickness, rotor.spoke_thickness)
@@ -69,7 +73,7 @@ def spoke(rotor: Rotor, angle: float) -> tuple[float, Section, Floats]:
 
 
 def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
-    """Return (length, section, transform) of the rim beam between successive roots.
+    """Return (length, m; section; transform) of the beam from one root to the next.
 
     transform : (6, 6), from r, t, rotation of both roots to the beam's DoF
     """
@@ -84,7 +88,10 @@ def rim(rotor: Rotor) -> tuple[float, Section, Floats]:
 
 @lru_cache(maxsize=4)
 def _joints(rotor: Rotor) -> list[list[tuple[Indices, tuple[Floats, ...]]]]:
-    """Return (DoF, (M, K)) of spoke and rim beam of each sector of a tuned rotor."""
+    """Return (DoF, (M, K)) of spoke and rim beam of each sector of a tuned rotor.
+
+    DoF are the beam's indices in the whole disk; a rotor of one blade has no rim.
+    """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     hub, out = blades * size + np.arange(2), []
     for j in range(blades):

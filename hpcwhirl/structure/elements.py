@@ -52,7 +52,7 @@ def hermite(xi: float | Floats, length: float, order: int = 0) -> Floats:
 
 @dataclass(frozen=True)
 class Section:
-    """A rectangular section whose thickness varies linearly along an element."""
+    """A rectangular cross section, its thickness varying linearly along an element."""
 
     width: float  # out of plane, m
     thickness: tuple[float, float]  # in plane, m, at both ends
@@ -60,14 +60,14 @@ class Section:
     density: float  # kg/m^3
 
     def at(self, xi: float) -> tuple[float, float]:
-        """Return the section's area, m^2, and second moment of area, m^4, at xi."""
+        """Return area, m^2, and second moment of area, m^4, at xi in the element."""
         h = self.thickness[0] * (1 - xi) + self.thickness[1] * xi
         return self.width * h, self.width * h**3 / 12
 
 
 @lru_cache(maxsize=64)  # mistuned blades of an engine differ by a factor on K only
 def beam(length: float, section: Section) -> tuple[Floats, Floats]:
-    """Return (M, K) of a straight Bernoulli beam plus a rod.
+    """Return mass and stiffness (M, K) of a straight Bernoulli beam plus a rod.
 
     Returns
     -------
@@ -162,7 +162,7 @@ class CyclicStructure:
 
 
 def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
-    """Add a block at `dofs` of `target`, in place.
+    """Add `block` (b, b) to rows and columns `dofs` (b,) of `target` (n, n), in place.
 
     A DoF that occurs twice in `dofs` (in a ring of one sector) gets both contributions.
     """
@@ -170,6 +170,9 @@ def add_block(target: Floats, block: Floats, dofs: Indices) -> None:
 
 
 def turn(angle: float) -> Floats:
-    """Return the (2, 2) matrix that gives components in axes turned by `angle`, rad."""
+    """Return the (2, 2) matrix from components (x, y) to those in turned axes.
+
+    angle : rad, by which the axes are turned anticlockwise
+    """
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, s], [-s, c]])

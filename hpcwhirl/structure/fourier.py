@@ -34,19 +34,21 @@ MIDDLE = np.zeros(1)
 
 @dataclass(frozen=True)
 class Uniform:
-    """A ring, whose displacement does not depend on the axial place."""
+    """Axial function of a ring, whose displacement is constant along the axis."""
 
     count = 1
     ends = (-math.inf, math.inf)
 
     def at(self, stations: Floats) -> Floats:
-        """Return the constant function 1 at axial places (s,): ones (s, 1)."""
+        """Return the constant function 1 at s axial places `stations`: ones (s, 1)."""
         return np.ones((len(stations), 1))
 
 
 @dataclass(frozen=True)
 class Sines:
-    """A shell simply supported at both ends: sin(p pi (zeta / L + 1/2)), p = 1, 2, ...
+    """Axial functions of a simply supported shell: sines of 1 .. `count` half waves.
+
+    They are sin(p pi (zeta / L + 1/2)), zeta the axial place, m.
 
     Attributes
     ----------
@@ -63,7 +65,7 @@ class Sines:
         return -self.length / 2, self.length / 2
 
     def at(self, stations: Floats) -> Floats:
-        """Return the values of the sines at axial places (s,), m: (s, count)."""
+        """Return the sines at s axial places `stations`, m: (s, count)."""
         phase = np.pi * (np.asarray(stations) / self.length + 0.5)
         waves = np.arange(1, self.count + 1)
         return np.asarray(np.sin(np.outer(phase, waves)))
@@ -71,16 +73,16 @@ class Sines:
 
 @dataclass(frozen=True)
 class Stations:
-    """A casing from file: piecewise linear functions, each 1 at its own station only.
+    """Axial functions of a casing from file: piecewise linear, 1 at one station each.
 
-    places : (s,), m, ascending, the stations
+    places : (s,), m, axial places of the s stations, ascending
     """
 
     places: tuple[float, ...]
 
     @property
     def count(self) -> int:
-        """Number of axial functions."""
+        """Number of axial functions, one for each station."""
         return len(self.places)
 
     @property
@@ -89,9 +91,9 @@ class Stations:
         return self.places[0], self.places[-1]
 
     def at(self, stations: Floats) -> Floats:
-        """Return the functions' values at axial places (k,), m: (k, s).
+        """Return the s functions' values at k axial places `stations`, m: (k, s).
 
-        They are constant beyond the ends.
+        They are constant beyond the ends of the casing.
         """
         hats = np.eye(self.count)
         columns = [np.interp(stations, self.places, hat) for hat in hats]
@@ -109,8 +111,8 @@ class FourierOperator:
     Attributes
     ----------
     harmonics : H
-    radius : m
-    axial : how harmonics vary along the axis
+    radius : m, of the casing
+    axial : functions by which harmonics vary along the axis
     directions : number of displacements: 2, w and u; 3 with axial displacements
     """
 
@@ -121,26 +123,28 @@ class FourierOperator:
 
     @property
     def width(self) -> int:
-        """Number of radial coordinates of an axial function, 2 H + 1."""
+        """Number of radial coordinates for one axial function, 2 H + 1."""
         return 2 * self.harmonics + 1
 
     @property
     def size(self) -> int:
-        """Number of coordinates of the casing."""
+        """Number of coordinates of the casing, radial, tangential and axial."""
         return self.directions * self.axial.count * self.width
 
     @property
     def radial(self) -> Integers:
-        """Indices of the radial coordinates, those of w."""
+        """Indices of the radial coordinates, w, among those of the casing."""
         return np.arange(self.axial.count * self.width)
 
     @property
     def tangential(self) -> Integers:
-        """Indices of the tangential coordinates, those of u, as in `radial`."""
+        """Indices of the tangential coordinates, u, in the order of the radial ones."""
         return len(self.radial) + self.radial
 
     def rows(self, angles: Floats, stations: Floats = MIDDLE) -> tuple[Floats, Floats]:
-        """Return the matrices from coordinates to w and u at points, (m, size) each.
+        """Return the matrices from coordinates to w and u at m points, (m, size) each.
+
+        w is radial outward, u tangential with the angle.
 
         angles, stations : (m,), rad; (m,) or (1,), m, axial places
         """
@@ -155,16 +159,22 @@ class FourierOperator:
         return radial, tangential
 
     def _in_the_middle(self, harmonic: int, *, sine: bool) -> Floats:
-        """Return the row (size,) of the cos or sin part of w at zeta = 0."""
+        """Return the row (size,) from coordinates to an amplitude of w at zeta = 0.
+
+        harmonic : h, of the radial displacement w in the casing's middle plane
+        sine : whether the amplitude is that of sin(h theta), else of cos(h theta)
+        """
         place = 2 * harmonic if sine else max(2 * harmonic - 1, 0)
         row = np.zeros(self.size)
         row[self.radial[place :: self.width]] = self.axial.at(MIDDLE)[0]
         return row
 
     def waves(self) -> Floats:
-        """Return matrices from coordinates to cos and sin parts of w, (H + 1, 2, size).
+        """Return the matrices from coordinates to cos and sin amplitudes of w.
 
-        If the casing varies along its axis, the rows give w in the plane zeta = 0.
+        Returns
+        -------
+        (H + 1, 2, size); if the casing varies along its axis, w in the plane zeta = 0
         """
         out = np.zeros((self.harmonics + 1, 2, self.size))
         for h in range(self.harmonics + 1):
@@ -174,10 +184,10 @@ class FourierOperator:
         return out
 
     def lobes(self, k: int) -> Floats:
-        """Return loads (size,) of a radial load p ~ cos(k theta) in the plane zeta = 0.
+        """Return the loads (size,) of a radial pressure ~ cos(k theta) at zeta = 0.
 
-        Loads are scaled so that the generalized force on the unit shape cos(k theta) is
-        1.
+        They are forces on the casing's coordinates, scaled so that the generalized
+        force on the unit shape cos(k theta) is 1.
         """
         return self._in_the_middle(k, sine=False)
 

@@ -40,7 +40,7 @@ class RingOperator:
 
     @property
     def tangential(self) -> Integers:
-        """Indices of the tangential DoF (u, u') of every node, as in `radial`."""
+        """Indices of the tangential DoF (u, u') of every node, node by node."""
         return self.radial - 2
 
     @property
@@ -49,11 +49,11 @@ class RingOperator:
         return 2 * np.pi * self.radius / self.elements
 
     def rows(self, angles: Floats) -> tuple[Floats, Floats]:
-        """Return the matrices from the DoF to w and u at angles (m,), rad.
+        """Return the matrices from the DoF to displacements w and u at m angles, rad.
 
         Returns
         -------
-        (m, 4 elements) each
+        (m, 4 elements) each: w radial outward, u tangential
         """
         angles = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         position = np.mod(angles, 2 * np.pi) / (2 * np.pi) * self.elements
@@ -68,16 +68,19 @@ class RingOperator:
         return radial, tangential
 
     def _points(self) -> tuple[Floats, Floats]:
-        """Return angles, rad, and weights, m, of the Gauss points of all elements."""
+        """Return angles, rad, and weights, m, of the Gauss points of all elements.
+
+        The weights are arc lengths: they sum up to the circumference.
+        """
         edges = np.arange(self.elements)[:, None] + POINTS[None, :]
         angles = (edges * 2 * np.pi / self.elements).ravel()
         return angles, np.tile(WEIGHTS, self.elements) * self.length
 
     def waves(self) -> Floats:
-        """Return matrices from the DoF to the harmonics of w, (H + 1, 2, 4 elements).
+        """Return matrices from the DoF to amplitudes of w, (H + 1, 2, 4 elements).
 
-        The matrices give the cos and sin coefficients of harmonics 0 .. H = elements
-        // 2, integrated by the elements' Gauss points.
+        They give the cos and sin amplitudes of harmonics 0 .. H = elements // 2 of the
+        radial displacement w, integrated by the elements' Gauss points.
         """
         angles, weights = self._points()
         radial, out = self.rows(angles)[0], []
@@ -88,7 +91,7 @@ class RingOperator:
         return np.array(out)
 
     def lobes(self, k: int) -> Floats:
-        """Return nodal loads (4 elements,) of a radial load p ~ cos(k theta).
+        """Return the nodal loads (4 elements,) of a radial pressure ~ cos(k theta).
 
         Loads are scaled so that the generalized force on the unit shape cos(k theta) is
         1.

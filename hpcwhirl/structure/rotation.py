@@ -40,7 +40,7 @@ ROD, BEND = [0, 3], [1, 2, 4, 5]  # axial and bending DoF of a beam
 
 @dataclass(frozen=True)
 class Rotation:
-    """Matrices of the terms of rotation of a bladed disk, in its DoF.
+    """Matrices of the terms of rotation of a bladed disk, in its n DoF.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Member:
 
 
 def coriolis_of(length: float, section: Section) -> Floats:
-    """Return C (6, 6), kg, of a beam, in the DoF of `elements.beam`."""
+    """Return a beam's Coriolis matrix C (6, 6), kg, in the DoF of `elements.beam`."""
     out = np.zeros((6, 6))
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
@@ -94,7 +94,10 @@ def coriolis_of(length: float, section: Section) -> Floats:
 def loads_of(
     length: float, section: Section, start: tuple[float, float]
 ) -> tuple[Floats, Floats]:
-    """Return the loads F_c and F_e (6,), kg m, of a beam that begins at `start`."""
+    """Return a beam's loads (6,), kg m: centrifugal F_c, and F_e of a changing speed.
+
+    They are per unit Omega^2 and per unit of -dOmega/dt; start : see `Member`
+    """
     load, swing = np.zeros(6), np.zeros(6)
     for xi, weight in zip(POINTS, WEIGHTS, strict=True):
         mass = section.density * section.at(xi)[0] * weight * length
@@ -109,6 +112,8 @@ def loads_of(
 
 def stiffening_of(length: float, section: Section, start: float, mean: float) -> Floats:
     """Return the stress stiffness K_g (6, 6), kg, of a beam under an axial force.
+
+    It is per unit Omega^2, in the DoF of `elements.beam`.
 
     Parameters
     ----------
@@ -154,14 +159,14 @@ def members(rotor: Rotor) -> list[Member]:
 
 
 def tensions(parts: list[Member], size: int) -> Floats:
-    """Return the mean axial force of each member, kg m: N per unit Omega^2.
+    """Return the mean axial force of each beam of a sector, kg m: N per unit Omega^2.
 
-    The forces are those of the static response to F_c, equal in all sectors, with the
-    centre held. Mistuning of the blades' stiffness does not change them.
+    The forces are those of the static response to the centrifugal load F_c, equal in
+    all sectors, with the centre held. Mistuning of the blades does not change them.
 
     Parameters
     ----------
-    parts : `members` of a rotor
+    parts : beams of the sector, result of `members`
     size : number of DoF of a sector
     """
     stiffness, load = np.zeros((size, size)), np.zeros(size)
@@ -180,9 +185,10 @@ def tensions(parts: list[Member], size: int) -> Floats:
 
 
 def rotation_of(rotor: Rotor) -> Rotation:
-    """Return the terms of rotation of `bladed_disk`, in its DoF.
+    """Return the terms of rotation (Coriolis, stiffening, loads) of a bladed disk.
 
-    The loss of a blade does not change the tension of disk and rim.
+    They are in the DoF of `bladed_disk`. The loss of a blade does not change the
+    tension of disk and rim.
     """
     size, blades = NODE * (rotor.elements + 1), rotor.blades
     parts = members(rotor)
@@ -221,8 +227,9 @@ def rotation_of(rotor: Rotor) -> Rotation:
 def _added(
     parts: list[Member], forces: Floats, wide: int
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the terms C, K_g (wide, wide), F_c, F_e (wide,) of some beams of a sector.
+    """Return the terms C, K_g (wide, wide), F_c, F_e (wide,) of beams, see `Rotation`.
 
+    parts : beams of a sector
     forces : (beams,), kg m, mean axial force of each beam per unit Omega^2
     wide : number of DoF of the sector, the next sector's root and the centre
     """

@@ -30,12 +30,12 @@ from hpcwhirl.scene import Rotor
 
 @dataclass(frozen=True)
 class Tilt:
-    """A shaft and a disk that tilts on it.
+    """An overhung shaft and the inertia of the disk that tilts on it.
 
     Attributes
     ----------
-    stiffness : (k_11, k_12, k_22), N/m, N, N m
-    about_diameter, polar : I_d, I_p, kg m^2
+    stiffness : (k_11, k_12, k_22), N/m, N, N m, of displacement and slope at the disk
+    about_diameter, polar : I_d, I_p, kg m^2, of the disk
     """
 
     stiffness: tuple[float, float, float]
@@ -44,7 +44,10 @@ class Tilt:
 
 
 def shaft_stiffness(rotor: Rotor) -> tuple[float, float, float]:
-    """Return (k_11, k_12, k_22), N/m, N, N m, of a rotor's round shaft."""
+    """Return (k_11, k_12, k_22), N/m, N, N m, of a rotor's round shaft at the disk.
+
+    They relate force and moment at the disk to its displacement and slope.
+    """
     bending = rotor.shaft_young * np.pi * rotor.shaft_diameter**4 / 64
     span, out = rotor.shaft_length, rotor.shaft_overhang
     if rotor.shaft == "cantilever":

@@ -35,7 +35,7 @@ PANELS = 6  # largest number of panels: points of the sweep with the largest ent
 
 
 def draw_branches(results: Results, line: list[int]) -> Any:
-    """Return a figure: words of each branch above, orbit radius below.
+    """Return a figure of branches: words of their cases above, orbit radius below.
 
     line : finished cases of one bundle of branches, see `analysis.branches.bundles_of`
     """
@@ -57,7 +57,10 @@ def draw_branches(results: Results, line: list[int]) -> Any:
 
 
 def _strip(axes: Any, row: int, branch: Branch) -> None:
-    """Draw the words of a branch as a row of marks, and where they change."""
+    """Draw the words of a branch as a row of marks, with a line where the word changes.
+
+    row : y of the marks
+    """
     marker, _ = _look(branch)
     for value, word in zip(branch.values, branch.words, strict=True):
         shown = SHOWN[word]
@@ -80,7 +83,7 @@ def _look(branch: Branch) -> tuple[str, str]:
 
 
 def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
-    """Return handles and labels of the legend: words, directions, changes of word."""
+    """Return (handles, labels) of the legend: words, directions, changes of word."""
     words = dict.fromkeys(word for branch in branches for word in branch.words)
     marks = {word: ("o", SHOWN[word].colour) for word in words}
     marks |= {name: (look[0], "none") for name, look in LOOKS.items()}
@@ -93,7 +96,10 @@ def _legend(branches: list[Branch]) -> tuple[list[Any], list[str]]:
 
 
 def edge_figure(scene: Scene, found: Edge) -> Any:
-    """Return the figure of an edge: radius over time, and the static-frame orbit."""
+    """Return the figure of the motion on the edge between two basins of a scene.
+
+    It shows the orbit radius over time, and the orbit in the static frame.
+    """
     figure, (axes, plane) = new_figure((11, 4.8), 1, 2, width_ratios=[1.4, 1.0])
     radius = np.hypot(*found.centre.T)
     most = ROOM * float(radius.max(initial=0.0))
@@ -127,7 +133,7 @@ def draw_fractions(
 
     Parameters
     ----------
-    data : results
+    data : results from `open_results`
     found : result of `analysis.basins`
     out : directory of the figures
 
@@ -174,7 +180,7 @@ def draw_basins(results: Results, cases: list[int]) -> Any:
 
 
 def _most_mixed(data: xarray.Dataset, starts: Starts) -> xarray.Dataset:
-    """Return the cases of the points of the sweep with the largest basin entropy."""
+    """Return results with only the points of the sweep with the largest entropy."""
     found = basins(data)
     if found.sizes["point"] <= PANELS or not varied(found):
         return data

@@ -1,4 +1,4 @@
-"""Figures of contact: over time and casing, along the chord, and wear of a layer."""
+"""Figures of contact: over time, around the casing, along the chord; layer's wear."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ MOST_ROWS = 400  # largest number of rows of the map, along time
 def _shown(
     found: Touches, row: Mapping[str, Any], *, transient: bool
 ) -> tuple[float, Touches]:
-    """Return (begin of the time shown, s; contacts in it); refuse if none."""
+    """Return (beginning of the time shown, s; contacts in it); refuse if there is none.
+
+    found, row, transient : contacts; results of the case; whether all times are shown
+    """
     start = 0.0 if transient else row["end_time"] - row["window"]
     shown = found.time >= start
     if not shown.any():
@@ -38,7 +41,7 @@ def _shown(
 
 
 def draw_contacts(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of contacts: which blade, where on the casing, when."""
+    """Return a figure of a case's contacts: which blade, where on the casing, when."""
     traces, row = cases.traces(case), cases.rows[case]
     found = touches(traces["time"], traces["blade_impulse"], row["speed"])
     start, found = _shown(found, row, transient=transient)
@@ -92,7 +95,10 @@ def draw_chord(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _label(panels: list[Any], station: Floats) -> None:
-    """Label the panels: point over time, point over angle, angle over time."""
+    """Label three panels: point over time, point over angle, and angle over time.
+
+    station : (n_c,), m, axial places of a tip's contact points
+    """
     along, around, over = panels
     for axes in (along, around):
         axes.set_ylabel("axial place of the point, mm")
@@ -105,7 +111,7 @@ def _label(panels: list[Any], station: Floats) -> None:
 
 
 def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) -> None:
-    """Draw the sum of the contact impulses in each cell of a panel.
+    """Draw in each cell of a panel the sum of its contacts' impulses.
 
     Parameters
     ----------
@@ -122,7 +128,7 @@ def _map(figure: Any, axes: Any, place: tuple[NDArray[Any], ...], push: Floats) 
 
 
 def draw_wear(cases: Results, case: int) -> Any:
-    """Return the figure of worn depth over the angle: at the end, and over time."""
+    """Return the figure of a layer's worn depth over the angle, final and over time."""
     traces, row = cases.traces(case), cases.rows[case]
     depth = MICRO * traces["worn"][:, : rods_of(cases.scene(case))]
     if not np.nan_to_num(depth[-1]).any():

@@ -87,13 +87,19 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
 
 
 def bands_in_hz(case: Case, span: Floats) -> dict[str, Floats]:
-    """Return the bands (2, n) of `bands_over` of the families of `COLOURS`, Hz."""
+    """Return {family: (2, n) least and largest frequency, Hz, over n speeds `span`}.
+
+    Only the families of `COLOURS`, see `bands_over`; span : rad/s
+    """
     bands = bands_over(case, span)
     return {n: np.array(bands[n]) / (2 * np.pi) for n in COLOURS if n in bands}
 
 
 def _families(axes: Any, bands: Mapping[str, Floats], span: Floats) -> float:
-    """Draw the rotor's families as bands over all k; return the end of the axis, Hz."""
+    """Draw the rotor's families as bands over all k; return the end of the axis, Hz.
+
+    bands : {family: (2, n), Hz}; span : (n,), rad/s
+    """
     for name, band in bands.items():
         axes.fill_between(span, *band, color=COLOURS[name], lw=1.2,
                           label=f"rotor {name}")  # fmt: skip
@@ -102,7 +108,10 @@ def _families(axes: Any, bands: Mapping[str, Floats], span: Floats) -> float:
 
 
 def _of_centre(axes: Any, case: Case, span: Floats) -> float:
-    """Draw both waves of k = 1, which move the centre; return the axis' end, Hz."""
+    """Draw both waves of k = 1, which move the centre; return the axis' end, Hz.
+
+    span : (n,), rad/s, speeds
+    """
     top = 0.0
     for name, waves in waves_over(case, 1, span).items():
         seen = np.abs(np.array(waves) - span) / (2 * np.pi)
@@ -113,13 +122,19 @@ def _of_centre(axes: Any, case: Case, span: Floats) -> float:
 
 
 def _pair(axes: Any, span: Floats, pair: Any, told: Sequence[str], **look: Any) -> None:
-    """Draw two curves over the speed, solid and dashed; told : their labels."""
+    """Draw two curves, `pair`, over the speed, solid and dashed.
+
+    span, told, look : (n,), rad/s; labels of the curves; keyword arguments of `plot`
+    """
     for curve, line, label in zip(pair, ("-", "--"), told, strict=True):
         axes.plot(span, curve, line, label=label, **look)
 
 
 def _beside(axes: Any, span: Floats, pairs: Mapping[str, Any]) -> None:
-    """Draw pairs of curves of the rotor without the effects of rotation, dotted."""
+    """Draw a rotor's pairs of curves without the effects of rotation, dotted.
+
+    span, pairs : (n,), rad/s; {family: two curves, (2, n)}
+    """
     told: str | None = "without effects of rotation"
     for name, pair in pairs.items():
         axes.plot(span, np.transpose(pair), ":", c=COLOURS.get(name, OTHER), lw=1.0,
@@ -128,7 +143,10 @@ def _beside(axes: Any, span: Floats, pairs: Mapping[str, Any]) -> None:
 
 
 def _at_speed(axes: Any, case: Case, most: float) -> None:
-    """Mark speeds where unbalance excites a wave, and where free motions grow."""
+    """Mark speeds where unbalance excites a wave, and where free motions grow.
+
+    most : rad/s, end of the axis
+    """
     rotor = rotor_by_diameter(case.model)
     unstable = unstable_from(rotor, case.model.blades)
     marks = [("unbalance", unbalance_speeds(rotor)),
@@ -147,7 +165,8 @@ def engine_orders(
 ) -> None:
     """Draw engine orders n Omega / 2 pi, with n where each line leaves the axes.
 
-    colours : colour of the lines, and of their names
+    span, top : (n,), rad/s, speeds; Hz, end of the axis
+    colours : colour of the lines, and of their labels
     """
     for n in range(1, MOST_ORDERS + 1):
         line = n * span / (2 * np.pi)
@@ -161,7 +180,10 @@ def engine_orders(
 
 
 def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
-    """Draw the casing's first wave of k as the blades see it, in both directions."""
+    """Draw the casing's first wave of k lobes as the blades see it, both directions.
+
+    table, span : modal table; (n,), rad/s, speeds
+    """
     first = first_family(table, "casing").get(k)
     if first is None:
         return
@@ -171,9 +193,10 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
 
 
 def _marks(axes: Any, case: Case, first: float, most: float) -> None:
-    """Mark the coincidences of Eq. 13 on the rotor's families.
+    """Mark the critical speeds of Eq. 13 on the curves of the rotor's families.
 
-    first : rad/s, frequency of the casing's first mode of the scene's k
+    first, most : rad/s, frequency of the casing's first mode of the scene's k; end of
+        the axis
     """
     k = case.given.nodal_diameter
     for row in critical_of(case, 1):
@@ -229,6 +252,8 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
     In the casing's frame, waves coincide where n omega_c = |k Omega +- omega_bd|. The
     strip below shows regimes. With full rotation omega_bd depends on the speed; waves
     without rotation are dotted.
+
+    line : numbers of cases that differ only in speed
     """
     scene = cases.scene(line[0])
     case = resolve(scene)
@@ -265,7 +290,7 @@ def draw_interaction(cases: Results, line: list[int]) -> Any:
 
 
 def _harmonics(axes: Any, first: float, orders: int) -> None:
-    """Draw +- n omega_c, n = 1 .. orders, for waves in both directions.
+    """Draw the casing's +- n omega_c, n = 1 .. orders, for waves in both directions.
 
     first : omega_c, rad/s, frequency of the casing's first mode
     """
@@ -278,9 +303,11 @@ def _harmonics(axes: Any, first: float, orders: int) -> None:
 
 
 def _crossings(axes: Any, case: Case, span: Floats, orders: int) -> None:
-    """Mark the coincidences of 1F, and with n = 1 also those of other families.
+    """Mark where waves of family 1F meet the casing's n omega_c, others only its n = 1.
 
     With full rotation only coincidences of Eq. 13 and its super-harmonics are marked.
+
+    span : (n,), rad/s, speeds; orders : the highest n
     """
     table, k = modal_table(case.model), case.given.nodal_diameter
     casing = first_family(table, "casing")
@@ -308,7 +335,10 @@ def _marked(
     first: float,
     span: Floats,
 ) -> None:
-    """Mark coincidences; write the speeds of the first and the last one in the axes."""
+    """Mark a family's coincidences; write the first and the last critical speed.
+
+    seen, first, span : records of `coincidences`; omega_c, rad/s; speeds, rad/s
+    """
     named = [int(row["order"]) for row in seen if row["side"] == -1]
     told = {"label": "a wave meets ±n ω$_c$"} if family == "1F" else {}
     for row in seen:
@@ -329,13 +359,16 @@ def _marked(
 
 
 def _speed(speed: float) -> str:
-    """Return a speed, rad/s, as text in the unit shown."""
+    """Return a speed, rad/s, as text with the unit that is shown."""
     unit, factor = shown_in("rad/s")
     return f"{factor * speed:.0f} {unit}"
 
 
 def heading(cases: Results, line: list[int]) -> str:
-    """Return a title with the inputs that the cases of a line share."""
+    """Return a title with the inputs that the cases of a line share.
+
+    line : numbers of cases that differ only in speed
+    """
     row = cases.rows[line[0]]
     shared = ("nodal_diameter", "gap", "friction")
     told = [value_of(name, row[name]) for name in shared]
@@ -343,12 +376,18 @@ def heading(cases: Results, line: list[int]) -> str:
 
 
 def shown_word(row: dict[str, Any]) -> str:
-    """Return the word by which figures show a finished case."""
+    """Return the word, such as "damped", by which figures show a finished case.
+
+    row : results of the case by name
+    """
     return word_of(str(row.get("status", "ok")), row["outcome"], row["regime"])
 
 
 def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) -> None:
-    """Add a legend of the panels and of the regimes' colours below a figure."""
+    """Add a legend below a figure: panels' labels, colours of regimes that occur.
+
+    line : numbers of the cases
+    """
     found = {shown_word(cases.rows[i]) for i in line}
     keys = [
         Line2D(
@@ -361,10 +400,10 @@ def regime_legend(figure: Any, cases: Results, line: list[int], *panels: Any) ->
 
 
 def rotating_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the end of a frequency axis in the rotating frame, Hz.
+    """Return the end, Hz, of the frequency axis of spectra in the rotating frame.
 
     The end lies above the suspension and both bending families of the blades, but not
-    above the Nyquist frequency.
+    above the Nyquist frequency. line : numbers of the cases
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [m.frequency_hz for m in table if m.body == "rotor" and m.family in FAMILIES]
@@ -372,10 +411,10 @@ def rotating_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def centre_top(cases: Results, line: Sequence[int]) -> float:
-    """Return the end of a cascade's axis for the centre in the static frame, rad/s.
+    """Return the end, rad/s, of a cascade's axis for the centre in the static frame.
 
     The axis covers omega_bd +- Omega of nodal diameter 1, which moves the centre, and
-    Omega.
+    Omega. line : numbers of the cases
     """
     table = modal_table(resolve(cases.scene(line[0])).model)
     own = [
@@ -389,12 +428,18 @@ def centre_top(cases: Results, line: Sequence[int]) -> float:
 
 
 def nyquist(cases: Results, line: Sequence[int]) -> float:
-    """Return the lowest Nyquist frequency of all cases, Hz."""
+    """Return the lowest Nyquist frequency of the traces of some cases, Hz.
+
+    line : numbers of the cases
+    """
     return 0.5 / float(max(cases.rows[i]["sample_interval"] for i in line))
 
 
 def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
-    """Return the ends of the frequency axis of an interaction diagram, rad/s."""
+    """Return the ends of the frequency axis of an interaction diagram, rad/s.
+
+    own, k, span : {family: frequencies of its two waves}; nodal diameter; speeds
+    """
     waves = [*own.values()]
     ends = np.concatenate([np.ravel(w) for w in waves]) if waves else k * span
     low, high = min(ends.min(), 0.0), max(ends.max(), 0.0)
@@ -403,7 +448,10 @@ def wave_limits(own: Waves, k: int, span: Floats) -> tuple[float, float]:
 
 
 def highest_order(first: float, limits: tuple[float, float]) -> int:
-    """Return the number of casing harmonics within limits, at least 1."""
+    """Return the number of harmonics n omega_c within limits, at least 1.
+
+    first, limits : omega_c; ends of the axis; rad/s
+    """
     if first <= 0.0:
         return 1
     return int(np.clip(max(map(abs, limits)) // first, 1, MOST_ORDERS))

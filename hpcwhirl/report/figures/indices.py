@@ -27,7 +27,7 @@ HIGH = 0.38  # height of a bar, in rows
 
 
 def title_of(quantity: str) -> str:
-    """Return a quantity's name as a title: P(name), a probability, for a regime."""
+    """Return a quantity's name as a title; for a regime P(name), its probability."""
     return f"P({quantity})" if quantity in REGIMES else quantity.replace("_", " ")
 
 
@@ -67,12 +67,15 @@ def draw_sensitivity(
 
 
 def _is_told(one: xarray.Dataset) -> bool:
-    """Return whether a quantity varies and has indices from enough draws."""
+    """Return whether a quantity varies and has indices from enough draws.
+
+    one : result of `sensitivity` for one quantity
+    """
     return bool(np.isfinite(one["total"]).any()) and not pairs_needed(one)
 
 
 def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return the engine and the number of draws as a heading."""
+    """Return the heading of a figure of indices: engine and number of draws."""
     least, most = int(found["draws"].min()), int(found["draws"].max())
     draws = f"{least}" if least == most else f"{least} to {most}"
     dropped = int(found["dropped"].max())
@@ -81,7 +84,10 @@ def _heading(data: xarray.Dataset, found: xarray.Dataset) -> str:
 
 
 def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
-    """Draw indices as bars: a row of panels for each point, one for each quantity."""
+    """Draw Sobol' indices as bars: a row of panels for each point, one per quantity.
+
+    found, over : result of `sensitivity`; the input by which points differ, if any
+    """
     names, count = found["quantity"].values.tolist(), found.sizes["input"]
     points = found.sizes["point"]
     size = 2.0 + 2.8 * len(names), 1.2 + points * (0.5 + 0.55 * count)
@@ -104,7 +110,7 @@ def _bars(data: xarray.Dataset, found: xarray.Dataset, over: list[str]) -> Any:
 
 
 def _panel(axes: Any, one: xarray.Dataset) -> None:
-    """Draw the bars of a quantity at a point."""
+    """Draw the bars, one per input, of a quantity's indices at a point of the sweep."""
     at = np.arange(one.sizes["input"])
     for place, (order, told) in enumerate(ORDERS.items()):
         value, away = _ends(one, order)
@@ -116,7 +122,10 @@ def _panel(axes: Any, one: xarray.Dataset) -> None:
 
 
 def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
-    """Return indices (m,), and the distances (2, m) to the ends of their intervals."""
+    """Return indices of m inputs, (m,), and the lengths (2, m) of their error bars.
+
+    order : "first" or "total"; the bars end with the 95 % intervals
+    """
     value, low, high = (
         one[f"{order}{end}"].to_numpy() for end in ("", "_low", "_high")
     )
@@ -124,7 +133,7 @@ def _ends(one: xarray.Dataset, order: str) -> tuple[Any, Any]:
 
 
 def _note(axes: Any, one: xarray.Dataset) -> None:
-    """Write into the panel of a quantity without Sobol indices why it has none."""
+    """Write in the panel of a quantity without indices why it has none."""
     if not np.isfinite(one["first"]).any():
         why = "does not vary" if int(one["draws"]) else "no draws left"
         axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center", va="center",

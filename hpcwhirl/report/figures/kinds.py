@@ -40,7 +40,7 @@ SPECIAL = {  # {trace: message on what the trace needs in addition to `traces = 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of figure.
+    """A kind of figure of a campaign, such as an orbit.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Kind:
     needs : traces that the figure requires
     of : what a figure shows: a case; a line of cases that differ only in speed; the
         branches that share all other inputs; or the engine (one figure)
-    asked : whether figures of this kind are drawn only if the kind is named
+    asked : whether figures of this kind are drawn only if the user names the kind
     speed : which speed and gap a case must have: any, constant, or changing in time
     """
 
@@ -60,7 +60,7 @@ class Kind:
 
     @property
     def transient(self) -> bool:
-        """Whether `draw` takes `transient`, to show the time before the window."""
+        """Whether `draw` has the option `transient`: show times before the window."""
         return "transient" in inspect.signature(self.draw).parameters
 
 
@@ -69,7 +69,7 @@ def _shapes(results: Results, line: list[int]) -> Any:
 
 
 def _over_speed(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Adapt a function of a scene and speeds to the arguments of `Kind.draw`."""
+    """Turn a function of (scene, speeds) into one of (results, line of cases)."""
 
     def drawn(results: Results, line: list[int]) -> Any:
         return draw(results.scene(line[0]), results["speed"][results.finished()])
@@ -147,7 +147,7 @@ def draw_figures(
 
 
 def cases_at(results: Results, settings: list[str]) -> list[int]:
-    """Return the finished cases that have the values of ``NAME=V`` settings."""
+    """Return the finished cases with the values in ``NAME=V``, the `settings`."""
     found = where(settings, {name: results[name] for name in swept_of(results)})
     chosen = set(np.flatnonzero(found).tolist()) if found is not None else set()
     finished = sorted(chosen & set(results.finished()))
@@ -174,7 +174,7 @@ def _has_branches(results: Results) -> bool:
 
 
 def _check(results: Results, only: list[int] | None) -> None:
-    """Raise InputError if nothing can be drawn, or a requested case is missing."""
+    """Raise InputError if no case is finished, or one of the cases `only` is not."""
     whole = results.finished()
     if not whole:
         raise InputError(f"{results.path} has no finished case: nothing to draw")
@@ -185,7 +185,7 @@ def _check(results: Results, only: list[int] | None) -> None:
 
 
 def _lacking(results: Results, kind: Kind) -> str:
-    """Return the reason why a campaign cannot have a kind of figure, "" if it can."""
+    """Return why a campaign cannot have a kind of figure, "" if it can."""
     if kind.of == "branches" and not _has_branches(results):
         return "needs a campaign with a table [branch]"
     if kind.speed == "constant" and changes_in_time(results.plan):
@@ -204,7 +204,10 @@ def _lacking(results: Results, kind: Kind) -> str:
 def _wanted(
     results: Results, kind: Kind, only: list[int] | None
 ) -> dict[str, Any] | str:
-    """Return {end of the file's name: line or case to draw}, or why none is drawn."""
+    """Return {end of the file's name: line or case to draw}, or why nothing is drawn.
+
+    only : cases that the user named; None: all
+    """
     finished = only or results.finished()
     if kind.of == "engine":
         return {"": finished}
@@ -231,7 +234,7 @@ def _wanted(
 def _drawn(
     name: str, results: Results, of: Any, path: Path, *, transient: bool
 ) -> Path | str:
-    """Draw a figure; return its path, or why it was not drawn.
+    """Draw a figure of the kind `name`; return its path, or why it was not drawn.
 
     of : what it shows: a case, or the cases of a speed series, see `Kind.of`
     """

@@ -26,18 +26,24 @@ WINDOW = "window of the words"  # not "steady state": also drawn for divergent o
 
 
 def rotating(traces: Mapping[str, Floats], speed: float) -> Floats:
-    """Return the centre in the rotating frame, (n, 2), m, the inverse of Eq. (12)."""
+    """Return the centre's motion in the rotating frame, (n, 2), m; inverse of Eq. (12).
+
+    traces, speed : `time` and `centre` in the static frame; Omega, rad/s
+    """
     z = traces["centre"] @ np.array([1.0, 1j]) * np.exp(-1j * speed * traces["time"])
     return np.column_stack([z.real, z.imag])
 
 
 def in_window(time: Floats, row: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Return which samples lie in the window that decides a case's words, (n,)."""
+    """Return whether each of n samples lies in the window that decides words, (n,).
+
+    row : results of the case by name
+    """
     return np.asarray(time > row["end_time"] - row["window"])
 
 
 def unit_of(largest: float) -> tuple[float, str]:
-    """Return (factor, unit) in which to show lengths up to `largest`, m."""
+    """Return (factor from m, unit) in which to show lengths of at most `largest`, m."""
     for factor, unit in ((1e3, "mm"), (1e6, "µm"), (1e9, "nm")):
         if largest * factor >= 0.1:
             return factor, unit
@@ -58,7 +64,10 @@ def draw_orbits(cases: Results, case: int, *, transient: bool = False) -> Any:
 def orbits_of(
     traces: Mapping[str, Floats], row: Mapping[str, Any], *, transient: bool = False
 ) -> Any:
-    """Return the figure of `draw_orbits` from the traces and the row of a case."""
+    """Return the figure of `draw_orbits` from the traces of a case.
+
+    row : results of the case by name
+    """
     frames = {"static": (traces["centre"], "$X_o$", "$Y_o$")}
     if "words_over_speed" not in row:  # at a changing speed the angle is not Omega t
         path = rotating(traces, row["speed"])
@@ -75,9 +84,9 @@ def orbits_of(
 
 
 def is_coarse(path: Floats) -> bool:
-    """Return whether a path (n, 2) turns by over `TURNED` at most of its samples.
+    """Return whether lines between n samples of a path would look like polygons.
 
-    Lines between so few samples would look like polygons.
+    At most of its samples the path (n, 2) then turns by over `TURNED`.
     """
     steps = np.diff(path @ np.array([1.0, 1j]))
     steps = steps[np.abs(steps) > 0.0]
@@ -145,7 +154,7 @@ def draw_contributions(cases: Results, case: int) -> Any:
 
 
 def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
-    """Draw |q_k|, (n, diameters), over time: k = 0 and 1 in front, the others thin."""
+    """Draw amplitudes |q_k| (n, diameters) over time; thick lines for k = 0 and 1."""
     step = max(1, len(time) // MOST_POINTS)
     colours = colormaps["viridis"](np.linspace(0, 0.9, amplitude.shape[1]))
     for k in reversed(range(amplitude.shape[1])):
@@ -155,7 +164,10 @@ def _curves(axes: Any, time: Floats, amplitude: Floats) -> None:
 
 
 def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
-    """Return a figure of the centre, static frame, once a revolution (Poincaré)."""
+    """Return a figure of the centre's Poincaré section, static frame.
+
+    It shows the position once a revolution.
+    """
     traces, row = cases.traces(case), cases.rows[case]
     late = in_window(traces["time"], row) | transient
     points = section(traces["time"][late], traces["centre"][late], row["speed"])
@@ -172,7 +184,10 @@ def draw_section(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def _motion(row: Mapping[str, Any]) -> str:
-    """Return a motion's word, and its period if any; "" without `output.chaos`."""
+    """Return the word of a case's motion, and its period, if it has one.
+
+    It is "" without `output.chaos`; row : results of the case by name
+    """
     if row.get("motion", "none") == "none":
         return ""
     number = f", {row['period']} revolutions" * (row["motion"] == "periodic")
@@ -180,7 +195,7 @@ def _motion(row: Mapping[str, Any]) -> str:
 
 
 def draw_ledger(cases: Results, case: int) -> Any:
-    """Return the figure of energy inputs and losses over time."""
+    """Return the figure of a case's energy inputs and losses over time."""
     traces, row = cases.traces(case), cases.rows[case]
     step = max(1, len(traces["time"]) // MOST_POINTS)
     time = traces["time"][::step]
@@ -221,7 +236,7 @@ def draw_case(
     folder : directory of the figures
     traces : `time` (n,), s; `centre` (n, 2), m, static frame; `energy`, `fed`,
         `lost` (n,), J; perhaps `tips` (n, N, 2), m
-    row : numbers and words of the case, by the names of `ROW`
+    row : results of the case, by the names of `ROW`
     """
     (orbit, axes), late = new_figure((6, 6)), in_window(traces["time"], row)
     draw_orbit(axes, traces["centre"], late, row["gap"], transient=True)
@@ -234,7 +249,7 @@ def draw_case(
 
 
 def draw_traces(traces: Mapping[str, Floats], row: Mapping[str, Any]) -> Any:
-    """Return a figure over time: centre, energies and, if kept, largest tip motions."""
+    """Return a figure over time: centre, energies, and largest tip motion if stored."""
     tips = traces.get("tips")
     panels = 3 if tips is not None else 2
     figure, axes = new_figure((9, 2.6 * panels), panels, sharex=True)

@@ -1,4 +1,4 @@
-"""Cost against accuracy: table, Pareto front and figure of measured settings."""
+"""Cost against accuracy of settings: table, Pareto front and figure."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SMALLEST = 1e-7  # smallest error that the figure shows
 
 @dataclass(frozen=True)
 class Row:
-    """Cost and accuracy of a setting, over all scenes.
+    """Cost and accuracy of a setting of the solver, over all scenes.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Row:
 
 
 def table_of(facts: Facts) -> list[Row]:
-    """Return a row for each setting, in the order tried, with `Row.front` set.
+    """Return a `Row` for each setting, in the order in which they were tried.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def _row(
 def front_of(rows: Sequence[Row]) -> list[Row]:
     """Return the settings on the Pareto front, sorted by cost.
 
-    Least are cost, number of runs whose word differs from the reference, and score (see
-    `Row`); refused and unstable settings, and those of the duration, are left out.
+    Minimised are cost, number of runs whose word differs from the reference, and score
+    (see `Row`); refused and unstable settings, and those of the duration, are left out.
     """
     whole = [
         row
@@ -120,15 +120,18 @@ def front_of(rows: Sequence[Row]) -> list[Row]:
 
 
 def floor_row(facts: Facts) -> dict[str, tuple[float, float]]:
-    """Return {variable: (median, largest)} over scenes of differences between twins.
+    """Return {variable: (median, largest)} of relative differences between twins.
 
-    These relative differences show how much results differ by chance alone.
+    They show how much results differ by chance alone, over all scenes.
     """
     return _spread_of(list(facts["floors"].values()))
 
 
 def _spread_of(found: Sequence[Mapping[str, float]]) -> dict[str, tuple[float, float]]:
-    """Return {variable: (median, largest)} of the numbers of several scenes."""
+    """Return {variable: (median, largest)} over scenes.
+
+    found : {variable: number} of each scene
+    """
     values = {n: [own[n] for own in found if n in own] for n in COLUMNS}
     return {n: (float(np.median(v)), max(v)) for n, v in values.items() if v}
 
@@ -148,7 +151,7 @@ def _cells(errors: Mapping[str, tuple[float, float]]) -> list[str]:
 
 
 def markdown(facts: Facts) -> str:
-    """Return the table in Markdown: a line for each setting, the front in bold."""
+    """Return the table of settings in Markdown, those on the Pareto front in bold."""
     rows, kinds = table_of(facts), len(facts["words"])
     names = " | ".join(COLUMNS.values())
     lines = [
@@ -181,7 +184,7 @@ def markdown(facts: Facts) -> str:
 
 
 def draw_tradeoff(facts: Facts, path: Path) -> Path:
-    """Draw error over cost, with Pareto front and twins; return the path."""
+    """Draw error over cost of settings, the Pareto front and twins; return the path."""
     rows = [row for row in table_of(facts) if row.runs and row.axis != "duration"]
     figure, axes = new_figure((9, 6))
     for name in dict.fromkeys(row.axis for row in rows):

@@ -64,7 +64,7 @@ def draw_shapes(
 
 
 def draw_shapes_of(scene: Scene) -> Any:
-    """Return the figure of 1F mode shapes of a scene whose blades are equal."""
+    """Return the figure of 1F mode shapes of a scene whose blades are all equal."""
     rotor = scene.engine.rotor
     if scene.engine.file or rotor.is_uneven or rotor.blades < MIN_BLADES:
         msg = f"shapes need equal blades, {MIN_BLADES} at least, and no rotor from file"

@@ -55,9 +55,11 @@ STRIP = 0.05  # height of the strip of words, over that of the axes
 def _mesh(
     axes: Any, speeds: Floats, edges: Floats, amplitude: Floats, least: float = 0.0
 ) -> Any:
-    """Draw amplitudes (m, speeds), mm, on a logarithmic scale of `DECADES` decades.
+    """Draw amplitudes (m, speeds), mm, in colours over speed and frequency.
 
     If no amplitude exceeds `least`, a text says that the structure is at rest.
+
+    edges : (m + 1,), edges of the m cells along the frequency
     """
     largest = float(np.nanmax(amplitude, initial=0.0))
     if largest <= least:
@@ -236,7 +238,10 @@ def _linear(cases: Results, case: int) -> dict[str, float]:
 
 
 def _feeding(axes: Any, rows: list[dict[str, Any]]) -> None:
-    """Draw the works of friction and transport in the window, divided by the losses."""
+    """Draw the works of friction and of transport of contacts, divided by the losses.
+
+    rows : results of the cases, in their windows, by name
+    """
     touching = [r for r in rows if r["late_contacts"] and r["late_lost"] > 0]
     speeds = [r["speed"] for r in touching]
     for name, label, marker in (
@@ -328,7 +333,10 @@ def _top(omega: Floats, amplitude: Floats, speed: float) -> float:
 def _waterfall(
     axes: Any, name: str, case: Case, spectra: tuple[Floats, Floats, Floats]
 ) -> None:
-    """Draw spectra over time, or over speed: the last of a speed passed repeatedly."""
+    """Draw spectra over time or, if `name` is "speed", over the speed.
+
+    Of a speed that is passed repeatedly the last spectrum is drawn; see `spectra_over`.
+    """
     middles, omega, amplitude = spectra
     speeds = speed_at(case.scene, middles)
     most = _top(omega, amplitude, float(np.abs(speeds).max()))

@@ -67,7 +67,7 @@ def draw_tips(cases: Results, case: int, *, transient: bool = False) -> Any:
 
 
 def edges_of(time: Floats, interval: float) -> Floats:
-    """Return the edges of the cells along time, (c + 1,), s, c <= `MOST_COLUMNS`.
+    """Return the edges of c cells along time, (c + 1,), s, with c <= `MOST_COLUMNS`.
 
     time : (n,), s, times of samples, each at the end of its interval of `interval` s
     """
@@ -76,7 +76,10 @@ def edges_of(time: Floats, interval: float) -> Floats:
 
 
 def extremes(values: Floats) -> Floats:
-    """Return for each of c cells the samples of largest magnitude: (n, r) to (c, r)."""
+    """Return the sample of largest magnitude in each of c cells: from (n, r) to (c, r).
+
+    values : n samples of r rows
+    """
     every = -(-len(values) // MOST_COLUMNS)
     cells = [values[first : first + every] for first in range(0, len(values), every)]
     found = [np.take_along_axis(own, np.abs(own).argmax(0)[None], 0) for own in cells]
@@ -84,14 +87,17 @@ def extremes(values: Floats) -> Floats:
 
 
 def _scale(values: Floats) -> dict[str, Any]:
-    """Return `unit`, `factor` from m, and `end`, the largest |value| in this unit."""
+    """Return how to show lengths: `unit`, `factor` from m, `end`, the largest size."""
     most = float(np.abs(values).max())
     factor, unit = unit_of(most)
     return {"factor": factor, "unit": unit, "end": factor * most or 1.0}
 
 
 def _map(axes: Any, edges: Floats, values: Floats, look: Mapping[str, Any]) -> Any:
-    """Draw values (n, r), m, over time and row; return the mesh."""
+    """Draw r rows of values (n, r), m, over time in colours; return the mesh.
+
+    edges, look : of the cells along time, s; result of `_scale`
+    """
     rows, end = np.arange(values.shape[1] + 1) - 0.5, look["end"]
     shown = look["factor"] * extremes(values).T
     return axes.pcolormesh(
@@ -107,7 +113,10 @@ def _label_chord(axes: Any, points: TipPoints, blade: int) -> None:
 
 
 def _mark_gap(bar: Any, row: Mapping[str, Any], look: Mapping[str, Any]) -> None:
-    """Mark the gap on the colour bar of radial displacements, if within its range."""
+    """Mark the gap on the colour bar of radial displacements, if within its range.
+
+    row, look : results of the case by name; result of `_scale`
+    """
     gap = look["factor"] * row["gap"]
     if 0.0 < gap <= look["end"]:
         bar.ax.axhline(gap, c="k", ls="--", lw=1.0)

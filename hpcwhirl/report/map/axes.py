@@ -21,7 +21,7 @@ ALONE = 0.5  # half the width of a cell without neighbours, relative to its valu
 
 @dataclass(frozen=True)
 class Levels:
-    """Distinct values of a swept input, and which of them each case has.
+    """The m distinct values of a swept input, and which one each of n cases has.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Levels:
 
     @classmethod
     def of(cls, values: NDArray[Any]) -> Levels:
-        """Return the levels of an input's values, (n,)."""
+        """Return the levels, distinct values, of n values of an input, (n,)."""
         if values.dtype.kind in "iufb":
             known, index = np.unique(values, return_inverse=True)
             return cls(known, index.astype(np.int32))
@@ -44,7 +44,7 @@ class Levels:
         return cls(np.array(list(number), dtype=object), places)
 
     def __len__(self) -> int:
-        """Return the number of levels."""
+        """Return the number of distinct values."""
         return len(self.known)
 
     @property
@@ -54,17 +54,17 @@ class Levels:
 
     @property
     def values(self) -> NDArray[Any]:
-        """The value of each case, (n,)."""
+        """The input's value in each of n cases, (n,)."""
         return np.asarray(self.known[self.index])
 
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of a map.
+    """An axis of a map of n cases.
 
     Attributes
     ----------
-    name : variable of the file, "" if nothing is swept
+    name : variable of results, "" if nothing is swept
     label : label with unit
     index : (n,), index into `levels` of each case
     levels : (m,), distinct positions, ascending
@@ -85,26 +85,32 @@ class Axis:
 
     @property
     def place(self) -> Floats:
-        """Position of each case, (n,)."""
+        """Position of each of n cases on the axis, (n,)."""
         return self.levels[self.index]
 
     def edges(self) -> Floats:
-        """Return the edges of cells, (m + 1,), midway between levels as drawn."""
+        """Return the edges of the cells around m levels, (m + 1,), midway as drawn."""
         return cell_edges(self.levels, self.scale)
 
     def middles(self, rows: NDArray[np.intp]) -> Floats:
-        """Return the middles, on the axis' scale, of the cells of the cases `rows`."""
+        """Return positions of the middles of the cells of cases `rows`, indices.
+
+        A middle is half way between edges on the axis' scale, linear or log.
+        """
         edges = straight(self.edges(), self.scale)
         middle = (edges[:-1] + edges[1:]) / 2
         where = np.exp(middle) if self.scale == "log" else middle
         return np.asarray(where[self.index[rows]])
 
     def scaled(self) -> Floats:
-        """Return the positions of the cases, (n,); their logarithms on a log scale."""
+        """Return the positions of n cases, (n,); their logarithms on a log scale."""
         return straight(self.levels, self.scale)[self.index]
 
     def widths(self, points: float) -> Floats:
-        """Return the width of each level's cell, (m,), on an axis `points` long."""
+        """Return the width in points of the cell of each of m levels, (m,).
+
+        points : length of the axis
+        """
         edges = straight(self.edges(), self.scale)
         return points * np.diff(edges) / np.ptp(edges)
 
@@ -133,12 +139,12 @@ class Axis:
 
 
 def straight(values: Floats, scale: str) -> Floats:
-    """Return positions of values along an axis: their logarithms on a log scale."""
+    """Return the values, or on a log scale their logarithms: evenly drawn positions."""
     return np.log(values) if scale == "log" else values
 
 
 def distinct(values: Floats) -> tuple[str, ...]:
-    """Return ascending numbers as the shortest texts that all differ."""
+    """Return ascending numbers as texts, the shortest ones that all differ."""
     for digits in range(3, 10):
         texts = tuple(value_text(float(f"{value:.{digits}g}")) for value in values)
         shown = np.array([float(text) for text in texts])
@@ -150,7 +156,7 @@ def distinct(values: Floats) -> tuple[str, ...]:
 
 
 def cell_edges(levels: Floats, scale: str = "linear") -> Floats:
-    """Return the (m + 1,) edges of cells around ascending levels (m,)."""
+    """Return the edges of cells around m ascending levels (m,), (m + 1,)."""
     at = straight(levels, scale)
     if len(at) == 1:
         half = ALONE * abs(at[0]) or ALONE
@@ -178,11 +184,11 @@ def _unevenness(values: Floats) -> float:
 
 
 def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
-    """Return the axis of an input.
+    """Return the axis of a map on which an input varies.
 
     Parameters
     ----------
-    name, values : variable, and its values
+    name, values : the input's variable in results, and its values
     label : label of the axis
     factor : from the SI unit of numbers to the unit of the label
     """
@@ -199,12 +205,12 @@ def axis_of(name: str, values: Levels, label: str, factor: float = 1.0) -> Axis:
 
 
 def no_axis(count: int) -> Axis:
-    """Return an axis with one level for all cases, used if no input is swept."""
+    """Return an axis with one level for all `count` cases, if no input is swept."""
     return Axis("", "", np.zeros(count, np.int32), np.zeros(1))
 
 
 def short_names(texts: list[str]) -> tuple[str, ...]:
-    """Return texts short enough for an axis; if any is shortened, all get numbers."""
+    """Return texts cut to the length for an axis; if any is cut, all get numbers."""
     if all(len(text) <= LONGEST for text in texts):
         return tuple(texts)
     return tuple(

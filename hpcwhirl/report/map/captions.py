@@ -40,7 +40,7 @@ LETTERS_OF_KEY = 14  # letters of a legend in an inch
 
 
 def engine_of(data: xarray.Dataset) -> str:
-    """Return the name of the engine, from the file's scene or title."""
+    """Return the name of the engine from results: from their scene or title."""
     try:
         scene = tomllib.loads(str(data.attrs["scene"]))
         own = scene["engine"]
@@ -50,9 +50,11 @@ def engine_of(data: xarray.Dataset) -> str:
 
 
 def title_of(data: xarray.Dataset, picture: Picture, width: float) -> str:
-    """Return the title: engine, inputs shared by all cases, duration, notes.
+    """Return the title of a map: engine, inputs shared by all cases, duration, notes.
 
     For a campaign with twins, a note gives the share of cases whose twins agree.
+
+    data, picture, width : results; content of the map; width of the figure, in
     """
     shown = {*picture.panels[0], picture.x.name, picture.y.name}
     names = [n for n in dict.fromkeys([*FIXED, *picture.inputs]) if n not in shown]
@@ -73,7 +75,10 @@ def shared(
     names: Sequence[str],
     case: NDArray[np.intp] | slice = slice(None),
 ) -> list[str]:
-    """Return ``symbol = value unit`` of each input that has one value in the cases."""
+    """Return ``symbol = value unit`` of each input with the same value in all `case`.
+
+    names, case : the inputs; indices of the cases, by default all in `data`
+    """
     parts = []
     for name in names:
         values = data[name].to_numpy()[case]
@@ -84,7 +89,7 @@ def shared(
 
 
 def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
-    """Return notes on the share of cases that all twins agree with; [] if no twins."""
+    """Return notes on the share of cases confirmed by all twins; [] if no twins."""
     if COUNT not in data:
         return []
     found = find_credibility(data[[COUNT, SHARED]].isel(case=picture.case))
@@ -97,7 +102,7 @@ def _twins(data: xarray.Dataset, picture: Picture) -> list[str]:
 
 
 def _confirming(data: xarray.Dataset) -> str:
-    """Return a note on the preset that confirms boundaries, "" if there is none."""
+    """Return a note on the preset by which boundaries were confirmed; "": none."""
     if "fidelity" not in data or not (data["fidelity"] == 1).any():
         return ""
     second = data["preset"].to_numpy()[data["fidelity"].to_numpy() == 1]
@@ -105,7 +110,10 @@ def _confirming(data: xarray.Dataset) -> str:
 
 
 def panel_title(values: dict[str, Any]) -> str:
-    """Return the inputs that the cases of a panel share, with units."""
+    """Return the inputs that a panel's cases share, as ``symbol = value unit``.
+
+    values : {variable: value}
+    """
     return ", ".join(value_of(name, value) for name, value in values.items())
 
 
@@ -118,7 +126,7 @@ def add_legend(
     ----------
     figure : figure of the map
     picture : content of the map
-    more : further handles
+    more : further handles of the legend
     lettered : whether letters and markers of whirl are drawn in the cells
     """
     colours = picture.colours
@@ -135,9 +143,9 @@ def add_legend(
 
 
 def _columns(keys: Sequence[Any], width: float) -> int:
-    """Return the number of legend columns, as wide as the longest text, that fit.
+    """Return the number of columns of a legend that fit, as wide as its longest text.
 
-    width : width of the figure, in
+    keys, width : handles of the legend; width of the figure, in
     """
     longest = max(len(str(key.get_label())) for key in keys)
     return max(int(width / max(1.6, KEY + longest / LETTERS_OF_KEY)), 1)
@@ -157,7 +165,7 @@ def _key(
 
 
 def _refined_keys(refined: Refined | None) -> list[Any]:
-    """Return the legend entries of a refined campaign's map."""
+    """Return a refined map's legend entries: boundary, confirmed cells, speckle."""
     if refined is None:
         return []
     cells = refined.cells

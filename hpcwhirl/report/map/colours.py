@@ -41,14 +41,14 @@ ATTRACTORS = {  # shades of a regime's colour, for its attractors by number
 
 @dataclass(frozen=True)
 class Colours:
-    """Meaning of the colours of a map.
+    """Meaning of the colours of a map of n cases.
 
     Attributes
     ----------
     name, label : quantity shown, and its name with unit
     kind : (n,), word that gives a case its colour; "" if a number gives it
     number : (n,), number that gives a case its colour; None if words do
-    looks : {word: look}, of all possible words
+    looks : {word: `Look`}, of all possible words
     """
 
     name: str
@@ -58,7 +58,10 @@ class Colours:
     looks: dict[str, Look]
 
     def words(self, kind: Coded) -> list[str]:
-        """Return the words that occur among some cases, in the order of `looks`."""
+        """Return the words that occur in `kind`, in the order of `looks`.
+
+        kind : word of each of some cases
+        """
         found = kind.counts()
         return [word for word in self.looks if word in found]
 
@@ -76,7 +79,7 @@ class Colours:
         return HATCHES[word], HATCHED
 
     def norm(self) -> Any:
-        """Return Matplotlib's norm of the numbers, logarithmic if they span decades."""
+        """Return Matplotlib's norm for numbers, logarithmic if they span decades."""
         from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 
         known = self._known()
@@ -147,7 +150,7 @@ def colours_of(
 
 
 def _unless_bad(word: Coded, other: Coded) -> Coded:
-    """Return each case's other word, but its own if that is one of `BAD`."""
+    """Return the word `other` of each case, but `word` where that is one of `BAD`."""
 
     def rule(own: NDArray[np.str_], other: NDArray[np.str_]) -> NDArray[np.str_]:
         return np.asarray(np.where(np.isin(own, list(BAD)), own, other))
@@ -156,9 +159,11 @@ def _unless_bad(word: Coded, other: Coded) -> Coded:
 
 
 def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
-    """Return {name: `Look`} of attractors of `analysis.attractors` and of other words.
+    """Return {name: `Look`} of attractors and of words that are no attractors.
 
     Attractors of one regime share its marker; their colours repeat after six.
+
+    names : from `analysis.attractors`
     """
     looks = {}
     for name in names:
@@ -172,7 +177,7 @@ def looks_of_attractors(names: Sequence[str]) -> dict[str, Look]:
 
 
 def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Coded:
-    """Return the most frequent word of each case and its twins, (n,).
+    """Return the most frequent word among each of n cases and its twins, (n,).
 
     Parameters
     ----------
@@ -190,7 +195,10 @@ def by_majority(data: xarray.Dataset, case: NDArray[np.intp], word: Coded) -> Co
 
 
 def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
-    """Return the values of an expression, one for each case, and its label."""
+    """Return the value of an expression for each case, in the unit shown, and a label.
+
+    text : the expression
+    """
     source, known = source_of(data), numbers_in(data)
 
     def variable(name: str) -> str:
@@ -214,7 +222,10 @@ def _numbers(data: xarray.Dataset, text: str) -> tuple[Floats, str]:
 def _label(
     data: xarray.Dataset, text: str, variable: Callable[[str], str]
 ) -> tuple[str, float]:
-    """Return the label of a colour bar, with unit, and the factor to this unit."""
+    """Return the label of a colour bar with its unit, and the factor from SI to it.
+
+    text, variable : expression shown; function from a name in it to a variable
+    """
     program = parse(text)
     if [step.does for step in program] not in (["name"], ["name", "name", "/"]):
         return text.strip(), 1.0

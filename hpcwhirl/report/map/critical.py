@@ -30,7 +30,7 @@ Rows = list[dict[str, Any]]  # as `critical_of_families` returns
 
 @dataclass(frozen=True)
 class _Level:
-    """A cell of the axis other than speed: its ends, and the number of a case in it."""
+    """A cell of the axis across the speed: its ends, and the number of a case in it."""
 
     low: float
     high: float
@@ -38,7 +38,7 @@ class _Level:
 
 
 def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
-    """Draw Omega = (omega_bd + n omega_c) / k in every panel, named by family.
+    """Draw the critical speeds (omega_bd + n omega_c) / k in every panel, with family.
 
     Parameters
     ----------
@@ -60,13 +60,19 @@ def mark_critical(panels: Iterable[Any], picture: Picture, path: Path) -> None:
 
 
 def speeds_of(scene: Scene) -> Rows:
-    """Return a scene's critical speeds for the nodal diameter of its pulse."""
+    """Return records of critical speeds for the nodal diameter of a scene's pulse."""
     k, rows = scene.nodal_diameter, critical_of(resolve(scene), ORDERS)
     return [row for row in rows if row["nodal_diameter"] == k]
 
 
 def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
-    """Return the cells along the other axis; of a real input at most `MOST_MODELS`."""
+    """Return the cells along the axis that is not the speed's.
+
+    Of a real input with more than `MOST_MODELS` cells, that many joined ones are
+    returned.
+
+    across, number : that axis; number of the panel
+    """
     rows = np.flatnonzero(picture.panel == number)
     index = across.index[rows]
     chosen = np.unique(index)
@@ -84,7 +90,7 @@ def _levels(across: Axis, picture: Picture, number: int) -> list[_Level]:
 
 
 def _halfway(across: Axis, chosen: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Return lower and upper ends of cells around the chosen levels of an axis.
+    """Return lower and upper ends of cells around chosen levels of the axis `across`.
 
     Cells meet half way between these levels; the first and the last end with the axis.
     """
@@ -127,7 +133,10 @@ def _draw(
 def _piece(
     axes: Any, row: dict[str, Any], at: float, level: _Level, *, upright: bool
 ) -> None:
-    """Draw the segment of a critical speed across the cell of a level."""
+    """Draw the segment of a critical speed, `at`, across the cell of a level.
+
+    row, upright : record of the critical speed; whether the segment is vertical
+    """
     ends, order = ([at, at], [level.low, level.high]), row["order"]
     main = row["family"] == "1F"
     axes.plot(
@@ -139,7 +148,10 @@ def _piece(
 
 
 def _name(axes: Any, text: str, at: tuple[float, float], *, upright: bool) -> None:
-    """Write the label of a critical speed at the end of its line, on white."""
+    """Write the label of a critical speed at the end of its line, on a white box.
+
+    at, upright : end of the line; whether the line is vertical
+    """
     look = {"fontsize": 6.5, "textcoords": "offset points"}
     box = {"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0, "alpha": 0.8}
     if upright:  # two lines, since wide names would overlap

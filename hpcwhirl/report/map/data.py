@@ -40,7 +40,7 @@ Cells = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Wish:
-    """Options of a map; options not given are chosen automatically.
+    """Options of a map; those that are not given are chosen automatically.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Wish:
     at : settings ``NAME=V`` that select cases
     colour : "regime", "whirl", "attractor", "motion", or an expression of numbers
     rpm : whether speeds are in revolutions per minute, as with "rpm" in `units`
-    critical : whether the speeds of Eq. 13 are marked
+    critical : whether the critical speeds of Eq. 13 are marked
     units : of axes, panels, title and numbers: names of units, "practical" (mm, kN) or
         "si", see `scene.units.showing`
     """
@@ -64,13 +64,13 @@ class Wish:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Units in which numbers are shown; the first unit of each quantity counts."""
+        """Names of the units to show; the first unit of each quantity counts."""
         return (*(("rpm",) if self.rpm else ()), *self.units)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """The data of a map.
+    """The data of a map of n cases.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Picture:
 
     @property
     def gridded(self) -> bool:
-        """Whether each case has its own cell of a grid."""
+        """Whether the map is a grid in which each case has a cell of its own."""
         return not self.scattered and self.refined is None
 
     def __len__(self) -> int:
@@ -114,7 +114,7 @@ class Picture:
         return len(self.case)
 
     def counts(self) -> dict[str, int]:
-        """Return {word: number of cases shown}."""
+        """Return {word, such as "damped": number of cases shown that have it}."""
         return self.word.counts()
 
 
@@ -148,9 +148,9 @@ def picture_of(data: xarray.Dataset, wish: Wish) -> Picture:
 def with_cells(
     picture: Picture, data: xarray.Dataset, refined: Refined | None
 ) -> Picture:
-    """Return a picture with the cells of a refined campaign.
+    """Return a map's content with the cells of a refined campaign.
 
-    The picture is returned unchanged if no axis is a refined input.
+    It is returned unchanged if no axis is a refined input.
     """
     if refined is None or not {picture.x.name, picture.y.name} & {*refined.over}:
         return picture
@@ -159,7 +159,7 @@ def with_cells(
 
 
 def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
-    """Return an axis with the scale of [refine], else one that suits coarse values."""
+    """Return an axis with the scale of [refine], or one that suits unrefined values."""
     if axis.name not in refined.over:
         return axis
     coarse = np.unique(data[axis.name].to_numpy()[data["level"].to_numpy() == 0])
@@ -168,11 +168,11 @@ def _scaled(axis: Axis, data: xarray.Dataset, refined: Refined) -> Axis:
 
 
 def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
-    """Return which cases a map shows, (cases,).
+    """Return whether a map shows each case, (cases,).
 
     A refined campaign's map shows the case of the highest fidelity at each point. If
     three inputs are refined, the input that is no axis has a panel for each coarse
-    value, unless `at` selects others.
+    value, unless the option `at` selects others.
     """
     found = np.ones(data.sizes["case"], dtype=bool)
     if "final" not in data:
@@ -191,12 +191,15 @@ def _shown_cases(data: xarray.Dataset, wish: Wish) -> NDArray[np.bool_]:
 
 
 def varied(inputs: Inputs) -> list[str]:
-    """Return the inputs that vary between the cases."""
+    """Return the names of inputs that vary between the cases."""
     return [name for name, values in inputs.items() if len(values) > 1]
 
 
 def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
-    """Return the variables of the x and y axis, "" for none."""
+    """Return the variables of the x and y axis of a map, "" for none.
+
+    inputs, wish : {input: its `Levels`}; options of the map
+    """
     asked = [variable_of(n, inputs) if n else "" for n in (wish.x, wish.y)]
     taken = {variable_of(n, inputs) for n in wish.panels}
     both = [n for n in asked if n in taken] + ([asked[0]] if asked[0] else [])
@@ -212,7 +215,10 @@ def _axes(inputs: Inputs, wish: Wish) -> tuple[str, str]:
 
 
 def _by_levels(inputs: Inputs, names: Sequence[str]) -> list[str]:
-    """Return inputs sorted: numbers before texts, then by falling number of values."""
+    """Return inputs sorted: numbers before texts, then by falling number of values.
+
+    inputs, names : {input: its `Levels`}; the inputs to sort
+    """
     return sorted(names, key=lambda n: (not inputs[n].numeric, -len(inputs[n])))
 
 
@@ -235,7 +241,10 @@ def _follows(inputs: Inputs, name: str, by: str) -> bool:
 
 
 def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list[str]]:
-    """Return the inputs of the panels, and notes on inputs that are not shown."""
+    """Return the inputs of the panels, and notes on varying inputs that are not shown.
+
+    x, y : inputs of the axes
+    """
     panels = [variable_of(n, inputs) for n in wish.panels]
     along, left = [], []
     for name in varied(inputs):
@@ -259,18 +268,19 @@ def _panels(inputs: Inputs, x: str, y: str, wish: Wish) -> tuple[list[str], list
 
 
 def span(values: Levels) -> str:
-    """Return the range of numbers, or the number of different texts, as text."""
+    """Return an input's range of numbers, or its number of different texts, as text."""
     if not values.numeric:
         return f"{len(values)} values"
     return f"{values.known[0]:.4g} to {values.known[-1]:.4g}"
 
 
 def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, Cells]:
-    """Return (a case with each combination of values of inputs, that of each case).
+    """Return (a case with each combination of values, the combination of each case).
 
-    Combinations are in the order of the levels of the first input, then of the next.
+    The latter is an index of the former. Combinations are in the order of the levels
+    of the first input, then of the next. inputs : {input: its `Levels`}
 
-    count : number of cases
+    names, count : the inputs to combine; number of cases
     """
     first, number = np.zeros(1, np.intp), np.zeros(count, np.intp)
     for one in (inputs[name] for name in names):
@@ -280,7 +290,7 @@ def _together(inputs: Inputs, names: Sequence[str], count: int) -> tuple[Cells, 
 
 
 def _hidden(inputs: Inputs, names: Sequence[str]) -> int:
-    """Return the number of cases with the same named inputs as an earlier case."""
+    """Return the number of cases that equal an earlier case in the inputs `names`."""
     count = max((len(one.index) for one in inputs.values()), default=1)
     return count - len(_together(inputs, [n for n in names if n], count)[0])
 
@@ -314,7 +324,10 @@ def _some(values: Levels) -> str:
 def _numbered(
     inputs: Inputs, panels: list[str], count: int
 ) -> tuple[Cells, list[dict[str, Any]]]:
-    """Return the panel number of each case, and {variable: value} of each panel."""
+    """Return the number of each case's panel, and {variable: value} of each panel.
+
+    panels, count : inputs that are equal in a panel; number of cases
+    """
     first, number = _together(inputs, panels, count)
     known = [inputs[name].values[first].tolist() for name in panels]
     if not panels:
@@ -332,13 +345,16 @@ def _axis(data: xarray.Dataset, name: str, inputs: Inputs, case: Cells) -> Axis:
 
 
 def label_of(data: xarray.Dataset, name: str) -> tuple[str, float]:
-    """Return the label of a variable's axis, and the factor to its unit."""
+    """Return a variable's label with the unit shown, and the factor from SI to it."""
     unit, factor = shown_in(str(data[name].attrs.get("units", "")))
     return with_unit(name_of(name), unit), factor
 
 
 def _scattered(x: Axis, y: Axis, panel: Cells) -> bool:
-    """Return whether the cases leave more than a third of the grid's cells empty."""
+    """Return whether more than a third of the grid's cells have no case.
+
+    panel : number of each case's panel
+    """
     cells = sum(
         len(np.unique(x.index[panel == p])) * len(np.unique(y.index[panel == p]))
         for p in np.unique(panel)

@@ -33,14 +33,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Part:
-    """The cases of one panel.
+    """The n cases of one panel of a map.
 
     Attributes
     ----------
     x, y : axes of the whole map
     rows : (n,), indices of the panel's cases among those of the map
     colours : meaning of the colours
-    whirl : (n,), whirl words of these cases
+    whirl : (n,), word of the whirl of these cases
     size : width and height of the panel, points
     lettered : whether letters and markers repeat the meaning of the colours
     """
@@ -55,12 +55,12 @@ class Part:
 
     @property
     def kind(self) -> Coded:
-        """Return the words of the part's cases, "" if a number is shown."""
+        """Return the word of each case of the panel, "" where a number is shown."""
         return self.colours.kind[self.rows]
 
     @property
     def number(self) -> Floats:
-        """Return the numbers of the part's cases, NaN if a word is shown."""
+        """Return the number of each case of the panel, NaN where a word is shown."""
         if self.colours.number is None:
             return np.full(len(self.rows), np.nan)
         return np.where(self.kind.isin([""]), self.colours.number[self.rows], np.nan)
@@ -68,12 +68,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Mesh:
-    """The cells of a panel, and the case that each shows.
+    """The cells of a panel, k rows of m, and the case that each shows.
 
     Attributes
     ----------
     x, y : (m + 1,) and (k + 1,), edges of the cells
-    case : (k, m), index of a case among those of the part; `NO_CELL`: no case
+    case : (k, m), index of a case among those of the panel; `NO_CELL`: no case
     """
 
     x: Floats
@@ -82,14 +82,14 @@ class Mesh:
 
 
 def grid_of(part: Part) -> Mesh:
-    """Return the cells of a grid on the axes' scales, one for each case."""
+    """Return the cells of a panel's grid, one for each case, on the axes' scales."""
     case = np.full((len(part.y.levels), len(part.x.levels)), NO_CELL)
     case[part.y.index[part.rows], part.x.index[part.rows]] = np.arange(len(part.rows))
     return Mesh(part.x.edges(), part.y.edges(), case)
 
 
 def raster_of(part: Part) -> Mesh:
-    """Return a raster of small cells, each with the nearest case that has a result.
+    """Return a panel's raster of small cells, each with the nearest case with a result.
 
     Distances are measured with both axes scaled to length 1.
     """
@@ -121,7 +121,7 @@ def limits_of(axis: Axis) -> tuple[float, float]:
 
 
 def draw_grid(axes: Any, part: Part) -> Any:
-    """Draw a cell for each case of a grid; return a colour bar's artist, or None."""
+    """Draw a cell for each case of a panel; return a colour bar's artist, or None."""
     line = {"edgecolors": "white", "linewidth": 0.8} if part.lettered else {}
     drawn = draw_mesh(axes, part, grid_of(part), "words", **line)
     if part.lettered:
@@ -130,9 +130,9 @@ def draw_grid(axes: Any, part: Part) -> Any:
 
 
 def draw_scattered(axes: Any, part: Part, *, free: bool) -> Any:
-    """Draw a point for each case over a raster of nearest cases.
+    """Draw a point for each case of a panel, over a raster of nearest cases.
 
-    Return a colour bar's artist, None if words are shown.
+    Return Matplotlib's artist for a colour bar, None if words are shown.
 
     free : whether an input varies that is no axis; then there is no raster, as the
         plane between cases has no meaning
@@ -179,7 +179,7 @@ def draw_mesh(axes: Any, part: Part, mesh: Mesh, name: str, **look: Any) -> Any:
 
 
 def _codes(words: Sequence[str], kind: Coded) -> NDArray[np.int8]:
-    """Return the index of each case's word, `NO_CELL` for a case without one."""
+    """Return the index in `words` of each case's word, `NO_CELL` if it is not there."""
     place = {word: i for i, word in enumerate(words)}
     return np.array([place.get(word, NO_CELL) for word in kind.known], np.int8)[
         kind.code
@@ -187,7 +187,10 @@ def _codes(words: Sequence[str], kind: Coded) -> NDArray[np.int8]:
 
 
 def runs(mesh: Mesh, wanted: Mask) -> list[Floats]:
-    """Return rectangles that cover chosen cells, one for each run of cells in a row."""
+    """Return rectangles that cover chosen cells, one for each run of cells in a row.
+
+    wanted : (k, m), whether a cell is chosen
+    """
     boxes = []
     for row in np.flatnonzero(wanted.any(axis=1)):
         ends = np.flatnonzero(np.diff(np.r_[0, wanted[row].astype(int), 0]))
@@ -208,7 +211,7 @@ def hatch(
 ) -> None:
     """Hatch polygons as one patch, which costs little more than a single polygon.
 
-    look : pattern and colour of the hatch
+    look, name : pattern and colour of the hatch; identifier of the SVG element
     tint : colour laid over the polygons
     """
     whole = Path.make_compound_path(*(Path(p, closed=False) for p in polygons))
@@ -217,13 +220,19 @@ def hatch(
 
 
 def cells_of(part: Part, picture: Picture, chosen: Mask) -> list[Floats]:
-    """Return rectangles that cover the cells of chosen cases in a panel."""
+    """Return rectangles that cover the cells of chosen cases in a panel.
+
+    chosen : whether each case of the map is chosen
+    """
     mesh = raster_of(part) if picture.scattered else grid_of(part)
     return runs(mesh, np.append(chosen[part.rows], [False])[mesh.case])
 
 
 def rooms(part: Part) -> tuple[Mask, Mask]:
-    """Return which cells have room for a letter above, or beside, a marker, (n,)."""
+    """Return whether each of n cells has room for a letter above, or beside, a marker.
+
+    Both are (n,).
+    """
     wide = part.x.widths(part.size[0])[part.x.index[part.rows]]
     high = part.y.widths(part.size[1])[part.y.index[part.rows]]
     stacked = (wide >= NARROW) & (high >= 2 * NARROW)
@@ -231,7 +240,7 @@ def rooms(part: Part) -> tuple[Mask, Mask]:
 
 
 def _letters(axes: Any, part: Part) -> None:
-    """Write a letter into each cell, with a marker of whirl below or beside it."""
+    """Write a word's letter into each cell, with a marker of whirl beside or below."""
     x, y = part.x.middles(part.rows), part.y.middles(part.rows)
     stacked, beside = rooms(part)
     plain = part.colours.number is None

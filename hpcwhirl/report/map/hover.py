@@ -79,7 +79,7 @@ def hover_map(results: Path, wish: Wish) -> Any:
 
 
 def _told(data: xarray.Dataset, picture: Picture) -> NDArray[np.str_]:
-    """Return the text shown when the pointer is at a case, (n,)."""
+    """Return the text that is shown when the pointer is at each of n cases, (n,)."""
     names = [*picture.inputs, *(name for name in TOLD if name in data)]
     words = list(zip(picture.word, picture.whirl, strict=True))
     columns = {name: data[name].to_numpy()[picture.case] for name in names}
@@ -99,7 +99,10 @@ def _short(value: Any) -> Any:
 
 
 def _traces(sheet: Sheet, number: int, told: NDArray[np.str_]) -> list[Any]:
-    """Return plotly's traces of a panel: filled cells, and a point for each case."""
+    """Return plotly's traces of a panel: filled cells, and a point for each case.
+
+    number, told : of the panel; text shown at each case of the map
+    """
     from plotly.graph_objects import Scatter
 
     picture, part = sheet.picture, sheet.part(number)
@@ -141,7 +144,10 @@ def _outlines(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _cells(part: Part, picture: Picture) -> tuple[NDArray[Any], NDArray[np.float64]]:
-    """Return the cases of k cells, (k,), and their left, right, bottom, top, (k, 4)."""
+    """Return the k cells of a panel: index of the case in each, (k,), and ends, (k, 4).
+
+    The ends are left, right, bottom and top.
+    """
     if picture.refined is not None:
         return boxes_of(part, picture, picture.refined)[:2]
     if picture.scattered:

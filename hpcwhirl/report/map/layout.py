@@ -60,24 +60,24 @@ class Sheet:
 
     @property
     def points(self) -> tuple[float, float]:
-        """Width and height of a panel without its labels, points."""
+        """Width and height of a panel without its labels, in points, 1/72 in."""
         return 72 * (self.width - BESIDE[0]), 72 * (self.height - BESIDE[1])
 
     def part(self, number: int) -> Part:
-        """Return the `Part` of the panel with a number, from 0."""
+        """Return the cases of a panel as a `Part`, by the panel's number, from 0."""
         picture = self.picture
         rows = np.flatnonzero(picture.panel == number)
         return Part(picture.x, picture.y, rows, picture.colours, picture.whirl[rows],
                     self.points, self.lettered)  # fmt: skip
 
     def fits(self) -> NDArray[np.bool_]:
-        """Return which cells of all panels have room for a letter and a marker."""
+        """Return whether each cell of all panels has room for a letter and a marker."""
         parts = [self.part(number) for number in range(len(self.picture.panels))]
         return np.concatenate([np.logical_or(*rooms(part)) for part in parts])
 
 
 def sheet_of(picture: Picture) -> Sheet:
-    """Return the layout of a map."""
+    """Return the layout of a map on paper."""
     rows = _rows(picture)
     columns = -(-len(picture.panels) // rows)
     width = _narrower(picture.x, WIDEST if columns == 1 else max(PAGE / columns, 2.8))
@@ -92,13 +92,13 @@ def sheet_of(picture: Picture) -> Sheet:
 
 
 def _narrower(axis: Axis, width: float) -> float:
-    """Return the width of a panel, in, reduced if its axis has few levels."""
+    """Return the width of a panel, in: `width`, or less if its axis has few levels."""
     few = BESIDE[0] + A_LEVEL * (len(axis.levels) + 1)
     return float(min(width, max(few, 3.4)))
 
 
 def _rows(picture: Picture) -> int:
-    """Return the number of rows of panels; two inputs become rows and columns."""
+    """Return the number of rows of panels; two panel inputs give rows and columns."""
     count, names = len(picture.panels), list(picture.panels[0])
     if len(names) == 2:
         sides = [len({panel[n] for panel in picture.panels}) for n in names]
@@ -173,7 +173,7 @@ def _fill(figure: Any, panels: NDArray[Any], sheet: Sheet) -> None:
 
 
 def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
-    """Set scales, limits, ticks and labels of the axes."""
+    """Set scales, limits, ticks and labels of all panels of a map."""
     picture = sheet.picture
     for axes in grid.ravel():
         axes.set(xscale=picture.x.scale, yscale=picture.y.scale)
@@ -193,7 +193,10 @@ def _decorate(grid: NDArray[Any], sheet: Sheet) -> None:
 
 
 def _plain_decades(own: Any, axis: Axis) -> None:
-    """Write numbers on a logarithmic axis without exponents, if it has few decades."""
+    """Write numbers without exponents on a logarithmic axis that spans few decades.
+
+    own, axis : Matplotlib's axis; the map's
+    """
     decades = np.ptp(np.log10(axis.levels[axis.levels > 0]))
     if decades <= MOST_DECADES:
         subs = (1.0, 2.0, 5.0) if decades > 1.0 else (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)

@@ -1,4 +1,4 @@
-"""The limit up to which cases are damped, drawn over the other swept inputs.
+"""The largest value of an input up to which cases are damped, over other inputs.
 
 Over one input, a bar joins the last damped case and the next case, which has another
 word; over two inputs, colours show the last damped value. Triangles mark lines of cases
@@ -88,8 +88,9 @@ def _bars(
     found: Sequence[FirstChange],
     ends: Floats,
 ) -> None:
-    """Draw each limit, as the interval that contains it, over the input `name`.
+    """Draw the limit of each line of cases, as an interval, over the input `name`.
 
+    found : the limits
     ends : (lines, 2), last damped value and next value of the limited input; NaN where
         a line has none
     """
@@ -118,9 +119,10 @@ def _map(
     ends: Floats,
     label: str,
 ) -> None:
-    """Draw the last damped value of the input `label` over the two inputs `names`.
+    """Draw the last damped value of the limited input, in colours over two others.
 
-    ends : as in `_bars`
+    names, label : the two inputs; label of the limited one
+    found, ends : as in `_bars`
     """
     told = [label_of(data, name) for name in names]
     grids = [np.unique([f.fixed[name] for f in found]) for name in names]

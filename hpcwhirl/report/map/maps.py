@@ -59,7 +59,7 @@ class Drawing:
 
 
 def picture_table(picture: Picture) -> Iterator[Sequence[Any]]:
-    """Yield the header, and a row for each case that a map shows.
+    """Yield the header and the rows of a map's table, one for each case shown.
 
     Columns: case, swept inputs in SI units, panel, positions on the axes in the units
     drawn, word, whirl, the most frequent word of case and twins (if there are twins)
@@ -92,7 +92,7 @@ def draw_map(results: Path, out: Path, wish: Wish | None = None) -> list[Path]:
 
 
 def stem_of(wish: Wish) -> str:
-    """Return the name of a map's files: ``map`` and its options.
+    """Return the name of a map's files without ending: ``map`` and its options.
 
     Maps with other options have other names, such as ``map-growth_rate``.
     """
@@ -105,7 +105,10 @@ def stem_of(wish: Wish) -> str:
 
 
 def drawing_of(results: Path, wish: Wish) -> Drawing:
-    """Return the map of a campaign, drawn without reading traces."""
+    """Return the drawn map of a campaign; traces are not read.
+
+    results, wish : path of `results.h5`; options of the map
+    """
     from hpcwhirl.report.map.layout import figure_of
     from hpcwhirl.report.map.probabilities import wants_shares
 
@@ -163,7 +166,7 @@ def save_map(drawing: Drawing, out: Path) -> list[Path]:
 
 
 def wish_of(path: Path) -> Wish | None:
-    """Return the options stored in a map's PNG; None if the file has none."""
+    """Return the map options stored in a map's PNG file; None if it has none."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -176,7 +179,7 @@ def wish_of(path: Path) -> Wish | None:
 
 
 def refresh(directory: Directory) -> tuple[list[Path], list[str]]:
-    """Draw existing maps of a campaign again, with the options stored in them.
+    """Draw a campaign's existing maps again, with the options stored in them.
 
     Returns
     -------

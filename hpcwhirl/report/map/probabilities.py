@@ -28,9 +28,10 @@ BARS = 0.55  # width of a bar, relative to the distance between bars
 
 
 def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
-    """Return whether a map shows shares: inputs were drawn, `wish` names none of them.
+    """Return whether a map shows shares of regimes, since inputs were drawn.
 
-    If two inputs were drawn and none was swept, the map shows cases over these two.
+    If the options `wish` name a drawn input, or two inputs were drawn and none was
+    swept, the map shows cases.
     """
     if not is_sampled(data) or wish.colour != "regime":
         return False
@@ -43,7 +44,10 @@ def wants_shares(data: xarray.Dataset, wish: Wish) -> bool:
 
 
 def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
-    """Return the shares of regimes at the points of a map, see `analysis.shares`."""
+    """Return the table of shares of regimes at points that a map's options select.
+
+    data : results of the campaign; see `analysis.shares`
+    """
     found = shares(data)
     inputs = {n: found[n].to_numpy() for n in drawn_of(data).swept}
     chosen = where(wish.at, inputs)
@@ -51,16 +55,16 @@ def shares_shown(data: xarray.Dataset, wish: Wish) -> xarray.Dataset:
 
 
 def varied(found: xarray.Dataset) -> list[str]:
-    """Return the swept inputs that vary between the points of the sweep."""
+    """Return the swept inputs that vary between points, in a table of shares."""
     return [n for n in swept_in(found) if len(set(found[n].values.tolist())) > 1]
 
 
 def as_cases(data: xarray.Dataset, found: xarray.Dataset) -> xarray.Dataset:
-    """Return shares of regimes as cases, one for each point and regime, for a map.
+    """Return shares of regimes in the form of results, a case per point and regime.
 
     data, found : results of the campaign; their shares, from `shares`
 
-    Regimes without cases are left out.
+    A map of them can be drawn. Regimes without cases are left out.
     """
     seen = found.sel(regime=(found["count"].sum("point") > 0).to_numpy())
     many = seen.sizes["regime"]
@@ -114,7 +118,7 @@ def figure_of_shares(data: xarray.Dataset, found: xarray.Dataset, note: str) -> 
 
 
 def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
-    """Return a note on the number of draws and on cases without a regime."""
+    """Return a note on the number of random draws and of cases without a regime."""
     low, high = int(found["cases"].min()), int(found["cases"].max())
     cases = f"{low}" if low == high else f"{low} to {high}"
     names = ", ".join(name.replace("_", " ") for name in drawn_of(data).inputs)
@@ -124,7 +128,7 @@ def draws_note(data: xarray.Dataset, found: xarray.Dataset) -> str:
 
 
 def looks_of(found: xarray.Dataset) -> dict[str, Look]:
-    """Return {name: `Look`} of the motions in a table of shares."""
+    """Return {name: `Look`}, how each motion in a table of shares is drawn."""
     if "regime" in found.dims:
         return dict(REGIMES)
     return looks_of_attractors(found["attractor"].to_numpy().tolist())
@@ -133,7 +137,10 @@ def looks_of(found: xarray.Dataset) -> dict[str, Look]:
 def _areas(
     axes: Any, found: xarray.Dataset, over: str, label: str, factor: float
 ) -> None:
-    """Stack the shares over one input; error bars: intervals of the stacked sums."""
+    """Stack the shares of motions over one input; error bars: intervals of the sums.
+
+    over, label, factor : the input; label of its axis; factor from SI to the axis' unit
+    """
     along, looks = "regime" if "regime" in found.dims else "attractor", looks_of(found)
     found = found.isel(point=np.argsort(found[over].to_numpy()))
     x = factor * found[over].to_numpy()
@@ -169,7 +176,7 @@ def _bars(axes: Any, found: xarray.Dataset) -> None:
 
 
 def shares_table(found: xarray.Dataset) -> Iterator[list[Any]]:
-    """Yield the header and rows of a table of shares, one for each point and regime."""
+    """Yield header and rows of a table of shares, a row for each point and regime."""
     swept = [str(n) for n, c in found.coords.items() if c.dims == ("point",)]
     numbers = ["count", "share", "share_low", "share_high"]
     yield [*swept, "cases", "lost", "regime", *numbers]

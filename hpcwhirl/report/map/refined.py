@@ -26,7 +26,10 @@ Ints = NDArray[np.intp]
 
 
 def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> Any:
-    """Draw a panel of a refined map; return a colour bar's artist, or None."""
+    """Draw a panel of a refined map; return the artist for a colour bar, or None.
+
+    part, picture, refined : cases of the panel; content of the map; its cells
+    """
     rows, boxes, number = boxes_of(part, picture, refined)
     drawn = _tiles(axes, replace(part, rows=rows), _corners(boxes))
     _outline(axes, refined, boxes, number)
@@ -36,7 +39,10 @@ def draw_refined(axes: Any, part: Part, picture: Picture, refined: Refined) -> A
 
 
 def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
-    """Draw a polygon for each case; return a colour bar's artist, or None."""
+    """Draw a polygon in each case's colour; return a colour bar's artist, or None.
+
+    polygons : corners (k, 4, 2) of one polygon per case of `part`
+    """
     edged, drawn = len(part.x.index) <= MOST_EDGED, None
     line: dict[str, Any] = {"edgecolors": "white" if edged else "face",
                             "linewidths": 0.6 if edged else 0.2,
@@ -60,7 +66,10 @@ def _tiles(axes: Any, part: Part, polygons: Floats) -> Any:
 def refined_cells(
     part: Part, picture: Picture, refined: Refined, chosen: Mask
 ) -> Floats:
-    """Return the parts of cells, as corners (k, 4, 2), whose nearest case is chosen."""
+    """Return corners (k, 4, 2) of the k parts of cells whose nearest case is chosen.
+
+    chosen : whether each case of the map is chosen
+    """
     rows, boxes, _ = boxes_of(part, picture, refined)
     return _corners(boxes[chosen[rows]])
 
@@ -72,7 +81,7 @@ def _limits(axis: Axis, ends: Floats) -> tuple[float, float]:
 def boxes_of(
     part: Part, picture: Picture, refined: Refined
 ) -> tuple[Ints, Floats, Ints]:
-    """Divide each cell into the parts nearest to each corner, and return the parts.
+    """Divide each cell into k parts, nearest to one corner each, and return the parts.
 
     Returns
     -------
@@ -102,10 +111,10 @@ def _bit(refined: Refined, name: str) -> int:
 
 
 def _in_plane(part: Part, refined: Refined, found: Ints, i: int) -> NDArray[np.bool_]:
-    """Return for which cells corner i lies in the plane that the map shows, (cells,).
+    """Return whether corner i of each cell lies in the plane that the map shows.
 
     If a refined input is no axis, a plane on the border of two cells belongs to the
-    upper cell, and the last plane to the last cell.
+    upper cell, and the last plane to the last cell. The result is (cells,).
 
     found, i : as in `_ends`
     """
@@ -146,14 +155,17 @@ def _ends(
 
 
 def _corners(boxes: Floats) -> NDArray[np.float64]:
-    """Return the corners of boxes, (k, 4, 2)."""
+    """Return the corners of k boxes (left, right, bottom, top), (k, 4, 2)."""
     left, right, low, high = boxes.T
     x, y = [left, right, right, left], [low, low, high, high]
     return np.stack([np.transpose(x), np.transpose(y)], axis=-1)
 
 
 def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
-    """Hatch cells of speckle, and outline cells of confirmed boundaries."""
+    """Hatch cells of speckle, where words mix at random; outline confirmed cells.
+
+    boxes, number : (k, 4), (k,), parts of cells and their cells, see `boxes_of`
+    """
     speckle = refined.cells.state == STATES.index("speckle")
     for name, wanted in (("speckle", speckle), ("confirmed", refined.cells.confirmed)):
         shown = np.unique(number[wanted.astype(bool)[number]])
@@ -170,7 +182,7 @@ def _outline(axes: Any, refined: Refined, boxes: Floats, number: Ints) -> None:
 
 
 def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> None:
-    """Draw boundaries: lines for two refined inputs, bars for one refined input."""
+    """Draw the boundaries of words: lines for two refined inputs, bars for one."""
     panels = np.unique(refined.panel_of[picture.case[part.rows]])
     if {*refined.over} == {part.x.name, part.y.name}:
         lines = _lines(part, refined, panels)
@@ -184,14 +196,20 @@ def _draw_lines(axes: Any, part: Part, picture: Picture, refined: Refined) -> No
 
 
 def _lines(part: Part, refined: Refined, panels: Ints) -> Floats:
-    """Return the ends of the boundary's line segments, (s, 2, xy)."""
+    """Return the two ends of s line segments of a boundary in a panel, (s, 2, xy).
+
+    panels : numbers of the refined campaign's panels that it shows
+    """
     ends = refined.lines[np.isin(refined.panel[refined.lines[:, 0]], panels)]
     both = [axis.factor * refined.at[axis.name][ends] for axis in (part.x, part.y)]
     return np.stack(both, axis=-1)
 
 
 def _bars(part: Part, picture: Picture, refined: Refined, panels: Ints) -> Floats:
-    """Return the ends of vertical bars as high as a row of the panel, (s, 2, xy)."""
+    """Return the two ends of s vertical bars, as high as a cell, (s, 2, xy).
+
+    They mark a boundary along the x axis; panels : as in `_lines`
+    """
     edges, bars = part.y.edges(), []
     for panel in panels:
         rows = part.rows[refined.panel_of[picture.case[part.rows]] == panel]

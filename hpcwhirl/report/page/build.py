@@ -1,10 +1,10 @@
-"""The page as one file with styles, scripts and data; it loads no other file.
+"""A campaign's page as one file with styles, scripts and data; it loads no other.
 
 Data from inputs enter the page in two ways only: as JSON without ``<``, which the
 script inserts as text, and as base64. A content security policy in the head forbids
 network access, and all scripts except those whose digests the policy lists.
 
-It holds facts, commands, columns and traces of a campaign.
+It holds facts, commands, columns of results and traces of a campaign.
 """
 
 from __future__ import annotations
@@ -62,12 +62,12 @@ TRACES = "output.traces"
 
 @dataclass(frozen=True)
 class PageData:
-    """The three parts of a page.
+    """The three parts of the data in a campaign's page.
 
     Attributes
     ----------
-    facts : data that become JSON
-    columns : bytes of all columns, one after another
+    facts : data that become JSON: inputs, meanings, units, commands
+    columns : bytes of all columns of results, one after another
     records : bytes of the traces of each case, all of one size
     """
 
@@ -77,7 +77,7 @@ class PageData:
 
 
 def page_data(results: Results) -> PageData:
-    """Return the data in the page of a campaign."""
+    """Return the data in the page of a campaign, from its results."""
     sizes, records, slots = _records(results)
     plan = results.plan
     table, data = _columns(results, slots)
@@ -133,18 +133,21 @@ def _refined(results: Results) -> dict[str, Any] | None:
 
 
 def _shown(told: list[dict[str, Any]]) -> dict[str, tuple[str, float]]:
-    """Return {SI unit: (unit shown, factor)} of columns where the two units differ."""
+    """Return {SI unit: (unit shown, factor)} of columns of results that are converted.
+
+    told : descriptions of the columns
+    """
     units = {unit: shown_in(unit) for unit in sorted({t.get("unit", "") for t in told})}
     return {unit: shown for unit, shown in units.items() if shown != (unit, 1.0)}
 
 
 def _fixed(results: Results) -> list[str]:
-    """Return the inputs of `FIXED` with one value in all cases, for the title."""
+    """Return those of the inputs `FIXED` that are equal in all cases, for the title."""
     return [n for n in FIXED if len(set(results[n].tolist())) == 1]
 
 
 def _inputs(results: Results) -> list[dict[str, Any]]:
-    """Return every input that all cases share, with its meaning."""
+    """Return records of the inputs that all cases share, with meaning and value."""
     base, swept = results.plan.base, results.plan.swept
     return [
         {"name": name, "value": base[name], "meaning": meaning}
@@ -154,13 +157,13 @@ def _inputs(results: Results) -> list[dict[str, Any]]:
 
 
 def _given(results: Results, name: str) -> list[Any]:
-    """Return a swept input's value in every case."""
+    """Return the value of a swept input, `name`, in every case."""
     plan = results.plan
     return [settings.get(name, plan.base.get(name)) for settings in plan.settings]
 
 
 def _levels(values: list[Any]) -> dict[str, Any]:
-    """Return {JSON of a value: value}: numbers ascending, others as they occur."""
+    """Return {JSON of a value: value} of distinct values; numbers are ascending."""
     levels = {json.dumps(value): value for value in values}
     if all(isinstance(v, int | float) for v in levels.values()):
         return dict(sorted(levels.items(), key=lambda item: float(item[1])))
@@ -168,7 +171,7 @@ def _levels(values: list[Any]) -> dict[str, Any]:
 
 
 def _swept(results: Results, name: str) -> dict[str, Any]:
-    """Return the facts of a swept input; its levels as values and as --set options."""
+    """Return facts on a swept input: name, unit, its values, also as --set options."""
     levels = list(_levels(_given(results, name)).values())
     return {
         "name": name,
@@ -180,7 +183,7 @@ def _swept(results: Results, name: str) -> dict[str, Any]:
 
 
 def _commands(results: Results) -> dict[str, Any]:
-    """Return the parts that cases' commands share, and commands that lack these parts.
+    """Return the parts that the commands to run single cases share: begin and end.
 
     `commands`, {case: whole command}, has cases whose commands lack these parts.
     """
@@ -199,7 +202,7 @@ def _commands(results: Results) -> dict[str, Any]:
 
 
 def _thresholds(results: Results) -> list[dict[str, Any]]:
-    """Return [{name, value in the results, default, meaning}] of the thresholds."""
+    """Return [{name, value in results, default, meaning}] of the rules' thresholds."""
     return [
         {
             "name": field.name,
@@ -214,7 +217,10 @@ def _thresholds(results: Results) -> list[dict[str, Any]]:
 def _columns(
     results: Results, slots: NDArray[np.int32]
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return (descriptions, bytes) of the columns: evidence in 8 bytes, others in 4."""
+    """Return (descriptions, bytes) of columns of results: evidence 8 bytes, others 4.
+
+    slots : (cases,), number of each case's record, see `_records`
+    """
     evidence = set(rules.evidence_names())
     columns: list[tuple[dict[str, Any], NDArray[Any]]] = []
     shares = {n: quantity for n, quantity in SHARE.items() if n in results}
@@ -242,9 +248,9 @@ def _columns(
 def _packed(
     columns: list[tuple[dict[str, Any], NDArray[Any]]],
 ) -> tuple[list[dict[str, Any]], bytes]:
-    """Return each column's description with its start, and all bytes.
+    """Return each column's description, with its place in the bytes, and all bytes.
 
-    A column that is constant is stored as one value.
+    A column that is constant is stored as one value. columns : (description, values)
     """
     table, parts, at = [], [], 0
     for told, column in sorted(columns, key=lambda c: -c[1].dtype.itemsize):
@@ -258,9 +264,10 @@ def _packed(
 
 
 def _records(results: Results) -> tuple[Sizes, list[bytes], NDArray[np.int32]]:
-    """Return (sizes, records, number of each case's record, (cases,), -1 for none).
+    """Return (sizes, records, slots): traces of cases, reduced to one size each.
 
-    If more than `MOST_RECORDS` cases have traces, only every n-th of them has a record.
+    slots is the number of each case's record, (cases,), -1 for none. If more than
+    `MOST_RECORDS` cases have traces, only every n-th of them has a record.
     """
     slots = np.full(len(results), -1, "<i4")
     whole = np.flatnonzero(results["status"] == "ok")
@@ -292,11 +299,11 @@ def setting(name: str, value: Any) -> str:
 
 
 def given_inputs(given: Mapping[str, Any], swept: frozenset[str]) -> dict[str, Any]:
-    """Return the inputs of a case that must be set, the swept ones first.
+    """Return the inputs that a command must set to run a case, the swept ones first.
 
     Parameters
     ----------
-    given : {dotted name: value}; other names than inputs are skipped
+    given : {dotted name: value}; names that are no inputs are skipped
     swept : names of inputs that are set even to their default
     """
     start = _start()
@@ -368,7 +375,7 @@ def _asset(name: str) -> str:
 
 
 def _json(facts: dict[str, Any]) -> str:
-    """Return JSON that cannot end the HTML element around it."""
+    """Return facts as JSON text that cannot end the HTML element around it."""
     return json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
 
 

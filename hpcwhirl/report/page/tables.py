@@ -1,4 +1,4 @@
-"""Tables of a page: folds of branches, limits of damped starts, shares of motions.
+"""Tables of a page: changes along branches, limits of damped cases, shares of motions.
 
 The tables show which motions coexist, which the word of a single case cannot show.
 """
@@ -146,7 +146,7 @@ def _head(name: str) -> str:
 
 
 def _shown(names: Sequence[str], values: Any) -> list[str]:
-    """Return values as texts, in the units that are shown; "" for none."""
+    """Return values of variables `names` as texts, in the units shown; "" for none."""
     found = []
     for name, value in zip(names, values, strict=True):
         _, factor = shown_in(NAMED[name].unit) if name in NAMED else ("", 1.0)

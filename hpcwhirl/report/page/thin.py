@@ -32,7 +32,7 @@ OCTAVES = 40  # from the largest value of a curve down to the smallest
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of points that a page keeps of each case.
+    """Numbers of points that a page stores of each case.
 
     Attributes
     ----------
@@ -49,13 +49,13 @@ class Sizes:
 
     @property
     def bytes(self) -> int:
-        """Bytes of a record, a multiple of 3, so that their base64 can be joined."""
+        """Bytes of a case's record, a multiple of 3: their base64 can be joined."""
         values = 2 * self.orbit + 2 * self.radius + 4 * self.ledger + self.lines
         return -(-(4 * HEAD + 2 * values) // 12) * 12
 
 
 def sizes_for(cases: int) -> Sizes:
-    """Return the sizes that suit a page with this number of cases."""
+    """Return numbers of points per case that suit a page with `cases` cases."""
     room = min(max(TARGET // max(cases, 1), THINNEST), FINEST) // 2 - 2 * HEAD
     return Sizes(
         orbit=int(0.27 * room), radius=int(0.085 * room),
@@ -66,15 +66,15 @@ def sizes_for(cases: int) -> Sizes:
 def record_of(
     traces: Traces, speed: float, window: float, line: float, sizes: Sizes
 ) -> bytes:
-    """Return the thinned traces of a case, encoded as the page's script reads them.
+    """Return a case's traces, reduced to few points, in the page's binary encoding.
 
     Parameters
     ----------
     traces : `time` and the traces `NEEDED`; centre (n, 2), m, static frame
     speed : Omega, rad/s
-    window : length of the window of the words, s
+    window : s, length of the last part of the run, by which its words are decided
     line : strongest line, rad/s, forward positive
-    sizes : points of each curve
+    sizes : number of points of each curve
     """
     time = traces["time"]
     with np.errstate(all="ignore"):  # of a diverged run, finite values are shown
@@ -93,7 +93,10 @@ def record_of(
 
 
 def _fastest(speed: float, line: float) -> float:
-    """Return the larger of speed and strongest line in either frame, rad/s."""
+    """Return the larger of the speed and the strongest line in any frame, rad/s.
+
+    speed, line : Omega; frequency of the line in the static frame
+    """
     return max(abs(speed), abs(line), abs(line - abs(speed)), 1e-9)
 
 
@@ -133,12 +136,15 @@ def _orbit(
 
 
 def _cuts(count: int, most: int) -> NDArray[np.int64]:
-    """Return the index of the first sample of each of at most `most` intervals."""
+    """Return the first sample of each of at most `most` intervals of samples.
+
+    count : number of samples
+    """
     return np.unique(np.linspace(0, count, min(most, count), endpoint=False, dtype=int))
 
 
 def _spans(values: Floats, most: int) -> Floats:
-    """Return the range of values in each of at most `most` intervals of the samples.
+    """Return least and largest value in each of at most `most` intervals of samples.
 
     Returns
     -------
@@ -154,7 +160,7 @@ def _spans(values: Floats, most: int) -> Floats:
 
 
 def _ledger(traces: Traces, most: int) -> Floats:
-    """Return means over at most `most` intervals of the samples, (4 * most,).
+    """Return mean energy and powers in at most `most` intervals of a run, (4 * most,).
 
     First the energy, J, then the powers of friction, of transport and of losses, W; NaN
     for missing intervals.
@@ -177,10 +183,12 @@ def _ledger(traces: Traces, most: int) -> Floats:
 def _lines(
     time: Floats, orbit: NDArray[np.complex128], speed: float, most: int
 ) -> tuple[float, Floats]:
-    """Return a spectrum's limit, rad/s, and its largest line in each interval, m.
+    """Return the end of a spectrum, rad/s, and its largest line in each interval, m.
 
-    The `most` intervals divide the spectrum from -limit to limit; NaN in one without
-    a line.
+    The `most` intervals divide the spectrum from -end to end; NaN in one without a
+    line.
+
+    time, orbit : (n,), s; (n,), m, x + i y in the static frame
     """
     out = np.full(most, np.nan)
     if len(orbit) < 4 or not np.isfinite(orbit).all():
@@ -197,7 +205,10 @@ def _lines(
 
 
 def _codes(values: Floats) -> tuple[float, NDArray[np.int16]]:
-    """Return (scale, codes): value = +- scale 2^(-OCTAVES (1 - |code| / SCALE))."""
+    """Return (scale, integers of 16 bits) that encode values logarithmically.
+
+    Value = +- scale 2^(-OCTAVES (1 - |code| / SCALE)).
+    """
     known = np.where(np.abs(values) < LARGEST, values, np.nan)
     scale = float(np.nanmax(np.abs(known), initial=0.0))
     if scale < LEAST:
