@@ -157,7 +157,7 @@ class Computation:
 def computation(
     design: Design, job: Job, extended: Sequence[float] = ()
 ) -> Computation:
-    """Return the computation that a job requires.
+    """Return what a process computes for a job: its scene, digest, and case before.
 
     Parameters
     ----------

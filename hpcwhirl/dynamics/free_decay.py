@@ -1,4 +1,4 @@
-"""The certificate of a march, and its remaining motion in closed form."""
+"""The certificate that no blade touches again, and the later motion in closed form."""
 
 from __future__ import annotations
 

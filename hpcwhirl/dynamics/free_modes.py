@@ -45,9 +45,9 @@ class Roots:
     radius, sine : (modes,), r and sin phi
     log : (modes,), log z
     back : (modes,), cos phi - r
-    pull : (modes,), factor of -q in the next increment, see this module
-    decays : whether all modes have stiffness and damping and oscillate, as the bound
-        requires
+    pull : (modes,), part of the amplitude by which a step reduces its increment
+    decays : whether all modes have stiffness and damping and oscillate; only then is
+        the later motion bounded
     """
 
     own: Indices

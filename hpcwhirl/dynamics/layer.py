@@ -14,7 +14,7 @@ from hpcwhirl.scene.contact_laws import RIGID, rods_around
 
 
 def rod_area(scene: Scene) -> float:
-    """Return the area of a rod's end: width of the layer times length, m^2."""
+    """Return the area of a rod's end, m^2: axial width times circumferential length."""
     length = 2 * math.pi * scene.engine.rotor.radius / rods_of(scene)
     return float(scene.engine.casing.layer_width * length)
 

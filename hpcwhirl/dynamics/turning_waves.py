@@ -124,9 +124,9 @@ class _Diameter:
 
 @dataclass(frozen=True)
 class Differences(_Diameter):
-    """Waves of central differences.
+    """Free waves of one nodal diameter, as scheme `modal` integrates them.
 
-    Lambda is the spectrum of the multipliers at this nodal diameter.
+    That scheme replaces derivatives by central differences.
 
     give : (m, m), (1/dt^2 + G/2dt)^-1, increments of the modes by unit modal forces; G
         = D + 2 Omega C

@@ -241,7 +241,8 @@ def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
 class DrivenSteps:
     """Conversion between velocities and increments of a rotor, see `motion.Steps`.
 
-    It is that of the present interval, with the forces f_0 of unbalance and Euler.
+    A velocity is (x_{n+1} - x_{n-1}) / 2 dt and includes what the forces of unbalance
+    and Euler's force add in this step, at the present speed.
     """
 
     rotor: DrivenRotor

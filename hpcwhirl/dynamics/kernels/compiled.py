@@ -178,7 +178,7 @@ COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
     """Compile a function that makes no arrays, for Python and for compiled functions.
 
-    twin : decorator that makes the part for compiled callers; None: `part`
+    twin : decorator that compiles the variant for compiled callers; None: `part`
     """
     if PLAIN:
         return numba_njit(cache=True, error_model="numpy")(function)

@@ -263,8 +263,9 @@ def carriers(size, space):
 def settle(gaps, lam, opened, space):
     """Close the gaps of the active blades, except those with multipliers below 0.
 
-    Set `lam`, N, and `opened`, m, (N,) each; return the number of blades that stay
-    active, or -1 if their part of the Delassus matrix is singular.
+    Set lam (blades,) to the multipliers, in newtons, and opened (blades,) to the gaps
+    with them, m; return the number of blades that stay active, or -1 if their part of
+    the Delassus matrix is singular. space.active marks the active blades by 1.
     """
     active, where, right = space.active, space.where, space.right
     for _ in range(len(gaps) + 1):

@@ -450,9 +450,12 @@ def sample_waves(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def wave_sizes(
     rotor: WaveRotor, state: CyclicState, size: int, k: int, *, exact: bool
 ) -> Wanted:
-    """Return (name, array, required number of values) of a rotor's arrays as waves.
+    """Return (name, array, required number of values) of the arrays of a wave rotor.
 
-    size, exact : number of waves, padded; whether of the exact flow
+    They are checked before the first step.
+
+    size, k : number of waves, with padding; number of nodal diameters
+    exact : whether scheme `exact` integrates them
     """
     rows, seen = size // k, 0 if exact else SEEN
     return [

@@ -106,7 +106,8 @@ def _rename(
 ) -> Counter[tuple[Word, Word]]:
     """Write the new words of a group's cases; return {(old, new): number of cases}.
 
-    file, name : root group or that of twins; see `relabel`, as for the result
+    file : root group of the results, or the group of the twins
+    name : function that returns the words of cases from their numbers, see `relabel`
     """
     changes: Counter[tuple[Word, Word]] = Counter()
     for start in range(0, len(file["status"]), AT_ONCE):
