@@ -248,7 +248,11 @@ def alike(module: Path, test: Path) -> bool:
     """Whether a test file is named after a module, or after the folder it lies in."""
     words = {w for part in (module.parent.name, module.stem) for w in part.split("_")}
     own = test.stem.split("_")[1:]
-    return any(a[:LIKE] == b[:LIKE] for a in words for b in own if len(a) >= LIKE)
+
+    def agree(a: str, b: str) -> bool:
+        return a == b or (len(a) >= LIKE and a[:LIKE] == b[:LIKE])
+
+    return any(agree(a, b) for a in words for b in own)
 
 
 def near(graph: dict[Path, set[Path]], module: Path, most: int) -> list[Path]:

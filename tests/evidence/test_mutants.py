@@ -81,6 +81,8 @@ def test_tests_named_after_a_module_come_first():
     graph = {module: {near, other}, other: {named}, near: set(), named: set()}
     assert mutants.near(graph, module, 9) == [named, near]
     assert mutants.near(graph, other, 9) == [named]
+    assert mutants.alike(Path("cli/new.py"), Path("tests/case/test_new.py"))
+    assert not mutants.alike(Path("cli/new.py"), Path("tests/report/test_newer.py"))
 
 
 def test_a_verdict_stays_with_its_survivor_when_lines_move():

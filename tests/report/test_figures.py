@@ -259,6 +259,25 @@ def test_the_interaction_diagram_marks_the_suspension_too(cases, monkeypatch):
     assert marked == {("1F", 1), ("1F", 2), ("suspension", 1)}
 
 
+def test_with_rotation_the_interaction_diagram_marks_eq_13_of_its_lobes(
+    cases, monkeypatch
+):
+    turning = apply_settings(cases.scene(0), {"rotation": "full"})
+    monkeypatch.setattr(cases, "scene", lambda _: turning)
+    line = cases.like(0)
+    axes = frequencies.draw_interaction(cases, line).axes[0]
+    low, high = axes.get_xlim()
+    lobes = turning.nodal_diameter
+    rows = [r for r in critical_of(resolve(turning), 12) if low <= r["speed"] <= high]
+    own, others = (
+        {r["speed"] for r in rows if (r["nodal_diameter"] == lobes) == same}
+        for same in (True, False)
+    )
+    marks = {li.get_xdata()[0] for li in axes.lines if li.get_marker() == "o"}
+    assert own == marks
+    assert others - marks
+
+
 def test_measured_growth_stands_beside_the_linear_check(cases):
     upper, lower = sweeps.draw_growth(cases, cases.like(0)).axes
     dots = [li for li in upper.lines if li.get_marker() == "o"]
@@ -522,6 +541,7 @@ def test_the_campbell_diagram_of_full_rotation_has_its_lines():
     case, speeds = resolve(scene), np.array([0.0, 270.0, 410.0])
     figure = frequencies.draw_campbell(scene, speeds)
     axes = figure.axes[0]
+    assert not axes.title.get_parse_math()  # an engine's name is no formula
     (row,) = [r for r in critical_of(case, 1) if r["nodal_diameter"] == 1]
     assert [t.get_text() for t in axes.texts if "Eq" in t.get_text()] == [
         f"Eq. 13: {row['speed']:.0f} rad/s"
