@@ -332,7 +332,9 @@ def test_a_map_of_earlier_results_is_told_of(run):
     one, two = (
         f"{SHORT}sweep = {{speed = {speeds}}}\n" for speeds in ([300], [300, 410])
     )
-    assert run(one, bare=["--report=no"])[0] == 0
+    code, err = run(one, bare=["--report=no"])
+    assert code == 0
+    assert "earlier results" not in err  # the map is of those just gathered
     for text, told in ((one, False), (two, True)):
         code, err = run(text)
         assert code == 0
