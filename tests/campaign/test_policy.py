@@ -341,6 +341,16 @@ def test_a_map_of_earlier_results_is_told_of(run):
         assert ("are of earlier results" in err) == told
 
 
+@pytest.mark.parametrize("given", ["2", 2.5, 2.0, True])
+def test_a_number_of_a_table_is_no_text_and_no_truth(given):
+    refused = "must be a whole number"
+    with pytest.raises(InputError, match=f"max_fails {refused} > 0, got"):
+        Campaign.read({"max_fails": given}, "campaign")
+    table = {"sample": {"count": given, "speed": {"from": 300.0, "to": 400.0}}}
+    with pytest.raises(InputError, match=f"count {refused} from 1 to"):
+        design_of(table)
+
+
 def test_what_is_tried_again_is_a_list():
     words = {"failed", "timeout", "crashed"}
     assert Campaign().retry == set()
