@@ -71,7 +71,11 @@ def look_at(kind: Kind, found: Record, place: Path, share: float) -> list[Facts]
         out.append(tally.facts())
     if kind.name in OWNED:
         points: list[int | wire.Fault] = [*claims_of(found)]
-        points += faults(awaits_of(found, place, TWO), stop)
+        # a claim belongs to rank 0, which beats while another rank is stopped: only
+        # --take-over, which gather does not have, takes it then
+        taken = found.kind.call(place)[0] == "campaign"
+        two = faults(awaits_of(found, place, TWO), stop)
+        points += [fault for fault in two if taken or fault.rank == 0]
         tally = Tally("stopped, lost to another that ends its work, goes on")
         for at in some(points, share):
             tally.add(_told(found, at), lost(found, at))
