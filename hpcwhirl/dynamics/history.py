@@ -105,7 +105,8 @@ class History:
     blur : energy, J, and squared distance of the centre, m^2, up to which a motion
         about the circle may be round-off; 0 for schemes that compute this motion
     free_growth : 1/s, growth rate of the rotor's fastest growing free motion; 0 if all
-        decay, if round-off explains it, or if the speed changes
+        decay, if round-off explains it, if the speed changes, or if the rotor moves
+        throughout the second half of the run
     worn : (n, M), m, depth of each of M rods of a layer on the casing; (0, M) unless
         stored
     layer : (3, M), at the end: worn depth, m, work of wear, J, and work of the rotation

@@ -111,7 +111,7 @@ def history_of(march: March) -> History:
         folds=folds,
         circle=_circle(march, judged.time),
         blur=_blur(march),
-        free_growth=_free_growth(march),
+        free_growth=_free_growth(march, judged.rotor),
         stress=march.stresses[:count],
         worn=kept.worn,
         layer=getattr(march.state, "worn", NO_LAYER),
@@ -162,13 +162,18 @@ def _blur(march: March) -> tuple[float, float]:
     return march.steps * energy, march.steps * squared
 
 
-def _free_growth(march: March) -> float:
+def _free_growth(march: March, energy: Floats) -> float:
     """Return the growth rate of the rotor's fastest growing free motion, 1/s.
 
-    It is 0 unless the terms of rotation make a motion grow, see `History`.
+    It is 0 unless the terms of rotation make a motion grow, see `History`. It takes
+    longer than all else of a history and is only found for a rotor that rests.
+
+    energy : (b,), J, of the rotor, at the rows of evidence
     """
     scene, rotor = march.scene, march.model.rotor
     if scene.engine.rotation != "full" or law_of(scene) is not None:
+        return 0.0
+    if (np.abs(energy[len(energy) // 2 :]) > _blur(march)[0]).all():
         return 0.0
     rate = largest_growth(rotor, march.model.blades, scene.speed)
     return rate if rate > ROUND_OFF * float(rotor.omega.max()) else 0.0
