@@ -149,7 +149,7 @@ def _levels(means: Floats) -> Floats:
     return np.where(moving, 0.5 * np.log(np.where(moving, means, 1.0)), -np.inf)
 
 
-def growth(time: Floats, energy: Floats, rest: float = NOTHING) -> tuple[float, float]:
+def growth(time: Floats, energy: Floats) -> tuple[float, float]:
     """Return the growth rate of ln sqrt(energy) and its standard error, 1/s.
 
     The rate is that of a line fitted to the levels of blocks. The error follows from
@@ -158,9 +158,8 @@ def growth(time: Floats, energy: Floats, rest: float = NOTHING) -> tuple[float, 
     that came to rest within the window has the smallest decay rate that explains this.
 
     time, energy : (n,), s and J
-    rest : J, energy up to which the body may be at rest
     """
-    return growths(np.stack([time, energy]), [rest])[0]
+    return growths(np.stack([time, energy]))[0]
 
 
 def growths(

@@ -28,6 +28,8 @@ from hpcwhirl.store.reading.shares import SHARE
 Traces = dict[str, NDArray[np.float64]]
 Row = dict[str, Any]
 WHOLE = 1e-6  # tolerance of the end time, relative to the sampling interval
+NETCDF = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid",
+          "_Netcdf4Coordinates", "_NCProperties"}  # attributes of its own  # fmt: skip
 BLOCK = 4_000_000  # bytes of traces read at once; a larger case is read alone
 
 
@@ -83,6 +85,11 @@ def attribute(value: Any) -> Any:
     return legible(value.decode("utf-8", "backslashreplace"))
 
 
+def attributes_of(data: h5py.Group | h5py.Dataset) -> dict[str, Any]:
+    """Return the attributes of a group or variable without those of netCDF itself."""
+    return {n: attribute(data.attrs[n]) for n in data.attrs if n not in NETCDF}
+
+
 def words_in(file: h5py.Group, name: str) -> NDArray[np.str_]:
     """Return the words of a variable as text, (cases,); see `coded_in`.
 
@@ -134,7 +141,7 @@ class Results:
         self.file = opened(self.path)
         self._columns: dict[str, NDArray[Any]] = {}
         with reading(self.path):
-            self.attrs = {n: attribute(v) for n, v in self.file.attrs.items()}
+            self.attrs = attributes_of(self.file)
             self.kept = tuple(n for n in TRACES if n in self.file)
             self._count = len(self.file["status"])
             lacking = [n for n in (*ROW, *STATUS, *PERFORMANCE) if n not in self]

@@ -15,10 +15,7 @@ from xarray import Variable
 from xarray.backends import AbstractDataStore, BackendArray
 from xarray.core import indexing
 
-from hpcwhirl.store.reading.results_file import attribute, opened
-
-NETCDF = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid",
-          "_Netcdf4Coordinates", "_NCProperties"}  # attributes of its own  # fmt: skip
+from hpcwhirl.store.reading.results_file import attributes_of, opened
 
 
 class ResultsStore(AbstractDataStore):
@@ -115,8 +112,3 @@ def _datasets(group: h5py.Group) -> Iterator[str]:
 def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
     """Return the path in the file of an axis, given by an HDF5 reference to it."""
     return str(h5py.h5r.get_name(axis, file.id), "utf-8")
-
-
-def attributes_of(data: h5py.Group | h5py.Dataset) -> dict[str, Any]:
-    """Return the attributes of a group or variable without those of netCDF itself."""
-    return {n: attribute(data.attrs[n]) for n in data.attrs if n not in NETCDF}
