@@ -65,6 +65,9 @@ def run(args: argparse.Namespace) -> int:
         over = variable_of(args.over, swept_of(results))
         point, data = _chosen(results, over, args.at)
         if args.first:
+            if point is not None and not point > 0.0:
+                msg = f"--at {over} must be > 0 with --first, which tells multiples of "
+                raise InputError(f"{msg}it, got {point:g}")
             return first_change(args, data, over, point)
         return _print_ranges(args, data, over, point)
 

@@ -224,6 +224,22 @@ def test_the_safe_pulse_is_told_in_multiples_of_the_present_one(
     assert lines[1] == "410.0,100000.0,150000.0,divergent,2,1.3333333333333333,2.0"
 
 
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ("0", "must be > 0 with --first"),
+        ("-75 kN", "must be > 0 with --first"),
+        ("nan", "must be a finite number, got 'nan'"),
+        ("1e400", "must be a finite number, got '1e400'"),
+    ],
+)
+def test_a_pulse_that_has_no_multiples_is_refused(tmp_path, capsys, value, told):
+    place = pulses(tmp_path / "c", LINES)
+    words = ["--over", "force", "--first", "--at", f"force={value}"]
+    assert main(["margin", str(place), *words]) == 2
+    assert told in capsys.readouterr().err
+
+
 def test_limits_are_drawn_over_one_and_two_inputs(tmp_path, capsys):
     place = pulses(tmp_path / "c", LINES)
     words = ["--over", "force", "--first", "--at", "force=75 kN", "--plot"]

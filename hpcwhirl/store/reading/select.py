@@ -138,11 +138,15 @@ def _numbered(values: NDArray[Any], raw: str) -> str:
 
 
 def number_of(text: str, variable: str, option: str) -> float:
-    """Return the number, in SI, that an option's text gives for an input.
+    """Return the finite number, in SI, that an option's text gives for an input.
 
     variable, option : the input; name of the option, for errors
     """
-    return _number(text.strip(), f"{option} {variable}", UNITS.get(variable, "1"))
+    what = f"{option} {variable}"
+    number = _number(text.strip(), what, UNITS.get(variable, "1"))
+    if not np.isfinite(number):
+        raise InputError(f"{what} must be a finite number, got '{text.strip()}'")
+    return number
 
 
 def _number(text: str, what: str, unit: str) -> float:
