@@ -60,6 +60,8 @@ FEATURES = {
     "bearing": FULL | {"bearing": ("3.4e7", "3.0e7")},
     "bearing alike": FULL | {"bearing": ("3.4e7", "3.4e7")},
     "cross-coupling": FULL | {"cross_coupling": 1e6},
+    "film, cross-coupling": FULL | {"film_viscosity": 0.01, "cross_coupling": 3e6,
+                                    "unbalance": 5e-3, "unbalance_phase": 0.3},
     "unequal": UNEQUAL,
     "unequal, rotation": FULL | UNEQUAL,
     "unequal, film": FULL | UNEQUAL | {"film_viscosity": 0.01},
@@ -84,7 +86,10 @@ PLAIN = {  # what takes a feature out of its scene
     "shaft": {"tilt_inertia": 1e3},
 }  # fmt: skip
 # mirrored beside the speed: the phase of an unbalance
-MIRRORED = {"unbalance": -0.3, "film": 0.0, "unequal supports": 0.0, "shaft": 0.0}
+MIRRORED = {
+    "unbalance": -0.3, "film": 0.0, "unequal supports": 0.0, "shaft": 0.0,
+    "cross-coupling": 0.0, "bearing": 0.0, "film, cross-coupling": -0.3,
+}  # fmt: skip
 OFTEN = [
     ("both", "held", "start"),
     ("run-up", "fading in", "points"),
