@@ -246,11 +246,12 @@ def evidence(
     from the ledger of every step: the choice of traces does not change it.
 
     At a changing speed, the motion that there would be without contact grows or falls
-    with the speed; contact adds a further motion. If the window has contact, energies
-    and orbit are those of the added motion or of the whole motion, whichever changes
-    less; if it has none, those of the added motion, which then decays. `summit` is 0
-    for an unbalanced rotor whose speed changes and where the gap changes, since the
-    speed or the closing gap may cause growth.
+    with the speed; contact adds a further motion. Of a rotor that is driven, see
+    `_is_driven`, energies and orbit in a window with contact are those of the added
+    motion or of the whole motion, whichever changes less; else those of the added
+    motion, which decays without contact. `summit` is 0 for a driven rotor whose speed
+    changes and where the gap changes, since the speed or the closing gap may cause
+    growth.
 
     Parameters
     ----------
@@ -281,18 +282,17 @@ def evidence(
     )
     with np.errstate(all="ignore"):  # the outcome of a run not finite is its `stop`
         rates, mean = _growing(scene, judged, history, start)
-        if len(judged.whole) and history.last_contact > start:
+        driven = len(judged.whole) > 0 and _is_driven(scene, history)
+        if driven and history.last_contact > start:
             whole = replace(judged, rotor=judged.whole)
             about = replace(history, circle=np.zeros_like(judged.centre))
             held = _growing(scene, whole, about, start)
             rates, mean = min((rates, mean), held, key=lambda one: _change_of(one[0]))
-        driven = len(judged.whole) > 0 and bool(history.circle.any())
         if driven or has_gap_law(scene):
             rates["summit"] = 0.0
         whirl = whirl_numbers(time, turned, extremes(scene)[1])
     fed, lost = _change(judged.fed[first:]), _change(judged.lost[first:])
     rubbed = _change(judged.friction[first:])
-    radius = scene.engine.rotor.radius
     return {
         **{name: _finite(rate) for name, rate in rates.items()},
         "orbit_radius": _finite(whirl.radius),
@@ -313,7 +313,7 @@ def evidence(
         "ledger_error": ledger_error(history, turns=_turns(scene)),
         "gap_error": history.gap_error,
         "step_share": history.step_share,
-        "gap_scale": max(scene.gap, 1e-6 * radius),
+        "gap_scale": _gap_scale(scene),
         "slip_ratio": slip_ratio(scene, history),
         **{f"ledger_{term}": history.ledger[term] for term in FED},
     }
@@ -340,6 +340,20 @@ def _growing(
         rates["growth_rotor"] = max(rates["growth_rotor"], history.free_growth)
     rates["summit"] = summit(judged.time, rotor, start)
     return rates, energies[0].mean() if len(time) else 0.0
+
+
+def _gap_scale(scene: Scene) -> float:
+    """Return the length, m, to which the threshold `whirl_floor` refers."""
+    return max(scene.gap, 1e-6 * scene.engine.rotor.radius)
+
+
+def _is_driven(scene: Scene, history: History) -> bool:
+    """Return whether the rotor would whirl without contact, as by an unbalance.
+
+    The centre of a balanced rotor of equal sectors would only move by round-off.
+    """
+    far = float(np.abs(history.circle).max(initial=0.0))
+    return far >= Thresholds().whirl_floor * _gap_scale(scene)
 
 
 def _change_of(rates: dict[str, float]) -> float:

@@ -27,7 +27,7 @@ from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import Spin
 from hpcwhirl.reduction.numbers import zero_between
-from hpcwhirl.reduction.supports import CLOSED, film_shares
+from hpcwhirl.reduction.supports import CLOSED, Bearing, film_shares
 from hpcwhirl.reduction.waves import unbalance_response
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.rules import NO_BLADE
@@ -140,7 +140,9 @@ def _circle_in_film(
 
     force, speed : F_x + i F_y, N, rotating frame; Omega, rad/s
     """
-    own = spin.support.at(speed)
+    own = spin.support
+    if isinstance(own, Bearing):  # refused beside a film
+        raise TypeError(own)
 
     def at(radius: float) -> tuple[Floats, Complexes]:
         across = own.film * (film_shares(radius / own.clearance)[1] - 1.0)

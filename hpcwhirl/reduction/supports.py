@@ -38,7 +38,7 @@ It has no stiffness. In terms of the velocity V of Z in the static frame, this i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,6 +52,9 @@ OFF = 0.1  # relative increase of the damping up to which c_0 is a fair approxim
 @dataclass(frozen=True)
 class Support:
     """Supports of the centre in the static frame, with the force F of this module.
+
+    For a rotor that turns clockwise they are mirrored, so that a cross-coupled
+    stiffness drives the same whirl, forward or backward, in both senses of rotation.
 
     Attributes
     ----------
@@ -79,9 +82,9 @@ class Support:
         """Whether the supports' matrices in the rotating frame are constant."""
         return self.is_round and self.film == 0.0
 
-    def at(self, _: float) -> Support:
-        """Return these supports, which are the same at every speed."""
-        return self
+    def at(self, speed: float) -> Support:
+        """Return the supports at a speed, rad/s: mirrored if it is clockwise."""
+        return _mirrored(self) if speed < 0.0 else self
 
     def turning(self, speed: float) -> complex:
         """Return k + i Omega c, N/m, the supports' factor on z in the rotating frame.
@@ -89,6 +92,17 @@ class Support:
         z = x_o + i y_o is the centre; speed : Omega, rad/s
         """
         return self.stiffness + 1j * speed * self.damping
+
+
+def _mirrored(own: Support) -> Support:
+    """Return the mirror image, Y -> -Y, of supports."""
+    return replace(
+        own,
+        stiffness=own.stiffness.conjugate(),
+        damping=own.damping.conjugate(),
+        stiffness_apart=own.stiffness_apart.conjugate(),
+        damping_apart=own.damping_apart.conjugate(),
+    )
 
 
 def planar(factor: complex) -> Floats:
@@ -132,9 +146,8 @@ class Bearing:
             parts = self.coefficients.real, self.coefficients.imag
             real, imag = (PchipInterpolator(self.speeds, p)(inside) for p in parts)
             found = real + 1j * imag
-        own = found.conj() if speed < 0.0 else found
-        k, c, k_d, c_d = (complex(value) for value in own)
-        return Support(k, c, k_d, c_d)
+        k, c, k_d, c_d = (complex(value) for value in found)
+        return Support(k, c, k_d, c_d).at(speed)
 
 
 def bearing_of(rows: list[tuple[float, ...]], spring: float) -> Bearing:

@@ -82,8 +82,8 @@ class Rotor(Inputs):
         "rest, and the excess over `damping` comes from a damper that does not rotate")
     cross_coupling: Finite = given(0.0, "N/m",
         "cross-coupled stiffness k_q of the suspension; its force is 90 degrees ahead "
-        "of the displacement of the centre and drives forward whirl if > 0; only with "
-        "rotation full", symbol="k_q")
+        "of the displacement of the centre in the sense of rotation, and drives "
+        "forward whirl if > 0; only with rotation full", symbol="k_q")
     stiffness_difference: Finite = given(0.0, "N/m",
         "half the difference of the shaft's stiffnesses along x and y, (k_x - k_y)/2; "
         "in the static frame; their mean is centre_stiffness, which must be larger; "

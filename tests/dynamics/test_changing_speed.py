@@ -201,6 +201,35 @@ def test_what_the_casing_holds_is_judged_as_a_whole(touches):
         assert found["growth_rotor"] == pytest.approx(0.75, abs=0.02)
 
 
+BALANCED = {
+    "rotation": "full", "scheme": "general", "speed": 300.0, "duration": 0.03,
+    "blades": 7, "modes": 20, "casing.harmonics": 6, "time_step": 5e-6, "gap": 1e-4,
+}  # fmt: skip
+
+
+def test_a_balanced_rotor_at_a_hardly_changing_speed_has_the_evidence_of_a_still_one():
+    """Round-off of the motion without contact drives no rotor."""
+    still, changing = (march_of(**BALANCED, acceleration=rate) for rate in (0.0, 1e-6))
+    found, history = evidence(still.scene, still.run()), changing.run()
+    assert history.last_contact > 0.02
+    assert 0.0 < np.abs(history.circle).max() < 1e-15 * np.abs(history.centre).max()
+    other = evidence(changing.scene, history)
+    names = [n for n in found if n.startswith("growth") or n == "summit"]
+    assert found["summit"] != 0.0
+    for name in (*names, "late_energy"):
+        assert other[name] == pytest.approx(found[name], rel=1e-5, abs=1e-5), name
+
+
+def test_a_balanced_rotor_is_judged_by_what_contact_causes():
+    """Not by the energy with which blades stretch as the speed changes."""
+    march = march_of(**BALANCED, acceleration=2000.0)
+    history = march.run()
+    assert history.last_contact > 0.02
+    still = replace(history.judged, whole=np.ones_like(history.judged.whole))
+    found = evidence(march.scene, history)
+    assert evidence(march.scene, replace(history, judged=still)) == found
+
+
 def test_the_error_of_an_interval_is_of_second_order(passage):
     size, missed = np.abs(passage.history.centre).max(), []
     with pytest.MonkeyPatch.context() as patch:

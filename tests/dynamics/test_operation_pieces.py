@@ -4,17 +4,22 @@ Each scene is marched by every scheme that takes it. With intervals of one step 
 schemes of central differences are one up to round-off, and the ledger closes.
 """
 
+import math
 import random
+import re
 
 import numpy as np
 import pytest
+from cf_units import Unit
 from stage import rotor, turning, written
 
+from hpcwhirl.campaign.simulate import simulate
 from hpcwhirl.case import speed
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.errors import InputError
-from hpcwhirl.scene import apply_settings, named_scene
+from hpcwhirl.scene import Scene, apply_settings, flatten, named_scene
+from hpcwhirl.scene.quantities import INPUTS, ROW, WORN
 
 SHORT = {
     "duration": 4e-3, "interval": 5e-5, "time_step": 2e-6, "traces": "full",
@@ -60,6 +65,8 @@ FEATURES = {
     "bearing": FULL | {"bearing": ("3.4e7", "3.0e7")},
     "bearing alike": FULL | {"bearing": ("3.4e7", "3.4e7")},
     "cross-coupling": FULL | {"cross_coupling": 1e6},
+    "film, cross-coupling": FULL | {"film_viscosity": 0.01, "cross_coupling": 3e6,
+                                    "unbalance": 5e-3, "unbalance_phase": 0.3},
     "unequal": UNEQUAL,
     "unequal, rotation": FULL | UNEQUAL,
     "unequal, film": FULL | UNEQUAL | {"film_viscosity": 0.01},
@@ -84,13 +91,30 @@ PLAIN = {  # what takes a feature out of its scene
     "shaft": {"tilt_inertia": 1e3},
 }  # fmt: skip
 # mirrored beside the speed: the phase of an unbalance
-MIRRORED = {"unbalance": -0.3, "film": 0.0, "unequal supports": 0.0, "shaft": 0.0}
+MIRRORED = {
+    "unbalance": -0.3, "film": 0.0, "unequal supports": 0.0, "shaft": 0.0,
+    "cross-coupling": 0.0, "bearing": 0.0, "film, cross-coupling": -0.3,
+}  # fmt: skip
 OFTEN = [
     ("both", "held", "start"),
     ("run-up", "fading in", "points"),
     ("gap", "held", "unequal, rotation"),
     ("decay", "held", "unequal"),
 ]
+SLOWER = {"friction_law": "stribeck", "friction_speed": 80.0}
+SCALED = [  # a law of time, a shape, a feature, and what else is set
+    ("both", "held", "start", {}),
+    ("run-up", "held", "unequal, rotation", {"cross_coupling": 1e6}),
+    ("constant", "fading in", "unbalance", {"contact_law": "archard"}
+     | SLOWER),
+    ("gap by table", "round", "film", {"contact_law": "abradable"}),
+    ("table", "round", "rigid", {}),
+]  # fmt: skip
+LARGER = {"m": 2.0**3, "kg": 2.0**-6, "s": 2.0**2}  # units, in SI
+TABLES = {  # {input: units of its columns}
+    "profile": ("1", "m", "rad"), "speed_table": ("s", "rad/s"),
+    "gap_table": ("s", "m"),
+}  # fmt: skip
 NEAR = 1e-9  # of the largest value, between schemes
 
 
@@ -171,6 +195,45 @@ def test_a_mirrored_speed_gives_a_mirrored_motion(tmp_path, feature):
     assert one.contacts == other.contacts > 0
     assert one.contact_impulse == pytest.approx(other.contact_impulse, rel=1e-8)
     assert one.centre == pytest.approx(other.centre * [1.0, -1.0], abs=1e-13)
+
+
+def of_unit(unit):
+    """Return how many of a unit, such as N s/m, are one in the units `LARGER`."""
+    parts = re.findall(r"([a-z]+)(-?\d*)", Unit(unit).definition)
+    return math.prod(LARGER.get(name, 1.0) ** int(power or 1) for name, power in parts)
+
+
+def in_larger_units(given):
+    """Return all inputs of a scene as numbers of the units `LARGER`."""
+    return {name: _in_larger(name, value) for name, value in flatten(given).items()}
+
+
+def _in_larger(name, value):
+    units = TABLES.get(name.rpartition(".")[2], ())
+    if units and value:
+        head, *rows = value.split(";")
+        factors = np.array([of_unit(unit) for unit in units])
+        numbers = [np.array(row.split(","), dtype=float) / factors for row in rows]
+        return ";".join([head, *(",".join(map(repr, n.tolist())) for n in numbers)])
+    return value / of_unit(INPUTS[name].unit) if isinstance(value, float) else value
+
+
+@pytest.mark.parametrize(("law", "shape", "feature", "more"), SCALED)
+def test_no_result_depends_on_the_units(tmp_path, law, shape, feature, more):
+    """Of length, mass and time; powers of 2, which round nothing."""
+    given = settings(tmp_path, law, shape, feature) | {"scheme": "modal"} | more
+    scene = apply_settings(named_scene("table2"), given)
+    one = simulate(scene).row
+    other = simulate(apply_settings(Scene(), in_larger_units(scene))).row
+    assert one["contacts"] > 0
+    energy = max(abs(one[f"ledger_{term}"]) for term in ("energy", "damping"))
+    for name, quantity in (ROW | WORN).items():
+        if isinstance(value := one.get(name), float):
+            most = energy if quantity.unit == "J" else abs(value)
+            found = other[name] * (of_unit(quantity.unit) if value != -1.0 else 1.0)
+            assert found == pytest.approx(value, abs=1e-7 * most + 1e-12), name
+        elif value is not None:
+            assert other[name] == value, name
 
 
 @pytest.mark.evidence
