@@ -452,6 +452,8 @@ def test_whirl_numbers_are_the_bits_of_plain_formulas(count, speed):
     power = np.abs(np.fft.fftshift(np.fft.fft(window * centred)) / window.sum()) ** 2
     omega = 2 * np.pi * np.fft.fftshift(np.fft.fftfreq(count, interval))
     ahead, back = power[sign * omega > 0].sum(), power[sign * omega < 0].sum()
+    if count % 2 == 0:
+        ahead, back = ahead + sign * power[0] / 2, back - sign * power[0] / 2
     swept = 0.5 * np.imag(scaled[:-1].conj() * scaled[1:]).mean() / interval
     assert found.ratio == float((ahead - back) / (ahead + back))
     assert found.line == float(sign * omega[np.argmax(power)])

@@ -49,6 +49,21 @@ def test_the_power_of_an_orbit_names_it_not_the_frequency_of_its_lines():
     assert named(1e-4 * (strong + weak), 410.0)[0] == "forward"
 
 
+@pytest.mark.parametrize("count", [16, 17, 100])
+@pytest.mark.parametrize("speed", [410.0, 0.0])
+def test_a_mirrored_orbit_has_the_same_whirl(count, speed):
+    """Mirrored with the rotation it turns as before; alone, the other way."""
+    centre = np.random.default_rng(count).normal(size=(count, 2))
+    mirrored = centre * [1.0, -1.0]
+    time = TIME[:count]
+    one = whirl_numbers(time, centre, speed)
+    for other, sign in ((mirrored, -1.0), (centre, 1.0)):
+        turned = whirl_numbers(time, other, sign * speed)
+        sense = sign if speed == 0.0 else 1.0
+        assert turned.ratio == pytest.approx(sense * one.ratio, rel=1e-12)
+        assert turned.area_rate == pytest.approx(sense * one.area_rate, rel=1e-12)
+
+
 def test_rest_has_no_direction():
     _, numbers = named(np.zeros(len(TIME)) + 0j, 410.0)
     assert numbers == type(numbers)(0.0, 0.0, 0.0, 0.0)
