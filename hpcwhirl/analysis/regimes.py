@@ -149,23 +149,16 @@ def _levels(means: Floats) -> Floats:
     return np.where(moving, 0.5 * np.log(np.where(moving, means, 1.0)), -np.inf)
 
 
-def growth(time: Floats, energy: Floats) -> tuple[float, float]:
-    """Return the growth rate of ln sqrt(energy) and its standard error, 1/s.
-
-    The rate is that of a line fitted to the levels of blocks. The error follows from
-    the distance of each level from the mean of its neighbours, so that a smooth rise
-    has no error, even if it accelerates. A body at rest has rate 0 and error 0; a body
-    that came to rest within the window has the smallest decay rate that explains this.
-
-    time, energy : (n,), s and J
-    """
-    return growths(np.stack([time, energy]))[0]
-
-
 def growths(
     rows: Floats, rests: Sequence[float] | None = None
 ) -> list[tuple[float, float]]:
-    """Return growth rate and standard error, 1/s, of each of m energies, see `growth`.
+    """Return the growth rate of ln sqrt(energy) of m energies and its error, 1/s.
+
+    The rate is that of a line fitted to the levels of blocks. The standard error
+    follows from the distance of each level from the mean of its neighbours, so that a
+    smooth rise has no error, even if it accelerates. A body at rest has rate 0 and
+    error 0; a body that came to rest within the window has the smallest decay rate that
+    explains this.
 
     rows : (1 + m, n), first the time, s, then the energies, J
     rests : m energies, J, up to which each may be at rest; None: `NOTHING`

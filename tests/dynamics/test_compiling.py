@@ -1,21 +1,24 @@
 """What is compiled, and when: no waiting for compilers, and nothing stale."""
 
+import ast
 import gc
 import io
 import os
 import re
+import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from launch import ROOT
+from launch import ROOT, python
 from numba.core.errors import TypingError
 from rich.console import Console
 
 from hpcwhirl.benchmark.bench import fma_peak
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli import bench
+from hpcwhirl.dynamics import kernels
 from hpcwhirl.dynamics.kernels import cyclic, passes
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
 from hpcwhirl.dynamics.march import March
@@ -190,6 +193,103 @@ for scheme in ("paper",):  # the quickest to compile so, in 40 s
     text = b"".join(row.tobytes() for row in rows)
     print(compiled.PLAIN, scheme, hashlib.sha256(text).hexdigest())
 """
+
+
+PAGE = '''"""A page about "hashes", as \'#\' is called."""
+import os  # of the system
+
+
+def scaled(x):  # a comment
+    """Return twice x.
+
+    x : m
+    """
+    mark = "# no comment" + '"#"'
+    return 2.0 * x if x > 0.0 else mark
+'''
+SAME = {
+    "a docstring of another length": ["    x : m\n", "    x : m, or\n\n    mm\n"],
+    "no comment": ["  # a comment", ""],
+    "a comment more": ["    mark", "    # it says\n    mark"],
+    "blank lines": ["\n\n\n", "\n"],
+    "a hash in a docstring": ["Return twice x.", "Return # x, 'twice."],
+}
+OTHERS = {
+    "a constant": ["2.0 * x", "3.0 * x"],
+    "an operator": ["x > 0.0", "x >= 0.0"],
+    "a name": ["import os", "import re"],
+    "a text": ["# no comment", "# a comment"],
+    "an indentation": ["    return", "        return"],
+    "code that was a comment": ["# of the system", "\nimport sys"],
+}
+
+
+@pytest.mark.parametrize("what", SAME | OTHERS)
+def test_the_digest_is_that_of_the_code_without_what_explains_it(tmp_path, what):
+    assert PAGE.count((SAME | OTHERS)[what][0]) == 1
+    one, other = tmp_path / "page.py", tmp_path / "edited" / "page.py"
+    other.parent.mkdir()
+    one.write_text(PAGE)
+    other.write_text(PAGE.replace(*(SAME | OTHERS)[what]))
+    same = kernels.digest_of([one]) == kernels.digest_of([other])
+    assert same == (what in SAME)
+
+
+def tree_of(text):
+    """The syntax tree of a module without what its docstrings say."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        kinds = ast.Module | ast.FunctionDef | ast.ClassDef
+        if isinstance(node, kinds) and ast.get_docstring(node) is not None:
+            node.body[0].value.value = ""
+    return ast.dump(tree)
+
+
+@pytest.mark.parametrize("file", kernels.FILES, ids=lambda file: file.stem)
+def test_of_each_kernel_only_what_explains_it_is_left_out_of_the_digest(file):
+    text = file.read_text()
+    code = kernels.code_of(text)
+    assert tree_of(code) == tree_of(text)
+    assert not re.search(r"(?m)^\s*$|^\s*#", code)
+    assert all(not text for text in code.split('"' * 3)[1::2])
+
+
+def test_a_text_with_other_triple_quotes_is_digested_as_it_is():
+    text = PAGE.replace('"# no comment"', '"' * 3 + "# one" + '"' * 3)
+    assert kernels.code_of(text) == text
+
+
+STEPS = """
+from hpcwhirl.dynamics import kernels
+from hpcwhirl.dynamics.kernels.flight import open_until
+assert open_until(1.0, -2.0, 0.0) in (0.5, 1.0)
+hits = sum(open_until.stats.cache_hits.values())
+print(kernels.DIGEST, open_until(1.0, -2.0, 0.0), hits)
+"""
+
+
+def test_a_new_docstring_compiles_nothing_and_a_new_constant_does(tmp_path):
+    shutil.copytree(ROOT / "hpcwhirl", tmp_path / "hpcwhirl")
+    file = tmp_path / "hpcwhirl/dynamics/kernels/flight.py"
+    text = file.read_text()
+    env = os.environ | {
+        "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+    }  # fmt: skip
+
+    def started():
+        return python(STEPS, env=env, cwd=tmp_path, check=True).stdout.split()
+
+    first = started()
+    assert first[1:] == ["0.5", "0"]
+    told = "    gap, rate, bend : of one blade"
+    assert text.count(told) == text.count("else -gap / rate") == 1
+    text = "# a line more\n" + text.replace(told, f"\n\n{told}, as said")
+    file.write_text(text)
+    assert started() == [first[0], "0.5", "1"]
+    file.write_text(text.replace("else -gap / rate", "else -2.0 * gap / rate"))
+    again = started()
+    assert again[0] != first[0]
+    assert again[1:] == ["1.0", "0"]
 
 
 PIECES = """

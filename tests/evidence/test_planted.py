@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hpcwhirl.analysis.regimes import Thresholds, growth, name_regime
+from hpcwhirl.analysis.regimes import Thresholds, growths, name_regime
 from hpcwhirl.campaign.simulate import result_of
 from hpcwhirl.case import limits
 from hpcwhirl.case.resolve import resolve
@@ -125,7 +125,8 @@ def rates(steps, **settings):
         row = result_of(march.case, history).row
         assert row["regime"] == "divergent"
         late = history.time > 1.2 * march.scene.pulse
-        out.append(growth(history.time[late], history.energy[late])[0])
+        ((rate, _),) = growths(np.stack([history.time, history.energy])[:, late])
+        out.append(rate)
     return np.array(out)
 
 

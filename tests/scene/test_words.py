@@ -14,7 +14,7 @@ from hpcwhirl.cli import main
 from hpcwhirl.errors import StoreError
 from hpcwhirl.scene import words
 from hpcwhirl.store.directory.campaign_directory import Directory
-from hpcwhirl.store.reading.reader import open_results
+from hpcwhirl.store.reading.reader import coded, open_coded, open_results
 from hpcwhirl.store.reading.results_file import Results, count_statuses, words_in
 from hpcwhirl.store.results.gather import gather
 from hpcwhirl.store.results.relabel import relabel
@@ -82,6 +82,19 @@ def test_words_are_those_of_the_files_own_table(older):
     assert open_results(older)["regime"].values.tolist() == found
     assert Results(older.parent)["regime"].tolist() == found
     assert count_statuses(older) == {"ok": 3, "failed": 1, "missing": 1}
+
+
+@pytest.mark.parametrize("code", [-1, 3, 127])
+def test_a_code_without_a_word_is_refused_whoever_reads_it(older, code):
+    with h5py.File(older, "r+") as file:
+        file["regime"][3] = code
+    told = "regime is damaged: it has a code without a word"
+    with h5py.File(older) as file, pytest.raises(StoreError, match=told):
+        words_in(file, "regime")
+    with pytest.raises(StoreError, match=told):
+        open_results(older)
+    with open_coded(older) as data, pytest.raises(StoreError, match=told):
+        coded(data["regime"])
 
 
 @pytest.mark.parametrize("at_once", [1, 2, 99])

@@ -16,10 +16,12 @@ Terms used in these modules, besides those of the manual:
   the present step; so d' + d is the change from step n - 1 to n + 1
 - W: Delassus matrix, m/N, opening of all gaps by unit multipliers
 
-Numba's cache identifies a function by its file and does not notice edits in the
-functions that it calls. So the cache is in a directory named by a digest of these
-files, under NUMBA_CACHE_DIR or the user's cache directory. If that cannot be written,
-each process has a temporary cache of its own.
+Numba's cache identifies a function by its file and line, and does not notice edits in
+the functions that it calls. So the cache is in a directory named by a digest of these
+files' code, under NUMBA_CACHE_DIR or the user's cache directory. If that cannot be
+written, each process has a temporary cache of its own. Docstrings, comments and blank
+lines are not part of the digest: if only these change, nothing is compiled again, and
+saved states can be resumed.
 
 Numba numbers the files of compiled code and writes the index first: two processes that
 compile two variants of a kernel at once use the same number, and the index of one
@@ -32,6 +34,7 @@ from __future__ import annotations
 import atexit
 import hashlib
 import os
+import re
 import shutil
 import tempfile
 import uuid
@@ -39,15 +42,61 @@ from pathlib import Path
 from typing import Any
 
 from numba import config
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import (
+    CacheImpl,
+    IndexDataCacheFile,
+    UserProvidedCacheLocator,
+)
+
+QUOTES = '"' * 3
+TEXTS = r'"(?:[^"\\]|\\.)*"', r"'(?:[^'\\]|\\.)*'"  # on one line
+TEXT_OR_COMMENT = re.compile(f"({'|'.join(TEXTS)})|#.*")
 
 
-def _digest() -> str:
-    here = Path(__file__).parent
-    found = [*here.glob("*.py"), *here.parent.glob("schemes/*.py")]
-    text = b"".join(path.read_bytes() for path in sorted(found))
-    plain = os.environ.get("HPCWHIRL_PLAIN_NUMBA", "0").encode()  # see `compiled`
-    return hashlib.sha256(text + plain).hexdigest()[:16]
+def code_of(text: str) -> str:
+    """Return the text of a module without docstrings, comments and blank lines.
+
+    A docstring becomes an empty text. Triple quotes are expected around docstrings
+    alone; a text with others is returned as it is. Every start does this: a parser
+    takes much longer, and its trees depend on Python's version.
+    """
+    parts = text.split(QUOTES)
+    for before, after in zip(parts[:-1:2], parts[2::2], strict=True):
+        if before.rpartition("\n")[2].strip() or after.partition("\n")[0].strip():
+            return text
+    lines = (QUOTES * 2).join(parts[::2]).splitlines()
+    kept = (TEXT_OR_COMMENT.sub(r"\1", n) if "#" in n else n for n in lines)
+    return "\n".join(line.rstrip() for line in kept if line and not line.isspace())
+
+
+def digest_of(files: list[Path]) -> str:
+    """Return a digest of the code of some modules, and of how it is compiled."""
+    text = "\n".join(code_of(path.read_text(encoding="utf-8")) for path in files)
+    plain = os.environ.get("HPCWHIRL_PLAIN_NUMBA", "0")  # see `compiled`
+    return hashlib.sha256((text + plain).encode()).hexdigest()[:16]
+
+
+class KernelLocator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
+    """Where numba caches the functions of these files: whatever their lines.
+
+    The directory tells that the code is the same, so that the cache is not told the
+    text of a file nor the line at which a function begins.
+    """
+
+    def get_source_stamp(self) -> str:
+        """Return what the entries of the cache were made of: the digest of the code."""
+        return DIGEST
+
+    def get_disambiguator(self) -> str:
+        """Return the same for each function, in the place of its line."""
+        return "0"
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
+        """Return the place of a function, None if it is in another file."""
+        if Path(py_file).parent != HERE:
+            return None
+        return super().from_function(py_func, py_file)
 
 
 def _cache_base(chosen: str) -> Path:
@@ -99,9 +148,12 @@ def cache_facts() -> dict[str, Any]:
     return {"cache": str(WANTED), "cache_writable": KEPT, "cache_kernels": compiled}
 
 
-DIGEST = _digest()
+HERE = Path(__file__).parent
+FILES = sorted([*HERE.glob("*.py"), *HERE.parent.glob("schemes/*.py")])
+DIGEST = digest_of(FILES)
 _settings = vars(config)
 WANTED = _cache_base(_settings["CACHE_DIR"]) / DIGEST
 KEPT = _may_write(WANTED)  # if False, every process compiles everything again
 _settings["CACHE_DIR"] = str(WANTED) if KEPT else _own()
 IndexDataCacheFile.save = save_apart  # type: ignore[method-assign]
+CacheImpl._locator_classes.insert(0, KernelLocator)

@@ -23,7 +23,6 @@ import math
 
 import numpy as np
 
-from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.bodies import FLUSH_EVERY, TINY
 from hpcwhirl.dynamics.kernels.circulant import by_slots, circulant_space, solved
 from hpcwhirl.dynamics.kernels.compiled import inlined, kernel, part, rare
@@ -47,7 +46,9 @@ from hpcwhirl.dynamics.kernels.contact import (
     slips_now,
     watch,
 )
+from hpcwhirl.dynamics.kernels.differences import CENTRAL
 from hpcwhirl.dynamics.kernels.flight import fly
+from hpcwhirl.dynamics.kernels.flow import EXACT
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known, place_of, recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.passes import (
@@ -77,6 +78,13 @@ from hpcwhirl.dynamics.kernels.skipped import (
     begin_unseen,
     catch_up,
     gaps_if_near,
+)
+from hpcwhirl.dynamics.kernels.stepping import (
+    column_sums,
+    end_step,
+    energies_of,
+    pass_ring,
+    pass_rotor,
 )
 from hpcwhirl.dynamics.kernels.transform import BEHIND
 from hpcwhirl.dynamics.kernels.vectors import (
@@ -315,42 +323,30 @@ def prepare(step, speed, wall, state, sample):
         write_shape(wall, state.counter[STEP] * step, speed, sample.wall)
 
 
-def sampling(passes):
-    """Return the compiled function that writes a sample of a state.
+@rare
+def sample_step(way, step, speed, mu, wall, rotor, casing, turns, wave, state, sample,
+                keep, judge, tracks):  # fmt: skip
+    """Write a sample of a copy of the state with all contact forces applied.
 
-    passes : module with the steps of the state: `differences` or `flow`
+    way : how the steps of the state end, see `stepping`
+    keep, judge : as in `contact.write_sample`
     """
-
-    def sample_step(
-        step, speed, mu, wall, rotor, casing, turns, wave, state, sample, keep, judge,
-        tracks,
-    ):  # fmt: skip
-        """Write a sample of a copy of the state with all contact forces applied.
-
-        keep, judge : as in `contact.write_sample`
-        """
-        c_c, _ = casing
-        counter, wide = state.counter, len(state.gaps) // 6
-        t_b, t_c, sums_b, sums_c = (
-            sample.rotor, sample.ring, sample.sums_b, sample.sums_c,
-        )  # fmt: skip
-        prepare(step, speed, wall, state, sample)
-        passes.end_step(
-            rotor, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
-            sums_c,
-        )  # fmt: skip
-        sample_rotor(
-            rotor, mu, gap_at(wall, counter[STEP] * step), counter[STEP] % 3 * 2 * wide,
-            c_c, turns, wave, state,
-            passes.energies_of(rotor, t_b, t_c, c_c, counter[STEP] & 1, step),
-            passes.column_sums(sums_b, sums_c, step), sample, keep, judge, tracks,
-        )  # fmt: skip
-
-    return sample_step
-
-
-sample_differences = rare(sampling(differences))
-sample_flow = rare(sampling(flow))
+    c_c, _ = casing
+    counter, wide = state.counter, len(state.gaps) // 6
+    t_b, t_c, sums_b, sums_c = (
+        sample.rotor, sample.ring, sample.sums_b, sample.sums_c,
+    )  # fmt: skip
+    prepare(step, speed, wall, state, sample)
+    end_step(
+        rotor, way, state.rotor, t_b, state.ring, t_c, c_c, state.lam, counter, sums_b,
+        sums_c,
+    )  # fmt: skip
+    sample_rotor(
+        rotor, mu, gap_at(wall, counter[STEP] * step), counter[STEP] % 3 * 2 * wide,
+        c_c, turns, wave, state,
+        energies_of(rotor, way, t_b, t_c, c_c, counter[STEP] & 1, step),
+        column_sums(way, sums_b, sums_c, step), sample, keep, judge, tracks,
+    )  # fmt: skip
 
 
 @inlined
@@ -379,12 +375,12 @@ def flew(between, strides, step, speed, mu, wall, loading, rotor, c_c, turns, wa
     return jumped
 
 
-def marching(passes):
+def marching(way):
     """Return the compiled time loop of the cyclic kernel.
 
-    passes : module of the functions that take its steps, `differences` or `flow`
+    way : how its steps end, see `stepping`
     """
-    exact = passes is flow
+    exact = way is EXACT
 
     def march(
         steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
@@ -399,21 +395,8 @@ def marching(passes):
         force, pulse, lobe = loading
         (c_c, sign), (_, turns, wave, flight) = casing, contact
         s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
-        (
-            out_b,
-            out_c,
-            spectrum,
-            rates,
-            slips,
-            _,
-            before,
-            sample,
-            solver,
-            _,
-            seen,
-            skipped,
-            _,
-        ) = space
+        out_b, out_c, spectrum, rates, slips, _, before, sample, solver = space[:9]
+        seen, skipped = space.seen, space.skipped
         outs, looking = (out_b, out_c, spectrum, rates), (spectrum, rates, sample.again)
         between = strides.traces % strides.evidence != 0  # else jumps end at samples
         push, known, where = solver.push, solver.known, solver.where
@@ -431,12 +414,13 @@ def marching(passes):
                     wave, flight, state, outs, space, tracks, sizes,
                 )  # fmt: skip
             if not jumped:
-                passes.pass_rotor(
-                    rotor, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
+                pass_rotor(
+                    rotor, way, s_b, lam, rows, k, counter, out_b, sums_b, slips[0]
                 )
-                passes.pass_ring(
-                    s_c, c_c, lam, space.filled, k, counter, out_c, sums_c, slips[1]
-                )
+                pass_ring(
+                    way, s_c, c_c, lam, space.filled, k, counter, out_c, sums_c,
+                    slips[1],
+                )  # fmt: skip
                 if slips_now(counter):
                     note_slips(
                         slips, turns, known, last, step, k, spectrum, counter, ledger
@@ -499,16 +483,10 @@ def marching(passes):
                 far = farthest(rotor, limit, s_b, out_b, wave, sizes, looking)
                 watch(far, limit, counter)
             if keep or judge:
-                if exact:
-                    sample_flow(
-                        step, speed, mu, wall, rotor, casing, turns, wave, state,
-                        sample, keep, judge, tracks,
-                    )  # fmt: skip
-                else:
-                    sample_differences(
-                        step, speed, mu, wall, rotor, casing, turns, wave, state,
-                        sample, keep, judge, tracks,
-                    )  # fmt: skip
+                sample_step(
+                    way, step, speed, mu, wall, rotor, casing, turns, wave, state,
+                    sample, keep, judge, tracks,
+                )  # fmt: skip
         if not exact:
             for older in range(3):
                 catch_up(wave, k, wide, gaps, older, seen, skipped)
@@ -516,5 +494,5 @@ def marching(passes):
     return march
 
 
-march_differences = kernel(marching(differences))
-march_flow = kernel(marching(flow))
+march_differences = kernel(marching(CENTRAL))
+march_flow = kernel(marching(EXACT))

@@ -32,7 +32,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     PATIENCE,
     STEP,
 )
-from hpcwhirl.dynamics.kernels.flow import end_step
+from hpcwhirl.dynamics.kernels.flow import EXACT
 from hpcwhirl.dynamics.kernels.passes import (
     ITEMS,
     RADIAL,
@@ -43,6 +43,7 @@ from hpcwhirl.dynamics.kernels.passes import (
     to_gaps_seldom,
 )
 from hpcwhirl.dynamics.kernels.shape import is_shaped, write_rates, write_shape
+from hpcwhirl.dynamics.kernels.stepping import end_step
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -281,7 +282,7 @@ def look_ahead(step, speed, wall, rotor, c_c, wave, flight, state, rate, rates, 
     c_c, wave, flight : as in `fly`
     """
     s_b, s_c, lam, gaps, sums_b, sums_c, _, _, counter, ledger, _ = state
-    end_step(rotor, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
+    end_step(rotor, EXACT, s_b, s_b, s_c, s_c, c_c, lam, counter, sums_b, sums_c)
     counter[ENDED] = counter[STEP]
     bend, reach = bound_rotor(rotor, s_b, flight.bounds_b, rows, k, counter, rate)
     more, further = bound_ring(s_c, c_c, flight.bounds_c, ring_rows, k, counter, rate)

@@ -10,7 +10,7 @@ g_j = gap + Re sum_kappa G_kappa e^{2 pi i kappa j / N} + sum_m gamma_jm q_m,
 
 and the multipliers give the modal forces lambda gamma, and mu lambda sigma by friction.
 Modal forces are summed only over the blades in contact and, like those on the ring, act
-in the next pass. `differences.pass_modes` has one mode of the rotor where the cyclic
+in the next pass. `stepping.pass_modes` has one mode of the rotor where the cyclic
 kernel has those of a slot, and modal forces for the spectrum of the multipliers.
 """
 
@@ -51,14 +51,7 @@ from hpcwhirl.dynamics.kernels.cyclic import (
     to_spectrum,
     widths,
 )
-from hpcwhirl.dynamics.kernels.differences import (
-    column_sums,
-    energies_of,
-    pass_modes,
-    pass_ring,
-    settle_ring,
-    settle_rotor,
-)
+from hpcwhirl.dynamics.kernels.differences import CENTRAL
 from hpcwhirl.dynamics.kernels.keep_inverse import recall
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState, Wanted
 from hpcwhirl.dynamics.kernels.passes import (
@@ -73,6 +66,14 @@ from hpcwhirl.dynamics.kernels.passes import (
 )
 from hpcwhirl.dynamics.kernels.samples import add_ring, note_miss_folded
 from hpcwhirl.dynamics.kernels.shape import is_shaped, write_shape
+from hpcwhirl.dynamics.kernels.stepping import (
+    column_sums,
+    energies_of,
+    pass_modes,
+    pass_ring,
+    settle_ring,
+    settle_rotor,
+)
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     all_aligned,
@@ -191,9 +192,9 @@ def settle_general(c_b, c_c, state, copies):
     copy_to(end_b, state.sums_b)
     copy_to(end_c, state.sums_c)
     lam, width = state.lam, len(t_b) // ROTOR_STATE
-    counter, k = state.counter, len(end_c) // 4
-    settle_rotor(state.rotor, t_b, c_b, lam, width, counter, end_b)
-    settle_ring(state.ring, t_c, c_c, lam[2 * width :], k, counter, end_c)
+    counter = state.counter
+    settle_rotor(CENTRAL, state.rotor, t_b, c_b, lam, counter, end_b)
+    settle_ring(CENTRAL, state.ring, t_c, c_c, lam[2 * width :], counter, end_c)
 
 
 @inlined
@@ -301,7 +302,7 @@ def sample_general(step, mu, gap, gaps, row, rotor, c_c, wave, state, space, ene
         blades = len(state.last)
         note_miss_folded(again, gaps, row, reach, gap, blades, ledger)
     write_tips(rotor, q, keep and len(tracks.tips) > 0, tips)
-    rotation, impact, drag, loss = column_sums(end_b, end_c, step)
+    rotation, impact, drag, loss = column_sums(CENTRAL, end_b, end_c, step)
     copy_to(whole, ledger)
     whole[ROTATION] += rotation
     whole[IMPACT] += impact
@@ -399,12 +400,8 @@ def marching(waves):
         s_b, s_c, lam, gaps, sums_b, sums_c, _, last, counter, ledger, impulse = state
         spare, spectrum, slip_b, slip_c, before, solver = space[:6]
         spectrum_of_wall, out = space.wall, space.out
-        push, known, where, opening = (
-            solver.push,
-            solver.known,
-            solver.where,
-            solver.rows,
-        )
+        push, known, where = solver.push, solver.known, solver.where
+        opening = solver.rows
         blades, wide, k = len(last), len(gaps) // 6, len(sums_c) // 4
         ring_size = len(s_c) // RING_STATE
         driven = is_shaped(wall)
@@ -419,11 +416,13 @@ def marching(waves):
             else:
                 size = len(s_b) // ROTOR_STATE
                 pass_modes(
-                    s_b, rotor.items, lam_b, 1, size, counter, spare, sums_b, slip_b
-                )
+                    CENTRAL, s_b, rotor.items, lam_b, 1, size, counter, spare, sums_b,
+                    slip_b,
+                )  # fmt: skip
             pass_ring(
-                s_c, c_c, lam_c, space.filled, k, counter, spectrum, sums_c, slip_c
-            )
+                CENTRAL, s_c, c_c, lam_c, space.filled, k, counter, spectrum, sums_c,
+                slip_c,
+            )  # fmt: skip
             if slips_now(counter):
                 if waves:
                     note_slips_of_waves(
@@ -520,7 +519,9 @@ def marching(waves):
                     settle_general(rotor.items, c_c, state, copies)
                     if touched:
                         read_tips(space.rotor, gamma, out)
-                energies = energies_of(rotor, space.rotor, space.ring, c_c, now, step)
+                energies = energies_of(
+                    rotor, CENTRAL, space.rotor, space.ring, c_c, now, step
+                )
                 if waves:
                     less = energies[0]
                 sample_general(

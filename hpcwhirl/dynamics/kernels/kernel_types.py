@@ -160,9 +160,9 @@ class CyclicState(NamedTuple):
         `held` alone
     gaps : (3, 2 wide) flat, m, folded gaps of three steps, step n in row n % 3; in
         `whole` without the rotor's displacement, in `points` the clearances alone
-    sums_b : (6 k,), works and losses by slot, see `differences.pass_modes`; in
+    sums_b : (6 k,), works and losses by slot, see `stepping.pass_modes`; in
         `general` (3 m,), in `whole` and `points` (3,), see `whole.push_waves`
-    sums_c : (4 k,), the same for the ring; the fourth part is used by `flow`
+    sums_c : (4 k,), the same for the ring; the fourth part is that of the exact flow
     known : (N + 3 + CHANGES,), active blades of the last solution, see `ConstantSpace`
     last, counter, ledger, impulse : as in `BodiesState`
     """

@@ -17,10 +17,11 @@ and damping losses to the sums of the ledger, and predicts the next step. So eve
 amplitude is read and written once per step. A step needs two increments d; the state
 has one array for even and one for odd steps.
 
-This module has the functions that central differences and the exact flow share; their
-works differ, see `differences` and `flow`. The coefficients of a mode are called its
-items. They are *packed*: those of four neighbouring modes m .. m + 3 are contiguous,
-item i at (m ITEMS + 4 i), so that one pointer reads them all.
+This module has the functions for four modes that central differences and the exact flow
+share; `stepping` has the passes, `differences` and `flow` the works, which differ. The
+coefficients of a mode are called its items. They are *packed*: those of four
+neighbouring modes m .. m + 3 are contiguous, item i at (m ITEMS + 4 i), so that one
+pointer reads them all.
 """
 
 from __future__ import annotations
@@ -211,7 +212,7 @@ def book_rotor(sums, width, col, push, works):
 
     They are those at four nodal diameters, col .. col + 3; friction's is divided by mu.
 
-    sums, width : (3 width,), works and losses by slot, see `differences.pass_modes`
+    sums, width : (3 width,), works and losses by slot, see `stepping.pass_modes`
     push, works : as in `push_rotor` and `work_rotor`
     """
     normal, re, im = works
@@ -303,7 +304,7 @@ def sums_of(sums_b, sums_c):
 
     They are the works of normal forces and of friction over mu, and the damping loss.
 
-    sums_b, sums_c : works and losses by slot, see `differences.pass_modes`
+    sums_b, sums_c : works and losses by slot, see `stepping.pass_modes`
     """
     m, n = len(sums_b) // 3, len(sums_c) // 4
     normal = 0.5 * (sum_of(sums_b, m - m, m) + sum_of(sums_c, n - n, n))

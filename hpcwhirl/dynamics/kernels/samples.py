@@ -30,7 +30,7 @@ from hpcwhirl.dynamics.kernels.contact import (
     write_sample,
 )
 from hpcwhirl.dynamics.kernels.flight import leap
-from hpcwhirl.dynamics.kernels.flow import column_sums, end_step, energies_of
+from hpcwhirl.dynamics.kernels.flow import EXACT
 from hpcwhirl.dynamics.kernels.keep_inverse import place_of
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState
 from hpcwhirl.dynamics.kernels.passes import (
@@ -43,6 +43,11 @@ from hpcwhirl.dynamics.kernels.passes import (
     copy_to,
     item,
     to_gaps_seldom,
+)
+from hpcwhirl.dynamics.kernels.stepping import (
+    column_sums,
+    end_step,
+    energies_of,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -201,7 +206,7 @@ def sample_modes(rotor, mu, gap, row, c_c, turns, wave, state, energies, works, 
 def write_all(mu, state, energies, works, loss, sample, keep, judge, tracks):
     """Write a sample of a state with `works` entered in a copy of its ledger.
 
-    works, loss : result of `flow.column_sums` or its like; J, energy taken by damping
+    works, loss : result of `stepping.column_sums`; J, energy taken by damping
     sample : `wave_types.SampleSpace`; its ledger becomes the copy
     keep, judge : as in `contact.write_sample`
     """
@@ -259,11 +264,12 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
     """
     aside, sample, (_, rows, ring_rows, k, _) = space.aside, space.sample, sizes
     counter, own, yes = state.counter, aside.counter, stride > 0
+    t_b, t_c = aside.rotor, aside.ring
     out_b, out_c = space.between
     if own[ENDED] != begun:  # complete the pending step, as the jump has done
         end_step(
-            rotor, aside.rotor, aside.rotor, aside.ring, aside.ring, c_c, aside.lam,
-            own, aside.sums_b, aside.sums_c,
+            rotor, EXACT, t_b, t_b, t_c, t_c, c_c, aside.lam, own, aside.sums_b,
+            aside.sums_c,
         )  # fmt: skip
         own[ENDED] = begun
     first = (begun // stride + 1) * stride
@@ -276,8 +282,9 @@ def keep_between(begun, stride, step, mu, gap, rotor, c_c, turns, wave, flight, 
         copy_to(sample.ring, aside.ring)
         sample_rotor(
             rotor, mu, gap, 0, c_c, turns, wave, aside,
-            energies_of(rotor, aside.rotor, aside.ring, c_c, own[STEP] & 1, step),
-            column_sums(aside.sums_b, aside.sums_c, step), sample, yes, not yes, tracks,
+            energies_of(rotor, EXACT, t_b, t_c, c_c, own[STEP] & 1, step),
+            column_sums(EXACT, aside.sums_b, aside.sums_c, step), sample, yes, not yes,
+            tracks,
         )  # fmt: skip
         counter[SAMPLE] = own[SAMPLE]
 

@@ -20,7 +20,6 @@ what contact forces have added to energy and loss together, less the present ene
 
 from __future__ import annotations
 
-from hpcwhirl.dynamics.kernels import differences, flow
 from hpcwhirl.dynamics.kernels.compiled import (
     does,
     inlined,
@@ -47,6 +46,14 @@ from hpcwhirl.dynamics.kernels.samples import (
     read_centre,
     sample_rotor,
     write_all,
+)
+from hpcwhirl.dynamics.kernels.stepping import (
+    end_step,
+    energies_of,
+    energy_of_ring,
+    is_exact,
+    pass_rotor,
+    settle_ring,
 )
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
@@ -181,50 +188,31 @@ def seen_at(step, rows, k):
     return first + own, first + older, first + older
 
 
+@does(pass_rotor, WaveRotor)
 @inlined
-def pass_waves(rotor, s, lam, rows, k, counter, exact, out, sums, slip):
-    """Apply the last step's contact forces to a rotor's waves; predict the next step.
+def pass_waves(rotor, way, s, lam, rows, k, counter, out, sums, slip):
+    """Apply the last contact forces, if any, to a rotor's waves; predict their step.
+
+    The implementation of `stepping.pass_rotor` for a rotor as waves.
 
     Parameters
     ----------
-    rotor : `wave_types.WaveRotor`
+    rotor, way : `wave_types.WaveRotor`; how steps end, see `stepping`
     s : (2 k (rows + SEEN),), state: amplitudes, spectra of three steps; of the exact
         flow (2 k rows,)
     lam : re and im of the multipliers' spectrum in its first 2 k
     counter : counters of the pending step
-    exact : whether the step is that of the exact flow
     out : (2 k,), out: spectrum of the gaps
     sums : (3 k,), J: twice the work of normal forces, twice that of drag over mu, and
         the energy and loss that contact forces have added
     slip : (4 k,), out after a step with contact, see `passes.slip_of`
     """
     c, fixed, seen = rotor.items, rotor.fixed, seen_at(counter[STEP], rows, k)
+    exact = is_exact(way)
     if counter[LAST] == counter[STEP]:
         columns(s, c, fixed, lam, rows, k, seen, True, exact, out, sums, slip)
     else:
         columns(s, c, fixed, lam, rows, k, seen, False, exact, out, sums, slip)
-
-
-@does(differences.pass_rotor, WaveRotor)
-@inlined
-def pass_differences(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Apply the last contact forces to a rotor's waves; predict their next step.
-
-    The implementation of `pass_rotor` for waves of central differences; `pass_waves`
-    explains the arguments.
-    """
-    pass_waves(rotor, s, lam, rows, k, counter, False, out, sums, slip)
-
-
-@does(flow.pass_rotor, WaveRotor)
-@inlined
-def pass_flow(rotor, s, lam, rows, k, counter, out, sums, slip):
-    """Apply the last contact forces, if any, to a rotor's waves; predict their step.
-
-    The implementation of `pass_rotor` for waves of the exact flow; `pass_waves`
-    explains the arguments.
-    """
-    pass_waves(rotor, s, lam, rows, k, counter, True, out, sums, slip)
 
 
 @rare
@@ -233,7 +221,8 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
 
     Works and losses of that step are added to sums, J.
 
-    lam, exact : as in `pass_waves`
+    lam : as in `pass_waves`
+    exact : whether the step is that of the exact flow
     """
     copy_to(t, s)
     if counter[LAST] != counter[STEP]:
@@ -258,27 +247,15 @@ def settle_waves(rotor, s, t, lam, counter, exact, sums):
         book(t, fixed, push, k, col, own, older, rate, work, near, exact, sums)
 
 
-@does(differences.end_step, WaveRotor)
+@does(end_step, WaveRotor)
 @rare_kernel
-def end_differences(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
+def end_waves(rotor, way, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
     """Copy the states of both bodies; apply the last contact forces to the copies.
 
-    The implementation of `differences.end_step`, with its arguments, for a rotor as
-    waves.
+    The implementation of `stepping.end_step`, with its arguments, for a rotor as waves.
     """
-    settle_waves(rotor, s_b, t_b, lam, counter, False, sums_b)
-    differences.settle_ring(s_c, t_c, c_c, lam, len(sums_c) // 4, counter, sums_c)
-
-
-@does(flow.end_step, WaveRotor)
-@rare_kernel
-def end_flow(rotor, s_b, t_b, s_c, t_c, c_c, lam, counter, sums_b, sums_c):
-    """Copy the states of both bodies; apply the last contact forces to the copies.
-
-    The implementation of `flow.end_step`, with its arguments, for a rotor as waves.
-    """
-    settle_waves(rotor, s_b, t_b, lam, counter, True, sums_b)
-    flow.settle_ring(s_c, t_c, c_c, lam, counter, sums_c)
+    settle_waves(rotor, s_b, t_b, lam, counter, is_exact(way), sums_b)
+    settle_ring(way, s_c, t_c, c_c, lam, counter, sums_c)
 
 
 @rare
@@ -302,25 +279,14 @@ def energy_of_waves(rotor, t):
     return total_of(total)
 
 
-@does(differences.energies_of, WaveRotor)
+@does(energies_of, WaveRotor)
 @rare_kernel
-def energies_of_differences(rotor, t_b, t_c, c_c, now, step):
+def energies_of_waves(rotor, way, t_b, t_c, c_c, now, step):
     """Return the energies of a rotor as waves and of the ring, J, from their states.
 
-    Arguments are those of `differences.energies_of`.
+    Arguments are those of `stepping.energies_of`.
     """
-    ring = differences.energy_of_ring(t_c, c_c, now, step)
-    return energy_of_waves(rotor, t_b), ring
-
-
-@does(flow.energies_of, WaveRotor)
-@rare_kernel
-def energies_of_flow(rotor, t_b, t_c, c_c, now, _):
-    """Return the energies of a rotor as waves and of the ring, J, from their states.
-
-    Arguments are those of `flow.energies_of`.
-    """
-    return energy_of_waves(rotor, t_b), flow.energy_of_ring(t_c, c_c, now)
+    return energy_of_waves(rotor, t_b), energy_of_ring(way, t_c, c_c, now, step)
 
 
 @does(bound_rotor, WaveRotor)

@@ -44,13 +44,14 @@ from hpcwhirl.dynamics.kernels.compiled import (
     verb,
 )
 from hpcwhirl.dynamics.kernels.contact import note_slip
-from hpcwhirl.dynamics.kernels.differences import (
+from hpcwhirl.dynamics.kernels.differences import CENTRAL
+from hpcwhirl.dynamics.kernels.keep_inverse import SIZE, place_of
+from hpcwhirl.dynamics.kernels.passes import copy_to, load_both, store_both
+from hpcwhirl.dynamics.kernels.stepping import (
     energies_of,
     energy_of_ring,
     settle_ring,
 )
-from hpcwhirl.dynamics.kernels.keep_inverse import SIZE, place_of
-from hpcwhirl.dynamics.kernels.passes import copy_to, load_both, store_both
 from hpcwhirl.dynamics.kernels.vectors import (
     FOUR,
     broadcast,
@@ -597,15 +598,15 @@ def settle_whole(c_c, state, copies):
     copy_to(end_c, state.sums_c)
     k = len(end_c) // 4
     lam = state.lam[len(state.lam) - 4 * k :]
-    settle_ring(state.ring, t_c, c_c, lam, k, state.counter, end_c)
+    settle_ring(CENTRAL, state.ring, t_c, c_c, lam, state.counter, end_c)
 
 
 @does(energies_of, WholeRotor)
 @rare_kernel
-def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
+def energies_of_whole(rotor, way, t_b, t_c, c_c, now, step):
     """Return the energies of a rotor whose modes rotation couples, and of the ring, J.
 
-    Arguments are those of `differences.energies_of`, of which this is an
+    Arguments are those of `stepping.energies_of`, of which this is an
     implementation.
     """
     modes, at, own = len(rotor.ahead), 0, broadcast(0.0)
@@ -615,15 +616,15 @@ def energies_of_whole(rotor, t_b, t_c, c_c, now, step):
             row = fma(load(rotor.form, at + m - first), load(t_b, m), row)
         own = fma(broadcast(t_b[i]), row, own)
         at += modes - first
-    return total_of(own), energy_of_ring(t_c, c_c, now, step)
+    return total_of(own), energy_of_ring(way, t_c, c_c, now, step)
 
 
 @does(energies_of, UncoupledRotor)
 @rare_kernel
-def energies_of_uncoupled(rotor, t_b, t_c, c_c, now, step):
+def energies_of_uncoupled(rotor, way, t_b, t_c, c_c, now, step):
     """Return the energies of a rotor's modes, integrated as waves, and of the ring, J.
 
-    Arguments are those of `differences.energies_of`, of which this is an
+    Arguments are those of `stepping.energies_of`, of which this is an
     implementation.
     """
     half, own, form = len(rotor.drift), broadcast(0.0), rotor.form
@@ -631,4 +632,4 @@ def energies_of_uncoupled(rotor, t_b, t_c, c_c, now, step):
         re, im = load_both(t_b, half, m)
         first = fma(load(form, m), re, load(form, half + m) * im * broadcast(2.0))
         own = fma(re, first, fma(load(form, 2 * half + m), im * im, own))
-    return total_of(own), energy_of_ring(t_c, c_c, now, step)
+    return total_of(own), energy_of_ring(way, t_c, c_c, now, step)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,13 @@ from hpcwhirl.arrays import Complexes, Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
 from hpcwhirl.dynamics.casing import ready_at
 from hpcwhirl.dynamics.free_waves import FreeWaves
-from hpcwhirl.dynamics.kernels import contact, cyclic, differences, flow, passes, waves
+from hpcwhirl.dynamics.kernels import contact, cyclic, passes, waves
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.differences import CENTRAL
+from hpcwhirl.dynamics.kernels.flow import EXACT
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.stepping import end_step
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor
 from hpcwhirl.dynamics.motion import modal_steps
 from hpcwhirl.dynamics.schemes.integrator import Ended, Integrator, at_rest
@@ -82,19 +84,17 @@ def cyclic_march(
     state_at_rest = at_rest(model.blades, scene.gap, (rotor, ring, 4 * k, sums))
     state_at_rest.counter[contact.NEXT_TRY] = ready_at(scene)
     exact = scene.solver.flies
-    passes_of: Any = flow if exact else differences
+    way = EXACT if exact else CENTRAL
     march = cyclic.march_flow if exact else cyclic.march_differences
 
     def settle(state: CyclicState, copies: Ended) -> None:
         s_b, s_c, sums_b, sums_c = copies
-        passes_of.end_step(
-            arrays.rotor, state.rotor, s_b, state.ring, s_c, arrays.casing.items,
+        end_step(
+            arrays.rotor, way, state.rotor, s_b, state.ring, s_c, arrays.casing.items,
             state.lam, state.counter, sums_b, sums_c,
         )  # fmt: skip
 
-    own = Rotating(
-        march, lambda: cyclic.space_of(arrays, state_at_rest), settle, passes_of
-    )
+    own = Rotating(march, lambda: cyclic.space_of(arrays, state_at_rest), settle, way)
     return in_rotating_frame(model, scene, arrays, state_at_rest, rotor_places, own)
 
 

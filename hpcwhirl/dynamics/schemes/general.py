@@ -11,9 +11,10 @@ import hpcwhirl.dynamics.kernels.modes
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
 from hpcwhirl.case.speed import Interval, law_of
 from hpcwhirl.case.unbalance import circle, share_at_start, steady_at
-from hpcwhirl.dynamics.kernels import differences, passes
+from hpcwhirl.dynamics.kernels import passes
 from hpcwhirl.dynamics.kernels.contact import PULSE, STEP
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.differences import CENTRAL
 from hpcwhirl.dynamics.kernels.general import (
     general_space,
     march_general,
@@ -153,6 +154,6 @@ def _turning(model: Model, scene: Scene, arrays: Arrays) -> Integrator:
         march_general,
         lambda: general_space(arrays, state_at_rest),
         lambda state, copies: settle_general(c_b, c_c, state, copies),
-        differences,
+        CENTRAL,
     )
     return in_rotating_frame(model, scene, arrays, state_at_rest, places, kernel)

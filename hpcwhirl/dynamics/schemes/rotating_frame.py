@@ -21,7 +21,10 @@ from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.differences import Central
+from hpcwhirl.dynamics.kernels.flow import Exact
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays, CyclicState
+from hpcwhirl.dynamics.kernels.stepping import column_sums, energies_of
 from hpcwhirl.dynamics.kernels.wave_types import UncoupledRotor, WaveRotor, WholeRotor
 from hpcwhirl.dynamics.motion import (
     Amplitudes,
@@ -201,14 +204,14 @@ class Rotating(NamedTuple):
     march, space : the kernel, and a function that makes its last argument
     settle : (state, copies) -> None; completes the state's pending step in copies of
         rotor, ring and their sums
-    passes : module with the kernel's passes, `differences` or `flow`
+    way : how its steps end, see `kernels.stepping`
     beside : whether the gaps in the state leave out the rotor's displacement
     """
 
     march: Any
     space: Callable[[], Any]
     settle: Callable[[CyclicState, Ended], None]
-    passes: Any
+    way: Central | Exact
     beside: bool = False
 
     def ended(self, state: CyclicState) -> Ended:
@@ -283,8 +286,8 @@ def _balance(
     def balance(state: CyclicState) -> Balance:
         s_b, s_c, sums_b, sums_c = own.ended(state)
         odd, c_c = int(state.counter[contact.STEP] & 1), arrays.casing.items
-        energies = own.passes.energies_of(arrays.rotor, s_b, s_c, c_c, odd, step)
-        rotation, impact, drag, loss = own.passes.column_sums(sums_b, sums_c, step)
+        energies = energies_of(arrays.rotor, own.way, s_b, s_c, c_c, odd, step)
+        rotation, impact, drag, loss = column_sums(own.way, sums_b, sums_c, step)
         if waves:  # the sum is what contact has added to energy and loss
             loss -= energies[0]
         return Balance(sum(energies), loss, rotation, friction * drag, impact)

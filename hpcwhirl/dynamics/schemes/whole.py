@@ -8,9 +8,9 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.kernels import differences
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.cyclic import widths
+from hpcwhirl.dynamics.kernels.differences import CENTRAL
 from hpcwhirl.dynamics.kernels.general import general_space, march_whole
 from hpcwhirl.dynamics.kernels.kernel_types import Arrays
 from hpcwhirl.dynamics.kernels.passes import ITEMS, RING_STATE
@@ -160,7 +160,7 @@ def _march(
         march_whole,
         lambda: general_space(arrays, state_at_rest),
         lambda state, copies: settle_whole(c_c, state, copies),
-        differences,
+        CENTRAL,
         beside=True,
     )
     return in_rotating_frame(model, scene, arrays, state_at_rest, held_in, kernel)

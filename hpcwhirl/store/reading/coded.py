@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hpcwhirl.errors import StoreError
+
 Words = NDArray[np.str_]
 
 
@@ -31,6 +33,28 @@ class Coded:
         """Return the words of n cases, (n,), as codes."""
         known, code = np.unique(words.astype(str), return_inverse=True)
         return cls(tuple(known.tolist()), code.astype(np.int8))
+
+    @classmethod
+    def read(cls, name: str, codes: NDArray[Any], meanings: str) -> Coded:
+        """Return the words of n cases from the codes of a variable, (n,).
+
+        Parameters
+        ----------
+        name, meanings : the variable, and its `flag_meanings`: words by code from 0 on
+        codes : integers; NaN, where xarray has masked a case, is the word ""
+
+        Raises
+        ------
+        StoreError
+            where a code has no word
+        """
+        known, masked = meanings.split(), np.isnan(codes)
+        given = codes[~masked]
+        if given.size and not 0 <= given.min() <= given.max() < len(known):
+            raise StoreError(f"{name} is damaged: it has a code without a word")
+        if masked.any():
+            codes, known = np.where(masked, len(known), codes), [*known, ""]
+        return cls(tuple(known), codes.astype(np.int8, copy=False))
 
     def __len__(self) -> int:
         """Return the number of cases."""

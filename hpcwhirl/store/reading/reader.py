@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcwhirl.errors import StoreError
 from hpcwhirl.scene.words import ENUMS
 from hpcwhirl.store.hdf5 import reading
 from hpcwhirl.store.reading.coded import Coded
@@ -102,9 +101,5 @@ def coded(variable: xarray.DataArray) -> Coded:
         values = np.array([v if isinstance(v, str) else "" for v in values], str)
     if values.dtype.kind == "U":
         return Coded.of(values)
-    meanings = (*str(variable.attrs["flag_meanings"]).split(), "")
-    codes = np.asarray(values, dtype=np.float32)  # NaN where xarray has masked a case
-    if not np.nanmax(codes, initial=0.0) < len(meanings) - 1:
-        raise StoreError(f"{variable.name} is damaged: it has a code without a word")
-    last = len(meanings) - 1
-    return Coded(meanings, np.where(np.isnan(codes), last, codes).astype(np.int8))
+    meanings = str(variable.attrs["flag_meanings"])
+    return Coded.read(str(variable.name), values, meanings)

@@ -112,10 +112,7 @@ def coded_in(file: h5py.Group, name: str, cases: slice = slice(None)) -> Coded:
         where a code has no word
     """
     codes, meanings = file[name][cases], file[name].attrs["flag_meanings"]
-    known = np.bytes_(meanings).decode().split()
-    if codes.size and not 0 <= codes.min() <= codes.max() < len(known):
-        raise StoreError(f"{name} is damaged: it has a code without a word")
-    return Coded(tuple(known), codes)
+    return Coded.read(name, codes, np.bytes_(meanings).decode())
 
 
 class Results:
