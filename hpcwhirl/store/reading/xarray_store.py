@@ -38,6 +38,7 @@ class ResultsStore(AbstractDataStore):
     def __init__(self, path: Path, prefixes: dict[str, str]) -> None:
         self.path, self.prefixes = path, prefixes
         self.file = opened(path)
+        self.axes: dict[int, str] = {}  # {address in the file: path in the file}
 
     def get_attrs(self) -> dict[str, Any]:
         """Return the attributes of the root group."""
@@ -63,13 +64,25 @@ class ResultsStore(AbstractDataStore):
         column = _Column(self, place)
         data = column.data
         axes = data.attrs.get("DIMENSION_LIST")
-        names = [place] if axes is None else [_name_of(self.file, a[0]) for a in axes]
+        names = [place] if axes is None else [self._name_of(a[0]) for a in axes]
         dims = [name.rpartition("/")[2] for name in names]
         attributes = attributes_of(data)
         if data.dtype.kind == "S":  # decoded by xarray on access
             attributes["_Encoding"] = "utf-8"
         lazy = indexing.LazilyIndexedArray(column)
         return Variable(dims, lazy, attributes, {"source": self.file.filename})
+
+    def _name_of(self, axis: h5py.Reference) -> str:
+        """Return the path in the file of an axis, given by an HDF5 reference to it.
+
+        HDF5 searches the file for it, so each is asked for once.
+        """
+        found = h5py.h5r.dereference(axis, self.file.id)
+        address = h5py.h5o.get_info(found).addr
+        if address not in self.axes:
+            name = h5py.h5r.get_name(axis, self.file.id)
+            self.axes[address] = str(name, "utf-8")
+        return self.axes[address]
 
     def close(self) -> None:
         """Close the file."""
@@ -107,8 +120,3 @@ def _datasets(group: h5py.Group) -> Iterator[str]:
     for name in group:
         if group.get(name, getclass=True) is h5py.Dataset:
             yield name
-
-
-def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
-    """Return the path in the file of an axis, given by an HDF5 reference to it."""
-    return str(h5py.h5r.get_name(axis, file.id), "utf-8")
