@@ -1,5 +1,6 @@
 """What several test files share: campaigns of a few milliseconds, strict JSON."""
 
+import gc
 import importlib
 import json
 import re
@@ -44,6 +45,12 @@ def pytest_collection_modifyitems(items):
             if not re.search(rf"mark\.{name}\b", path.read_text()):
                 msg = f"{path} must spell mark.{name}, by which test.sh finds it"
                 raise pytest.UsageError(msg)
+
+
+def pytest_collection_finish():
+    """Let collections of garbage pass over a million objects of modules and tests."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -81,6 +82,7 @@ def central_differences(omega: float, damping: float, step: float) -> Recursion:
     )
 
 
+@lru_cache(1024)
 def exact_flow(omega: float, damping: float, step: float) -> Recursion:
     """Return the recursion whose free motion is that of the damped mode itself.
 

@@ -239,6 +239,13 @@ class Brute:
         return first | {(1, point) for point in self.confirmed()}
 
 
+@functools.cache
+def brute_of(lattice, levels, *fields):
+    """Return the words of fields, and `Brute` of them, for all tests that compare."""
+    word = worded(lattice, *fields)
+    return word, Brute(lattice, word, levels, fields[1] is not None)
+
+
 def arrived(lattice, word, levels, confirm, seed, **options):
     """Return the growth of words that come in at random, each of a wanted case."""
     growth = Growth(lattice, 1, levels, confirm=confirm, **options)
@@ -333,8 +340,7 @@ def test_even_cases_lie_between_alike_ones_in_whatever_order_words_come(fields):
     *fields, levels = fields
     confirm = fields[1] is not None
     for lattice in (LATTICES[1], LATTICES[2]):
-        word = worded(lattice, *fields)
-        brute = Brute(lattice, word, levels, confirm)
+        word, brute = brute_of(lattice, levels, *fields)
         expected = brute.even()
         for seed in range(3):
             found = arrived(lattice, word, levels, confirm, seed)
@@ -348,8 +354,7 @@ def test_which_cases_have_twins_is_a_fixed_point_too(fields, of):
     *fields, levels = fields
     confirm = fields[1] is not None
     for lattice in (LATTICES[1], LATTICES[2]):
-        word = worded(lattice, *fields)
-        brute = Brute(lattice, word, levels, confirm)
+        word, brute = brute_of(lattice, levels, *fields)
         expected = brute.twinned(of)
         for seed in range(3):
             found = arrived(lattice, word, levels, confirm, seed, twins=of)

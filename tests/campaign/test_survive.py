@@ -26,11 +26,12 @@ from launch import (
 
 from hpcwhirl.scene.words import ENUMS
 
+SLOWER = SLOW.replace("0.01", "0.04")
 # cases of different schemes, which a stop finds on their way where they are slowed
 LONG = """
-scene = {duration = 0.4}
+scene = {duration = 0.1}
 solver = {time_step = 2e-6, plan = "everything"}
-output = {interval = 1e-2}
+output = {interval = 2.5e-3}
 campaign = {save_every = 0.02, map = "no", report = "no"}
 sweep = {scheme = ["modal", "exact"], speed = [410, 430]}
 """
@@ -114,12 +115,12 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     whole, out = undisturbed(tmp_path, LONG), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, LONG), "--out", out]
 
-    process = start(words, first=SLOW)
+    process = start(words, first=SLOWER)
     wait_for(lambda: states(out), process)
     assert "signal USR1" in stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
     assert len(states(out)) == 1
 
-    process = start(words, ranks=2, first=SLOW)
+    process = start(words, ranks=2, first=SLOWER)
     wait_for(lambda: len(states(out)) > 1 and under_way(out), process)
     assert "STOP is there" in stopped(process, lambda _: (out / "STOP").touch())
     kept = states(out)
@@ -130,10 +131,10 @@ def test_cases_cut_again_and_again_end_with_the_same_bits(tmp_path):
     assert states(out) == kept
 
     soon = [*words, "--walltime", "00:00:01"]
-    told = stopped(start(soon, ranks=3, first=SLOW), lambda _: None)
+    told = stopped(start(soon, ranks=3, first=SLOWER), lambda _: None)
     assert "wall-time" in told
     soon = ENVIRONMENT | {"SLURM_JOB_END_TIME": str(int(time.time()) + 2)}
-    process = start(words, first=SLOW, real=False, env=soon)
+    process = start(words, first=SLOWER, real=False, env=soon)
     assert "wall-time" in stopped(process, lambda _: None)
 
     done = launch(*words, ranks=3)
@@ -191,7 +192,7 @@ def test_an_isolated_case_stops_and_continues_to_the_same_bits(tmp_path):
     text = LONG.replace("[410, 430]", "[430]")
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
-    slowed = planted(tmp_path, SLOW)  # that which computes the cases
+    slowed = planted(tmp_path, SLOWER)  # that which computes the cases
     process = start([*words, "--isolate"], real=False, env=slowed)
     wait_for(lambda: states(out), process)
     stopped(process, lambda p: p.send_signal(signal.SIGUSR1))
@@ -206,7 +207,7 @@ def test_a_case_that_was_killed_twice_from_outside_still_gives_its_bits(tmp_path
     whole, out = undisturbed(tmp_path, text), tmp_path / "out"
     words = ["campaign", inputs(tmp_path, text), "--out", out]
     for crash in (1, 2):
-        process = start(words, first=SLOW)
+        process = start(words, first=SLOWER)
         wait_for(lambda: len(under_way(out)) == crash, process)  # noqa: B023
         kill(process)
     done = launch(*words)

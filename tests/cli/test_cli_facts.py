@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
+from hpcwhirl.benchmark import bench
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
 from hpcwhirl.cli import main, options
 from hpcwhirl.cli import run as run_command
@@ -297,6 +298,14 @@ def test_classify_without_json_says_what_there_is(copy, capsys):
     assert all(f"{name}: " in out for name in ("cases", "regimes", "thresholds"))
 
 
+@pytest.fixture
+def shorter(monkeypatch):
+    """Let a benchmark take a fifth of its steps, settled for half as long."""
+    monkeypatch.setattr(bench, "STEPS", 1000)
+    monkeypatch.setattr(bench, "SETTLE", 0.01)
+
+
+@pytest.mark.usefixtures("shorter")
 def test_bench_times_every_scheme_in_flight_and_in_contact(facts):
     found = facts("bench", "--json", "--repeats", "1")
     rows = [(r["scheme"], r["engine"], r["contact"] > 0) for r in found["rows"]]
@@ -327,6 +336,7 @@ def test_bench_compares_no_features_where_no_blade_touches():
     assert over_none(rows) == {}  # without, but not with
 
 
+@pytest.mark.usefixtures("shorter")
 def test_bench_by_sizes_counts_more_where_more_blades_touch(facts):
     found = facts("bench", "--sizes", "7", "--json", "--repeats", "1")
     every = {

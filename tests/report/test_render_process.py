@@ -21,17 +21,22 @@ import os, signal, sys
 from hpcwhirl.cli import main
 from hpcwhirl.report import render_process
 {before}
-code = main(["campaign", {file!r}, "--out", {out!r}, "--report", "yes"])
-print("loaded:", [name for name in {heavy} if name in sys.modules])
-sys.exit(code)
+for file, out in {campaigns!r}:
+    code = main(["campaign", file, "--out", out, "--report", "yes"])
+    print("loaded:", [name for name in {heavy} if name in sys.modules])
+    if code:
+        sys.exit(code)
 """
 DIES = "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"
 
 
-def begun(file, out, before=""):
-    """Return a campaign that a fresh process has ended, and whether it loaded much."""
-    words = CAMPAIGN.format(file=str(file), out=str(out), before=before, heavy=HEAVY)
-    return python(words)
+def begun(*campaigns, before=""):
+    """Return a fresh process that has ended campaigns, and tells what each loaded.
+
+    campaigns : (file, directory) of each
+    """
+    pairs = [(str(file), str(out)) for file, out in campaigns]
+    return python(CAMPAIGN.format(campaigns=pairs, before=before, heavy=HEAVY))
 
 
 @pytest.fixture
@@ -50,20 +55,22 @@ def as_rank(monkeypatch):
     monkeypatch.setattr(render_process, "sys", SimpleNamespace(modules=bare))
 
 
-@pytest.mark.parametrize("swept", [
-    "sweep = {speed = [300, 410]}",
-    'sweep = {speed = [300, 410]}\nrefine = {over = ["speed"], levels = 1}',
-])  # fmt: skip
-def test_a_campaign_loads_nothing_that_only_maps_need(finished, tmp_path, swept):
-    head = (finished.parent / "short.toml").read_text().partition("sweep")[0]
-    file, out = tmp_path / "own.toml", tmp_path / "out"
-    file.write_text(head + swept)
-    done = begun(file, out)
+def test_a_campaign_loads_nothing_that_only_maps_need(finished, tmp_path):
+    """Neither a plain one nor, after it in the same process, a refined one."""
+    plain = finished.parent / "short.toml"
+    refined = tmp_path / "refined.toml"
+    refined.write_text(
+        f'{plain.read_text()}\nrefine = {{over = ["speed"], levels = 1}}'
+    )
+    campaigns = [(file, tmp_path / file.stem) for file in (plain, refined)]
+    done = begun(*campaigns)
     assert done.returncode == 0, done.stderr
-    assert "loaded: []" in done.stdout
     names = ("results.h5", "map.png", "map.svg", "report.html")
-    assert done.stdout.split()[:4] == [str(out / name) for name in names]
-    assert all((out / name).stat().st_size for name in names)
+    wanted = [str(out / name) for _, out in campaigns for name in names]
+    told = done.stdout.splitlines()
+    assert told.count("loaded: []") == 2
+    assert [line for line in told if line in wanted] == wanted
+    assert all((out / name).stat().st_size for _, out in campaigns for name in names)
 
 
 @pytest.mark.usefixtures("as_rank")
@@ -115,7 +122,7 @@ def test_a_results_file_that_is_missing_is_told_as_ever(tmp_path):
 
 def test_a_campaign_whose_map_is_killed_says_so_in_one_line(undrawn, finished):
     before = f"render_process.interpreter = lambda *_: [sys.executable, '-c', {DIES!r}]"
-    done = begun(finished.parent / "short.toml", undrawn, before)
+    done = begun((finished.parent / "short.toml", undrawn), before=before)
     assert done.returncode == 2
     told = [line for line in done.stderr.splitlines() if "error" in line]
     assert len(told) == 1
@@ -128,7 +135,7 @@ def test_a_campaign_whose_map_is_killed_says_so_in_one_line(undrawn, finished):
 
 def test_a_mistake_in_the_map_is_an_internal_error(undrawn, finished):
     before = "render_process.interpreter = lambda *_: [sys.executable, '-c', '1 / 0']"
-    done = begun(finished.parent / "short.toml", undrawn, before)
+    done = begun((finished.parent / "short.toml", undrawn), before=before)
     assert done.returncode == 70
     assert "ZeroDivisionError" in done.stderr
 

@@ -298,7 +298,7 @@ def test_no_message_is_written_into_a_journal(tmp_path):
         "scene = {duration = 2e-4}\nsolver = {time_step = 2e-6}\n"
         "sweep = {speed = [300, 410]}\n"
     )
-    done = shell("hpcwhirl campaign c.toml --out o <&- >&- 2>&-", tmp_path)
+    done = shell("hpcwhirl campaign c.toml --out o --map no <&- >&- 2>&-", tmp_path)
     assert done.returncode == 0
     for path in (tmp_path / "o/journal").iterdir():
         assert sum(end - begin for begin, end, _ in kept(path)) == (

@@ -67,6 +67,6 @@ def by_another(march, times):
     begun = np.linalg.solve(at, hub.T @ [HEAVY * law.start**2, 0.0])
     found = solve_ivp(
         motion, (0.0, times[-1]), np.concatenate([begun, 0.0 * begun]), "DOP853",
-        t_eval=times, rtol=1e-10, atol=1e-15,
+        t_eval=times, rtol=1e-8, atol=1e-15,
     )  # fmt: skip
     return (hub @ found.y[: len(own)]).T @ [1.0, 1j]

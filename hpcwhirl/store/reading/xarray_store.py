@@ -38,6 +38,7 @@ class ResultsStore(AbstractDataStore):
     def __init__(self, path: Path, prefixes: dict[str, str]) -> None:
         self.path, self.prefixes = path, prefixes
         self.file = opened(path)
+        self.axes: dict[int, str] = {}  # {address in the file: path in the file}
 
     def get_attrs(self) -> dict[str, Any]:
         """Return the attributes of the root group."""
@@ -45,31 +46,41 @@ class ResultsStore(AbstractDataStore):
 
     def get_variables(self) -> dict[str, Variable]:
         """Return {name: variable} of all groups; no values are read yet."""
-        found = {n: self._variable(n) for n in _datasets(self.file)}
+        found = {n: self._variable(n, data) for n, data in _datasets(self.file)}
         for group in filter(self.file.__contains__, self.prefixes):
-            for name in _datasets(self.file[group]):
-                variable = self._variable(f"{group}/{name}")
+            for name, data in _datasets(self.file[group]):
+                variable = self._variable(f"{group}/{name}", data)
                 if variable.dims == (name,):
                     found.setdefault(name, variable)
                 else:
                     found[self.prefixes[group] + name] = variable
         return found
 
-    def _variable(self, place: str) -> Variable:
+    def _variable(self, place: str, data: h5py.Dataset) -> Variable:
         """Return a variable with its axes' names and its attributes.
 
-        place : its path in the file
+        place, data : its path in the file, and what is there
         """
-        column = _Column(self, place)
-        data = column.data
         axes = data.attrs.get("DIMENSION_LIST")
-        names = [place] if axes is None else [_name_of(self.file, a[0]) for a in axes]
+        names = [place] if axes is None else [self._name_of(a[0]) for a in axes]
         dims = [name.rpartition("/")[2] for name in names]
         attributes = attributes_of(data)
         if data.dtype.kind == "S":  # decoded by xarray on access
             attributes["_Encoding"] = "utf-8"
-        lazy = indexing.LazilyIndexedArray(column)
+        lazy = indexing.LazilyIndexedArray(_Column(self, place, data))
         return Variable(dims, lazy, attributes, {"source": self.file.filename})
+
+    def _name_of(self, axis: h5py.Reference) -> str:
+        """Return the path in the file of an axis, given by an HDF5 reference to it.
+
+        HDF5 searches the file for it, so each is asked for once.
+        """
+        found = h5py.h5r.dereference(axis, self.file.id)
+        address = h5py.h5o.get_info(found).addr
+        if address not in self.axes:
+            name = h5py.h5r.get_name(axis, self.file.id)
+            self.axes[address] = str(name, "utf-8")
+        return self.axes[address]
 
     def close(self) -> None:
         """Close the file."""
@@ -86,8 +97,11 @@ class _Column(BackendArray):
     It is read as xarray indexes it.
     """
 
-    def __init__(self, store: ResultsStore, place: str) -> None:
-        self.store, self.place, self.data = store, place, store.file[place]
+    def __init__(
+        self, store: ResultsStore, place: str, data: h5py.Dataset | None = None
+    ) -> None:
+        self.store, self.place = store, place
+        self.data = store.file[place] if data is None else data
         self.shape, self.dtype = self.data.shape, self.data.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
@@ -102,13 +116,8 @@ class _Column(BackendArray):
         return type(self), (self.store, self.place)
 
 
-def _datasets(group: h5py.Group) -> Iterator[str]:
-    """Yield the names of the HDF5 datasets, the variables, in a group."""
-    for name in group:
-        if group.get(name, getclass=True) is h5py.Dataset:
-            yield name
-
-
-def _name_of(file: h5py.File, axis: h5py.Reference) -> str:
-    """Return the path in the file of an axis, given by an HDF5 reference to it."""
-    return str(h5py.h5r.get_name(axis, file.id), "utf-8")
+def _datasets(group: h5py.Group) -> Iterator[tuple[str, h5py.Dataset]]:
+    """Yield the names and HDF5 datasets, the variables, in a group."""
+    for name, data in group.items():
+        if isinstance(data, h5py.Dataset):
+            yield name, data
