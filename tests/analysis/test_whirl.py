@@ -5,7 +5,12 @@ import pytest
 from made_up import whirl_word
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.analysis.whirl import full_spectrum, static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import (
+    full_spectrum,
+    static_frame,
+    whirl_numbers,
+    whole_revolutions,
+)
 
 TIME = np.arange(1, 5001) * 2e-4
 
@@ -47,6 +52,14 @@ def test_the_power_of_an_orbit_names_it_not_the_frequency_of_its_lines():
     assert named(1e-4 * (strong + weak), 410.0)[0] == "mixed"
     weak = 0.3 * np.exp(-1j * 300 * TIME)
     assert named(1e-4 * (strong + weak), 410.0)[0] == "forward"
+
+
+def test_an_orbit_is_judged_over_whole_revolutions():
+    speed, time = 2 * np.pi / (100 * 2e-4), TIME[:4970]  # 49 revolutions and 70 samples
+    assert whole_revolutions(time, speed) == slice(70, 4970)
+    orbit = np.column_stack([np.cos(speed * time), np.sin(speed * time)])
+    numbers = whirl_numbers(time, 1e-4 * orbit, speed)  # without a mean of its own
+    assert numbers.radius == pytest.approx(1e-4, rel=1e-12)
 
 
 def test_rest_has_no_direction():
