@@ -213,6 +213,16 @@ def test_the_error_of_an_interval_is_of_second_order(passage):
     assert 3.0 < missed[0] / missed[1] < 5.0
 
 
+def test_an_interval_is_as_long_as_its_phase_may_err():
+    case = resolve(apply_settings(Scene(), RUB | {"rotation": "full"}))
+    every = speed.interval_of(case.scene, case.model)
+    for steps, kept in ((every, True), (every + 1, False)):
+        time = RUB["time_step"] * np.linspace(0.0, steps, 1001)
+        turned = RUB["speed"] * time + RUB["acceleration"] * time**2 / 2
+        missed = 2 * np.abs(turned - turned[-1] * time / time[-1]).max()
+        assert (missed <= speed.USUAL) == kept
+
+
 def test_the_largest_amplitude_of_a_passage_is_that_of_cornus_spiral():
     # without damping, q = omega^2 / |dOmega/dt|: max |z| / e -> 1.467 sqrt(q) as q
     # grows, at Omega / omega = 1 +- 2.16 / sqrt(q) (Lewis 1932; stationary phase)
