@@ -126,6 +126,14 @@ TWINS = [  # N, k, mu, speed; harmonics reach 20
 ]
 
 
+@pytest.mark.parametrize(("scheme", "block"), [("modal", 16), ("general", 8)])
+def test_modes_are_padded_to_whole_vectors_and_no_further(scheme, block):
+    march = march_of(7, scheme=scheme)
+    modes, arrays = len(march.model.rotor.omega), march.scheme.arrays.rotor
+    assert len(arrays.hub) == 2 * len(arrays.reach)
+    assert len(arrays.reach) == -(-modes // block) * block > modes
+
+
 @pytest.mark.parametrize("scheme", KINDS)
 @pytest.mark.parametrize(("blades", "k", "mu", "speed"), TWINS)
 def test_the_ring_turning_is_the_ring_at_rest(blades, k, mu, speed, scheme):
