@@ -152,8 +152,12 @@ def test_all_failed_is_a_map_too(tmp_path):
 
 
 def test_a_third_input_becomes_panels(made):
-    picture = drawn(made("three inputs")).picture
+    map_ = drawn(made("three inputs"))
+    picture = map_.picture
     assert [p["friction"] for p in picture.panels] == [0.05, 0.1, 0.2]
+    titles = [axes.title for axes in map_.figure.axes if axes.get_title()]
+    assert not any(title.get_parse_math() for title in titles)
+    assert len(titles) == 3
     for number in range(3):
         own = picture.panel == number
         cells = set(zip(picture.x.place[own], picture.y.place[own], strict=True))
