@@ -223,6 +223,18 @@ def test_an_interval_is_as_long_as_its_phase_may_err():
         assert (missed <= speed.USUAL) == kept
 
 
+@pytest.mark.parametrize("closure", [5e-5, -5e-5])
+def test_the_least_gap_ahead_is_that_of_all_later_intervals(closure):
+    given = RUB | {"gap_closure": closure, "gap_time": 0.05}
+    case = resolve(apply_settings(Scene(), given))
+    schedule = speed.schedule_of(case.scene, case.model)
+    last = round(RUB["duration"] / RUB["time_step"]) // schedule.every + 1
+    for number in (0, 7, last):
+        at = RUB["time_step"] * schedule.every * (last if closure > 0.0 else number)
+        found = schedule.least_gap(number * schedule.every + 3)
+        assert found == pytest.approx(schedule.gap(at), rel=1e-12)
+
+
 def test_the_largest_amplitude_of_a_passage_is_that_of_cornus_spiral():
     # without damping, q = omega^2 / |dOmega/dt|: max |z| / e -> 1.467 sqrt(q) as q
     # grows, at Omega / omega = 1 +- 2.16 / sqrt(q) (Lewis 1932; stationary phase)
