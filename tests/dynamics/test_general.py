@@ -22,6 +22,7 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.mode_waves import mode_waves
 from hpcwhirl.dynamics.operators import pulse_load
 from hpcwhirl.dynamics.timestep import recursion
 from hpcwhirl.dynamics.tips import delassus
@@ -124,6 +125,17 @@ TWINS = [  # N, k, mu, speed; harmonics reach 20
     (2, 1, 0.3, 420.0),
     (1, 1, 0.3, 420.0),
 ]
+
+
+def test_waves_of_modes_move_by_central_differences():
+    body = resolve(scene(7)).model.rotor
+    waves = mode_waves(body, 2e-6)
+    z = 1.0 + waves.ahead  # of an amplitude in a step
+    stiff = body.omega**2 + (z - 2.0 + 1.0 / z) / 2e-6**2
+    lost = 2 * body.ratios * body.omega * (z - 1.0 / z) / (2 * 2e-6)
+    assert np.abs(stiff + lost).max() < 1e-6 * np.abs(stiff).max()
+    assert waves.rise == pytest.approx(1.0 - 1.0 / z, rel=1e-9)
+    assert waves.rates == pytest.approx((z - 1.0 / z) / (2 * 2e-6), rel=1e-9)
 
 
 @pytest.mark.parametrize(("scheme", "block"), [("modal", 16), ("general", 8)])
