@@ -14,6 +14,7 @@ import pytest
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.free_decay import FreeDecay
+from hpcwhirl.dynamics.free_modes import FreeModes
 from hpcwhirl.dynamics.kernels import circulant, contact, general, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
@@ -25,7 +26,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.mode_waves import mode_waves
 from hpcwhirl.dynamics.operators import pulse_load
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.dynamics.tips import delassus
+from hpcwhirl.dynamics.tips import _items, delassus
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays
@@ -136,6 +137,18 @@ def test_waves_of_modes_move_by_central_differences():
     assert np.abs(stiff + lost).max() < 1e-6 * np.abs(stiff).max()
     assert waves.rise == pytest.approx(1.0 - 1.0 / z, rel=1e-9)
     assert waves.rates == pytest.approx((z - 1.0 / z) / (2 * 2e-6), rel=1e-9)
+
+
+@pytest.mark.parametrize("step", [4, 5])
+def test_a_free_motion_that_is_left_at_once_is_the_state_it_began_with(step):
+    body = resolve(scene(7)).model.rotor
+    modes = len(body.omega)
+    free = FreeModes(_items(body, 2e-6, 0.0, modes), modes, 2e-6)
+    begun = np.random.default_rng(1).normal(size=free.shape)
+    left = begun.copy()
+    free.motion(begun, step).leave(left, 0, step)
+    for place in (0, 1 + (step & 1)):
+        np.testing.assert_allclose(left[place], begun[place], rtol=1e-7)
 
 
 @pytest.mark.parametrize(("scheme", "block"), [("modal", 16), ("general", 8)])
