@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from hpcwhirl.cli.add_option import add_option
@@ -31,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     from hpcwhirl import __version__
     from hpcwhirl.analysis.regimes import threshold_facts
     from hpcwhirl.errors import say
-    from hpcwhirl.launch import communicator, from_root
+    from hpcwhirl.launch import communicator, end_all, from_root
     from hpcwhirl.store.directory.campaign_directory import Directory
     from hpcwhirl.store.directory.owner import Asking
     from hpcwhirl.store.results.gather import gather
@@ -47,8 +46,7 @@ def run(args: argparse.Namespace) -> int:
         return code_of(failed)
     except Exception as failed:  # noqa: BLE001 - printed here, aborted below
         code = tell_failure(failed)
-        sys.stderr.flush()
-        comm.Abort(code)  # the other ranks may wait for this one
+        end_all(comm, code)  # the other ranks may wait for this one
         return code
     code = COMPLETE
     if comm.rank == 0:

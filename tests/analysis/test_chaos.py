@@ -5,7 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from hpcwhirl.analysis.chaos import BLOCKS, exponent, growths, returns, zero_one
+from hpcwhirl.analysis.chaos import (
+    BLOCKS,
+    RETURNS,
+    exponent,
+    growths,
+    returns,
+    zero_one,
+)
 
 DELTA = 1e-9
 
@@ -129,7 +136,11 @@ def test_curves_and_chaos_do_not_return():
     assert returns(nearly[:, None])[1] > 0.1
     assert returns(circle(100, turn=1 / 7)[:, None]) == (7, pytest.approx(0, abs=1e-9))
     assert returns(series(logistic(4.0), 0.3, 100)[:, None])[1] > 0.1
-    assert returns(np.zeros((2, 1))) == (0, math.inf)  # too few to tell
+
+
+def test_a_section_needs_so_many_points_to_tell_that_they_return():
+    assert returns(np.zeros((RETURNS - 1, 1))) == (0, math.inf)
+    assert returns(np.zeros((RETURNS, 1))) == (1, 0.0)
 
 
 def test_zero_one_tells_chaos_from_order():

@@ -290,6 +290,25 @@ def test_bars_of_few_points_and_lines_of_many(speeds, tmp_path):
         assert (-0.2 < low < 0.0, 1.0 < high < 1.2) == (True, True)
 
 
+def test_a_panel_without_indices_says_why(tmp_path, monkeypatch):
+    data = results(512, ishigami, sweep={"friction": [0.01, 0.02]})
+    data["friction"].attrs["units"] = "1"
+    data["y"] = data["y"].where(data["friction"] > 0.015, 3.0)
+    figures = []
+    monkeypatch.setattr("hpcwhirl.analysis.sensitivity.RESAMPLES", 50)
+    monkeypatch.setattr(indices_drawn, "save", lambda figure, _: figures.append(figure))
+    draw_sensitivity(data, sensitivity(data, ["y"]), tmp_path)
+    told = [[text.get_text() for text in axes.texts] for axes in figures[0].axes]
+    assert told == [["does not vary"], []]
+
+
+def test_indices_over_two_inputs_are_drawn_at_a_value_of_one(tmp_path, monkeypatch):
+    monkeypatch.setattr("hpcwhirl.analysis.sensitivity.RESAMPLES", 50)
+    data = results(512, ishigami, sweep={"friction": [0.01, 0.02], "gap": [1e-4, 2e-4]})
+    with pytest.raises(InputError, match=r"not friction and gap: add --at gap=VALUE$"):
+        draw_sensitivity(data, sensitivity(data, ["y"]), tmp_path)
+
+
 def test_a_campaign_without_a_sample_is_refused(finished, capsys):
     assert main(["sensitivity", str(finished)]) == 2
     assert "has no [sample]" in capsys.readouterr().err

@@ -5,7 +5,12 @@ import pytest
 from made_up import whirl_word
 
 from hpcwhirl.analysis.critical import critical_speeds
-from hpcwhirl.analysis.whirl import full_spectrum, static_frame, whirl_numbers
+from hpcwhirl.analysis.whirl import (
+    full_spectrum,
+    static_frame,
+    whirl_numbers,
+    whole_revolutions,
+)
 
 TIME = np.arange(1, 5001) * 2e-4
 
@@ -62,6 +67,14 @@ def test_a_mirrored_orbit_has_the_same_whirl(count, speed):
         sense = sign if speed == 0.0 else 1.0
         assert turned.ratio == pytest.approx(sense * one.ratio, rel=1e-12)
         assert turned.area_rate == pytest.approx(sense * one.area_rate, rel=1e-12)
+
+
+def test_an_orbit_is_judged_over_whole_revolutions():
+    speed, time = 2 * np.pi / (100 * 2e-4), TIME[:4970]  # 49 revolutions and 70 samples
+    assert whole_revolutions(time, speed) == slice(70, 4970)
+    orbit = np.column_stack([np.cos(speed * time), np.sin(speed * time)])
+    numbers = whirl_numbers(time, 1e-4 * orbit, speed)  # without a mean of its own
+    assert numbers.radius == pytest.approx(1e-4, rel=1e-12)
 
 
 def test_rest_has_no_direction():

@@ -22,6 +22,7 @@ from hpcwhirl.campaign.run import run_campaign
 from hpcwhirl.campaign.work_queue import Order, WorkQueue
 from hpcwhirl.case.limits import step_counts
 from hpcwhirl.cli import main
+from hpcwhirl.cli.forecast import _size
 from hpcwhirl.scene import schemes
 from hpcwhirl.scene.batch_validation import end_times
 from hpcwhirl.store.directory.campaign_directory import Directory
@@ -427,3 +428,9 @@ def test_a_nominal_step_grows_in_proportion_to_the_share_of_contact(name):
         low, middle, high = (step(share, blades) for share in (0.0, usual, 1.0))
         assert 0.0 < low < high
         assert middle == pytest.approx(low + usual * (high - low))
+
+
+def test_bytes_are_told_by_the_unit_that_leaves_three_digits():
+    sizes = {123_456: "123 kB", 2.5e15: "2.5e+03 TB", 1000: "1 kB", 999: "999 B"}
+    for size, told in sizes.items():
+        assert _size(size) == told

@@ -13,7 +13,7 @@ from launch import BARE, ENVIRONMENT, LIMIT, MPIRUN, ended, launch, python
 
 from hpcwhirl.campaign.run import _warm
 from hpcwhirl.campaign.work import work_of
-from hpcwhirl.launch import alien_family, family, from_root, launched_ranks
+from hpcwhirl.launch import alien_family, family, fate, from_root, launched_ranks
 
 # What every communicator of one rank answers, by the words that campaigns use.
 ANSWERS = """
@@ -212,3 +212,10 @@ def test_a_rank_that_waits_for_rank_0_sleeps():
     told = sorted(line.split() for line in done.stdout.splitlines())
     assert [line[:2] for line in told] == [["0", "7"], ["1", "7"]]
     assert float(told[0][2]) >= 0.5 > 2 * float(told[1][2])
+
+
+def test_the_fate_of_a_process_is_its_code_or_its_signal():
+    assert fate(0) == "ended with exit code 0"
+    assert fate(75) == "ended with exit code 75"
+    assert fate(-1) == "died of SIGHUP"
+    assert fate(-9) == "died of SIGKILL, perhaps for lack of memory"

@@ -573,6 +573,18 @@ def test_a_boundary_lies_between_cases_of_two_words(refined):
     assert abs(off).max() < 25.0  # a cell of 25 rad/s
 
 
+def test_lines_join_points_of_one_panel_within_a_cell(refined):
+    data = hpcwhirl.open_results(refined)
+    ends = [data[f"boundary_line_{end}"].to_numpy() for end in ("begin", "end")]
+    assert len(ends[0]) > 20
+    assert (ends[0] != ends[1]).all()
+    panel = data["boundary_panel"].to_numpy()
+    assert np.array_equal(*(panel[end] for end in ends))
+    speed, gap = (data[f"boundary_{n}"].to_numpy() for n in ("speed", "gap"))
+    assert abs(np.subtract(*(speed[end] for end in ends))).max() <= 25.0
+    assert abs(np.subtract(*(np.log(gap[end]) for end in ends))).max() < 1.0
+
+
 def one_edge(word, ends=(1.0, 2.0), scale="linear", fidelity=(0, 0)):
     cases = Cases_(np.array([ends]), [scale], np.array(word), np.array(fidelity))
     ones = np.ones(1, dtype=np.int64)
@@ -739,6 +751,13 @@ def test_bad_input_is_one_line_that_names_it(wrong, why):
     with pytest.raises(InputError) as refused:
         design_of(with_refine(**wrong))
     assert why in str(refused.value)
+
+
+def test_a_budget_of_core_hours_is_one_of_seconds():
+    design = design_of(with_refine(budget={"core_hours": 1e3}))
+    amount, *each = design.rule.budget
+    assert amount == 1e3
+    assert each == [s / 3600 for s in design.mean_seconds(design.rule)]
 
 
 def test_what_has_no_cells_is_refused():

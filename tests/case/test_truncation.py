@@ -8,6 +8,7 @@ import pytest
 from evidence.estimates_drawn import of_truncation
 
 from hpcwhirl import simulate
+from hpcwhirl.case import truncation
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.case.truncation import (
     HARMONICS,
@@ -128,6 +129,16 @@ def test_without_friction_lobes_leave_nothing_but_stretch():
     assert stretched > 1.0
     chosen = with_truncation(scene(truncation=0.3, nodal_diameter=2, friction=0.0))
     assert chosen.solver.modes == 176
+
+
+@pytest.mark.parametrize(("lobes", "unused"), [(1, "STRETCHED"), (2, "BENT")])
+def test_without_friction_one_factor_of_the_ring_counts(monkeypatch, lobes, unused):
+    given = scene(modes=110, nodal_diameter=lobes, friction=0.0)
+    usual = left_out(given).ring
+    monkeypatch.setattr(truncation, unused, 0.0)
+    truncation._missed.cache_clear()
+    assert left_out(given).ring == pytest.approx(usual, rel=1e-12) != 0.0
+    truncation._missed.cache_clear()
 
 
 def test_only_what_has_the_symmetry_of_the_load_is_struck():

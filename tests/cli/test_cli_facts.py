@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from hpcwhirl import open_results
 from hpcwhirl.analysis.regimes import Thresholds
-from hpcwhirl.benchmark import bench
+from hpcwhirl.benchmark import bench, sizes
 from hpcwhirl.benchmark.bench import OPERATION, OWN, Timing, over_none
 from hpcwhirl.cli import main, options
 from hpcwhirl.cli import run as run_command
@@ -353,6 +353,14 @@ def test_bench_by_sizes_counts_more_where_more_blades_touch(facts):
         for name in ("operations", "bytes"):
             assert 0.0 < flight["counts"][name] < rubs["counts"][name]
     assert rows["unequal", "modal", "all press"]["timing"]["touching"] == 7.0
+
+
+def test_bench_by_sizes_without_numbers_is_of_the_usual_ones(facts, monkeypatch):
+    asked = []
+    monkeypatch.setattr(bench, "fma_peak", lambda _: 1.0)
+    monkeypatch.setattr(sizes, "rows_of", lambda *given: asked.append(given[1]) or [])
+    assert facts("bench", "--sizes", "--json")["rows"] == []
+    assert asked == [sizes.SIZES]
 
 
 @pytest.mark.parametrize("traces", ["orbit", "summary"])

@@ -88,6 +88,22 @@ def test_a_state_between_two_motions_is_their_mean_and_moves_on(name):
     assert abs(residual) < 1e-9 * sum(map(abs, ledger.values()))
 
 
+def test_states_between_which_there_is_none_are_refused():
+    march = March(case())
+    rest, ended = copy_of(march), copy_of(march)
+    later = rest._replace(counter=rest.counter.copy())
+    later.counter[contact.STEP] += 1
+    ended.counter[contact.STOP] = contact.RUNNING + 1
+    other = copy_of(March(case(harmonics=4)))
+    for states, told in (
+        ((rest, later), "at the same step, got 0 and 1"),
+        ((rest, ended), "of runs that have not ended"),
+        ((rest, other), "of one scene"),
+    ):
+        with pytest.raises(ValueError, match=told):
+            put_between(march, *states, 0.5)
+
+
 @pytest.mark.parametrize("name", ["modal", "turning"])
 def test_the_distance_from_rest_is_the_energy_of_a_motion(name):
     """Kinetic, as seen in the rotor's frame, plus strain: not Jacobi's energy."""

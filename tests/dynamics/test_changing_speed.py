@@ -242,6 +242,28 @@ def test_the_error_of_an_interval_is_of_second_order(passage):
     assert 3.0 < missed[0] / missed[1] < 5.0
 
 
+def test_an_interval_is_as_long_as_its_phase_may_err():
+    case = resolve(apply_settings(Scene(), RUB | {"rotation": "full"}))
+    every = speed.interval_of(case.scene, case.model)
+    for steps, kept in ((every, True), (every + 1, False)):
+        time = RUB["time_step"] * np.linspace(0.0, steps, 1001)
+        turned = RUB["speed"] * time + RUB["acceleration"] * time**2 / 2
+        missed = 2 * np.abs(turned - turned[-1] * time / time[-1]).max()
+        assert (missed <= speed.USUAL) == kept
+
+
+@pytest.mark.parametrize("closure", [5e-5, -5e-5])
+def test_the_least_gap_ahead_is_that_of_all_later_intervals(closure):
+    given = RUB | {"gap_closure": closure, "gap_time": 0.05}
+    case = resolve(apply_settings(Scene(), given))
+    schedule = speed.schedule_of(case.scene, case.model)
+    last = round(RUB["duration"] / RUB["time_step"]) // schedule.every + 1
+    for number in (0, 7, last):
+        at = RUB["time_step"] * schedule.every * (last if closure > 0.0 else number)
+        found = schedule.least_gap(number * schedule.every + 3)
+        assert found == pytest.approx(schedule.gap(at), rel=1e-12)
+
+
 def test_the_largest_amplitude_of_a_passage_is_that_of_cornus_spiral():
     # without damping, q = omega^2 / |dOmega/dt|: max |z| / e -> 1.467 sqrt(q) as q
     # grows, at Omega / omega = 1 +- 2.16 / sqrt(q) (Lewis 1932; stationary phase)

@@ -14,6 +14,7 @@ import pytest
 from hpcwhirl.case.resolve import resolve
 from hpcwhirl.cli.export_model import arrays_of
 from hpcwhirl.dynamics.free_decay import FreeDecay
+from hpcwhirl.dynamics.free_modes import FreeModes
 from hpcwhirl.dynamics.kernels import circulant, contact, general, whole
 from hpcwhirl.dynamics.kernels import keep_inverse as keep
 from hpcwhirl.dynamics.kernels.circulant import folded
@@ -22,9 +23,10 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.mode_waves import mode_waves
 from hpcwhirl.dynamics.operators import pulse_load
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.dynamics.tips import delassus
+from hpcwhirl.dynamics.tips import _items, delassus
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays
@@ -124,6 +126,37 @@ TWINS = [  # N, k, mu, speed; harmonics reach 20
     (2, 1, 0.3, 420.0),
     (1, 1, 0.3, 420.0),
 ]
+
+
+def test_waves_of_modes_move_by_central_differences():
+    body = resolve(scene(7)).model.rotor
+    waves = mode_waves(body, 2e-6)
+    z = 1.0 + waves.ahead  # of an amplitude in a step
+    stiff = body.omega**2 + (z - 2.0 + 1.0 / z) / 2e-6**2
+    lost = 2 * body.ratios * body.omega * (z - 1.0 / z) / (2 * 2e-6)
+    assert np.abs(stiff + lost).max() < 1e-6 * np.abs(stiff).max()
+    assert waves.rise == pytest.approx(1.0 - 1.0 / z, rel=1e-9)
+    assert waves.rates == pytest.approx((z - 1.0 / z) / (2 * 2e-6), rel=1e-9)
+
+
+@pytest.mark.parametrize("step", [4, 5])
+def test_a_free_motion_that_is_left_at_once_is_the_state_it_began_with(step):
+    body = resolve(scene(7)).model.rotor
+    modes = len(body.omega)
+    free = FreeModes(_items(body, 2e-6, 0.0, modes), modes, 2e-6)
+    begun = np.random.default_rng(1).normal(size=free.shape)
+    left = begun.copy()
+    free.motion(begun, step).leave(left, 0, step)
+    for place in (0, 1 + (step & 1)):
+        np.testing.assert_allclose(left[place], begun[place], rtol=1e-7)
+
+
+@pytest.mark.parametrize(("scheme", "block"), [("modal", 16), ("general", 8)])
+def test_modes_are_padded_to_whole_vectors_and_no_further(scheme, block):
+    march = march_of(7, scheme=scheme)
+    modes, arrays = len(march.model.rotor.omega), march.scheme.arrays.rotor
+    assert len(arrays.hub) == 2 * len(arrays.reach)
+    assert len(arrays.reach) == -(-modes // block) * block > modes
 
 
 @pytest.mark.parametrize("scheme", KINDS)

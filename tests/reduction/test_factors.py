@@ -110,6 +110,19 @@ def test_nested_dissection_fills_less():
     assert factors.expected_fill(graph, node, order) < 0.7 * random
 
 
+@pytest.mark.parametrize("found", [True, False])
+def test_a_cholesky_factor_takes_half_the_room(monkeypatch, found):
+    monkeypatch.setattr(factors, "SMALL", 0)
+    monkeypatch.setattr(factors, "find_spec", lambda _: found)
+    monkeypatch.setattr(factors, "_dissected", lambda _: None)
+    monkeypatch.setattr(factors, "expected_fill", lambda *_: 1e9)  # of 8 bytes
+    told = []
+    factors.factored(lattice(), told.append)
+    (line,) = told
+    assert f"takes {4.0 if found else 8.0} GB" in line
+    assert ("pip install" in line) == (not found)
+
+
 def test_a_small_factor_is_as_it_was_and_nothing_is_told():
     matrix = lattice()
     b = np.ones(matrix.shape[0])

@@ -476,6 +476,13 @@ def compressed(place, suffix):
     return names
 
 
+def test_a_compressed_matrix_must_be_square(tmp_path, capsys):
+    path = wheel(tmp_path, **compressed(tmp_path, ".npz"))
+    matrix = sparse.load_npz(tmp_path / "k.npz")
+    sparse.save_npz(tmp_path / "k.npz", sparse.csr_array(matrix)[:-1])
+    assert "be square" in told_wrong(path, capsys)
+
+
 def rewritten(place, change, kind="k", **options):
     """Change a matrix of the wheel and write it again."""
     matrix = sparse.lil_array(mmread(place / f"{kind}.mtx"))

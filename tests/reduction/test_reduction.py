@@ -31,7 +31,7 @@ def boundary_of(structure):
     return np.array([*tips, *structure.centre])
 
 
-@pytest.mark.parametrize("blades", [3, 22])
+@pytest.mark.parametrize("blades", [1, 2, 3, 22])
 @pytest.mark.parametrize("centre", ["free", "clamped"])
 def test_cyclic_reduction_is_the_whole_craig_bampton(blades, centre):
     disk = bladed_disk(Rotor(blades=blades, centre=centre))

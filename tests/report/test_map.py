@@ -19,7 +19,7 @@ from hpcwhirl.campaign.progress import progress_of
 from hpcwhirl.cli import campaign, main
 from hpcwhirl.report import canvas, render_process
 from hpcwhirl.report.map import drawing, layout, maps
-from hpcwhirl.report.map.axes import cell_edges, straight
+from hpcwhirl.report.map.axes import Axis, cell_edges, straight
 from hpcwhirl.report.map.data import Wish, picture_of
 from hpcwhirl.report.map.drawing import NO_CELL
 from hpcwhirl.scene.campaign_tables import Campaign
@@ -152,8 +152,12 @@ def test_all_failed_is_a_map_too(tmp_path):
 
 
 def test_a_third_input_becomes_panels(made):
-    picture = drawn(made("three inputs")).picture
+    map_ = drawn(made("three inputs"))
+    picture = map_.picture
     assert [p["friction"] for p in picture.panels] == [0.05, 0.1, 0.2]
+    titles = [axes.title for axes in map_.figure.axes if axes.get_title()]
+    assert not any(title.get_parse_math() for title in titles)
+    assert len(titles) == 3
     for number in range(3):
         own = picture.panel == number
         cells = set(zip(picture.x.place[own], picture.y.place[own], strict=True))
@@ -624,6 +628,19 @@ def test_a_picture_needs_no_figure(made):
     picture = picture_of(open_results(made("one case")), Wish())
     assert len(picture) == 1
     assert (picture.x.name, picture.y.name) == ("", "")
+
+
+def test_levels_have_ticks_where_their_texts_have_room():
+    def ticks(count, points, name="speed"):
+        axis = Axis(name, name, np.zeros(1, np.int32), 100.0 * np.arange(count))
+        return [
+            found.tolist() for found in map(np.array, axis.ticks(points, upright=True))
+        ]
+
+    assert ticks(3, 500.0) == [[0.0, 100.0, 200.0], ["0", "100", "200"]]
+    assert ticks(14, 500.0)[0] == [100.0 * n for n in range(14)]
+    for nothing in (ticks(3, 500.0, ""), ticks(15, 500.0), ticks(14, 50.0)):
+        assert nothing == [[], []]
 
 
 def test_texts_at_ticks_are_shown_as_they_are_written():

@@ -11,7 +11,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hpcwhirl.errors import InputError, WhirlError
+from hpcwhirl.errors import SHOWN, InputError, WhirlError, unknown
 from hpcwhirl.scene import (
     NAMED,
     Rotor,
@@ -200,6 +200,13 @@ def test_an_ambiguous_name_is_refused_with_both_its_homes(name):
 )  # fmt: skip
 def test_an_unknown_name_is_refused_with_the_nearest_one(wrong, right):
     assert f"did you mean '{right}'?" in refusal(parse_setting, f"{wrong}=1")
+
+
+def test_as_many_known_names_are_told_as_there_is_room_for():
+    names = [letter * (SHOWN - 2) for letter in "xyz"]
+    assert str(unknown("word", "0", names)).endswith(f"; known: {', '.join(names)}")
+    told = str(unknown("word", "0", [*names, "zz"]))
+    assert told.endswith(f"; known: {names[0]}, {names[1]}, zz and 1 more")
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,14 @@ import re
 
 import numpy as np
 import pytest
+import xarray
 from synthetic import grid_of, synthetic
 
 import hpcwhirl
 from hpcwhirl.analysis.columns import matching, source_of
 from hpcwhirl.cli import main
-from hpcwhirl.errors import InputError
-from hpcwhirl.store.reading.reader import open_coded
+from hpcwhirl.errors import InputError, StoreError
+from hpcwhirl.store.reading.reader import coded, open_coded
 
 ROWS = grid_of(
     speed=[300.0, 400.0, 500.0], gap=[1e-4, 4e-4], **{"casing.thickness": [0.02, 0.03]}
@@ -41,6 +42,16 @@ def test_columns_of_coded_results_are_those_of_words_each_text_once(folder, data
             np.testing.assert_array_equal(values, own.column(name))
             if name in {"word", "regime", "stop"}:
                 assert len(set(map(id, values))) == len(set(values))
+
+
+def test_a_code_without_a_word_is_told():
+    words = {"flag_meanings": "none damped sustained"}
+    codes = np.array([2, 0, 1, np.nan])  # NaN where a case is left out
+    found = coded(xarray.DataArray(codes, dims="case", attrs=words))
+    assert found.tolist() == ["sustained", "none", "damped", ""]
+    wrong = xarray.DataArray(codes + 1, dims="case", attrs=words, name="regime")
+    with pytest.raises(StoreError, match="regime is damaged: it has a code without"):
+        coded(wrong)
 
 
 def test_texts_read_in_parts_are_those_of_the_whole(data, monkeypatch):

@@ -289,6 +289,14 @@ def test_an_unforeseen_error_on_one_rank_ends_all_of_them(monkeypatch, capsys):
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
+def test_a_rank_alone_writes_without_mpi_io(tmp_path, monkeypatch):
+    begin(tmp_path, one_interval=True)
+    monkeypatch.setattr("hpcwhirl.store.results.gather.has_mpi_io", lambda: True)
+    gather(Directory(tmp_path), {})
+    with h5py.File(tmp_path / "results.h5") as file:
+        assert file.attrs["gather"] == b"serial"
+
+
 def test_facts_may_be_long_as_the_hosts_of_ten_thousand_ranks_are(tmp_path):
     begin(tmp_path, one_interval=True)
     hosts = " ".join(f"node{i:05d}" for i in range(10_000))

@@ -11,6 +11,8 @@ from hpcwhirl.analysis.critical import critical_of_waves
 from hpcwhirl.cli import main
 from hpcwhirl.errors import InputError
 from hpcwhirl.reduction.bodies import rotor_model
+from hpcwhirl.reduction.cyclic_coordinates import block
+from hpcwhirl.reduction.modes import _blocks, reference_speed
 from hpcwhirl.reduction.waves import (
     largest_growth,
     stiff_up_to,
@@ -152,6 +154,20 @@ def test_one_basis_serves_all_speeds(default):
             pair = (family(m, k, name, speed) for m in (default, finer))
             lines = [[line.rotating for line in own] for own in pair]
             assert lines[0] == pytest.approx(lines[1], rel=1.5e-3)
+
+
+def test_taut_blades_yield_as_unreduced_ones_at_the_speed_of_the_basis(monkeypatch):
+    monkeypatch.setattr("hpcwhirl.reduction.craig_bampton.NEW", 1e-9)
+    rotor = Rotor(blades=5, elements=4)
+    disk, terms = bladed_disk(rotor), rotation_of(rotor)
+    squared = reference_speed(disk) ** 2
+    for piece in _blocks(disk, 10, terms):
+        taut = block(disk.stiffness + squared * terms.stiffening, disk, piece.k)
+        kept = [*disk.boundary, *range(disk.sector_size, len(taut))]
+        want = np.linalg.solve(taut, np.eye(len(taut))[:, kept])[kept]
+        own = piece.stiffness + squared * (piece.stiffening + piece.mass)
+        found = np.linalg.solve(own, np.eye(len(own), len(kept)))[: len(kept)]
+        assert np.abs(found - want).max() < 1e-9 * np.abs(want).max()
 
 
 def test_a_mirrored_speed_mirrors_the_lines(default):

@@ -68,7 +68,7 @@ def draw_campbell(scene: Scene, speeds: Floats) -> Any:
     figure, axes = new_figure((9.5, 6.2))
     top = _families(axes, bands_in_hz(case, span), span)
     _casing(axes, table, k, span)
-    _marks(axes, case, first_family(table, "casing").get(k, 0.0), most)
+    _marks(axes, case, first_family(table, "casing"), most)
     if case.model.rotor.spin is not None:
         top = max(top, _of_centre(axes, case, span))
         other = beside(case)
@@ -192,17 +192,16 @@ def _casing(axes: Any, table: list[Line], k: int, span: Floats) -> None:
     _pair(axes, span, seen, told, c="#D55E00", lw=1.0)
 
 
-def _marks(axes: Any, case: Case, first: float, most: float) -> None:
+def _marks(axes: Any, case: Case, casing: Mapping[int, float], most: float) -> None:
     """Mark the critical speeds of Eq. 13 on the curves of the rotor's families.
 
-    first, most : rad/s, frequency of the casing's first mode of the scene's k; end of
-        the axis
+    casing : {nodal diameter: omega of 1F, rad/s}; most : rad/s, end of the axis
     """
     k = case.given.nodal_diameter
     for row in critical_of(case, 1):
         if row["nodal_diameter"] == k and row["speed"] <= most:
             name, speed = row["family"], row["speed"]
-            at = speed, (k * speed - first) / (2 * np.pi)
+            at = speed, (k * speed - casing[k]) / (2 * np.pi)
             axes.plot(*at, "o", c="black", mfc="white", ms=5, zorder=4)
             axes.annotate(f"{eq13_of(name)}: {_speed(speed)}", at,
                           (6, 8 if name == "1F" else -14), fontsize=8,
