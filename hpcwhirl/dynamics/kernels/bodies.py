@@ -64,7 +64,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
     yielded,
 )
 
-FLUSH_EVERY = 256  # steps; see `flush`
+FLUSH_EVERY = 256  # steps between two searches for tiny amplitudes, see `flush`
 TINY = 1e-150  # magnitude below which an amplitude is set to 0
 NOWHERE = 1.0  # m, gap of a lost blade
 

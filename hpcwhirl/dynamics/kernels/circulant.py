@@ -131,7 +131,10 @@ def circulant_space(
 
 @lru_cache(maxsize=MOST_KEPT)
 def _apart(blades: int) -> Indices:
-    """Return the table (N, N) of (i - j) mod N, row i, column j, for N blades."""
+    """Return the table (N, N) of (i - j) mod N, row i, column j, for N blades.
+
+    By it a circulant matrix follows from its column 0.
+    """
     j = np.arange(blades)
     return np.asarray(np.subtract.outer(j, j) % blades)
 
@@ -303,11 +306,12 @@ def guess(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def first_set(gaps, row, blades, wide, space):
-    """Choose the blades that `seek` first assumes in contact; return how many tries.
+    """Choose the blades that `seek` assumes first; return the number of sets to try.
 
-    If few blades touch, or the wheel has at most `SMALL`, these are the penetrating
-    blades, and no other set is tried (1 is returned). Else they are the active blades
-    of the last solution, which are corrected at each try.
+    It is the set of blades assumed to be in contact. If few blades touch, or the wheel
+    has at most `SMALL`, these are the penetrating blades, and no other set is tried (1
+    is returned). Else they are the active blades of the last solution, which are
+    corrected at each try.
 
     gaps, row : m, gaps without contact in folded order, from gaps[row] on
     """
@@ -325,10 +329,10 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether `known` lists any active blades, with an accurate kept inverse.
+    """Return whether the kept inverse exists and is accurate enough to be used.
 
-    The inverse is that of these blades' part of the Delassus matrix, see
-    `keep_inverse`.
+    It is the inverse of the part of the Delassus matrix of the blades in `known`, which
+    were in contact in the last solution, see `keep_inverse`.
     """
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 

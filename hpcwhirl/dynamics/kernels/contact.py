@@ -26,10 +26,12 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_sin
 
 # indices of the ledger, whose entries are in J, IMPULSE in N s, others as said here
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `samples`
+# m, bound of all displacements after a certificate; largest relative error of the gaps
+# that the contact solver has found, see `samples`
+CERTIFICATE, MISS = 5, 6
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
-ENTRIES = 9
+ENTRIES = 9  # number of entries of the ledger
 # number of terms of `Tracks.closed`, J: energy, damping, pulse, impact, friction,
 # rotation, wear
 CLOSED = 7
@@ -41,17 +43,19 @@ STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
 JUDGED = 12  # rows of evidence written
 NEXT_LOOK = 13  # step of the next check of the amplitude limit, see `watch`
-COUNTERS = 14
-# columns of the evidence: centre, energies, cumulative works; see `History.judged`
+COUNTERS = 14  # number of counters
+# columns of the evidence: centre x_o, y_o, m; energies of rotor and casing, J;
+# cumulative work fed, its part by friction, energy lost, J; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
-COLUMNS = 7
+COLUMNS = 7  # number of columns of the evidence at constant speed
 BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
 SLIP_EVERY = 8  # one of so many steps with contact is checked for slip
 NEAR = 0.5  # share of the amplitude limit beyond which every step is checked
-# reasons to stop
+# reasons to stop a run: none yet; a tip beyond the amplitude limit; a number that is
+# not finite; a contact problem without solution
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
-# casings
+# kinds of casing: rigid, a ring of elements, a ring of harmonics
 RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 

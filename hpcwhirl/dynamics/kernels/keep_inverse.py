@@ -28,7 +28,9 @@ from hpcwhirl.dynamics.kernels.vectors import (
 REGULAR = 1e-8  # least ratio of a pivot to the first one; less makes gaps inaccurate
 FEW = 8  # number of blades up to which inverting anew is faster than an update
 CHANGES = 32  # updates after which the inverse is computed anew
-SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known` after its N blades
+# places in `known` after its N blades: number of active blades; whether the inverse is
+# accurate; number of changes since an inversion; first of these changes
+SIZE, SOUND, CHANGED, LOG = range(4)
 
 
 def length_of_known(blades: int) -> int:

@@ -22,7 +22,8 @@ import math
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
 
-DEPTH, WORK, CUT = 0, 1, 2  # rows of the state, see `kernel_types.BodiesState`
+# rows of `worn` in the state: worn depth, m; work of wear and of the rotation, J
+DEPTH, WORK, CUT = 0, 1, 2
 EQUAL = 1e-11  # tolerance of P(s) = multiplier, relative to the largest force
 ROUND = 1e-15  # relative round-off of the depth s of a tip
 ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; steps after which they are halved
@@ -319,6 +320,8 @@ def keep_depth(worn, sample, track):
 @rare
 def closed_by(older, opened, out):
     """Compute how much the gaps have closed from step n - 1 to n + 1: out (N,), m.
+
+    The impact loss depends on it, see `contact.book_contacts`.
 
     older, opened : (N,), m, gaps at step n - 1 and at step n + 1
     """

@@ -182,7 +182,7 @@ def improve(gaps, size, lam, opened, attempt, largest, space):
 
 
 APART = 1e-12  # perturbation over the largest gap: above round-off, without effect
-GOLDEN = 0.6180339887498949
+GOLDEN = 0.6180339887498949  # its multiples mod 1 are the perturbations
 LEAST = 1e-11  # least pivot, relative to the largest entry of W
 CLOSED = 1e-10  # tolerance of closed gaps, relative to the largest gap
 
@@ -328,7 +328,8 @@ def settle(gaps, lam, opened, space):
 def widen(gaps, opened, chosen, size, largest):
     """Append the blades that still penetrate to chosen[:size]; return the new number.
 
-    Return -1 if one of the blades already chosen still penetrates.
+    Return -1 if one of the blades already chosen still penetrates. `solve_singular`
+    applies Lemke's method again to the chosen blades.
 
     gaps, opened : (N,), m, without multipliers; with those of the blades chosen so far
     largest : m, largest |gap| without multipliers

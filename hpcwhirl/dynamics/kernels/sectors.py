@@ -173,9 +173,9 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return the four `sums` plus the products a re, b im, a im, b re.
+    """Add a complex product (a + i b) (re + i im) to four sums of its real parts.
 
-    They are the parts of the complex product (a + i b) (re + i im), summed apart.
+    Return the sums of a re, b im, a im and b re, kept apart.
 
     a, b, value : four doubles each: coefficient a + i b; (re, im)
     """
@@ -210,10 +210,10 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return the four complex numbers in `spectra` to which a sum is to be added.
+    """Return the four complex sums so far to which the next term is to be added.
 
-    They are (re, im) from index `at`, and from k further; zeros if the sum is `fresh`,
-    begun here.
+    They are read from `spectra`, re from index `at`, im k further; they are 0 if the
+    sums are `fresh`, begun by this term.
     """
     zero = broadcast(0.0)
     if fresh:
@@ -270,7 +270,7 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return the values at blades 4 g .. 4 g + 3 that belong to a spectrum.
+    """Evaluate a spectrum at four blades, 4 g .. 4 g + 3; return four values.
 
     lanes : `SectorRows.lanes`, cos and -sin of each slot at groups of four blades
     spectra, at : array, and index in it where the spectrum (2 k,) begins
@@ -288,7 +288,7 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at one blade that belongs to a spectrum.
+    """Evaluate a spectrum of gaps or motions at one blade; return the value there.
 
     turns : `SectorRows.turns`, cos and -sin of each slot at each blade
     spectra, at : array, and index in it where the spectrum (2 k,) begins

@@ -39,7 +39,7 @@ from hpcwhirl.dynamics.kernels.vectors import (
 MOST = 64  # largest number of terms r in the second stage
 ROOM = 2 * FOUR * MOST  # doubles of work space on the stack
 WORTH = 0.7  # largest ratio of the products in two stages to those of a dense transform
-BLADES, SPAN = 0, 1  # after the table of cos and sin: N; b, or 0 for one dense stage
+BLADES, SPAN = 0, 1  # places behind the table of cos and sin: N; b, or 0 for one stage
 BEHIND = FOUR  # number of entries after that table
 
 
@@ -222,7 +222,11 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
 
 @inlined
 def lay_out(factors, which, size, blades, spread):
-    """Set spread (N,) to the `factors` of blades which[:size], to 0 for all others."""
+    """Write the values of some blades to an array of all N blades, as `to_slots` needs.
+
+    factors, which, size : the values; the blades are which[:size]
+    spread : (N,), out: 0 for all other blades
+    """
     for j in range(blades):
         put(spread, j, 0.0)
     for s in range(size):
