@@ -390,7 +390,10 @@ class March:
         return now._replace(angle=angle % (2.0 * math.pi))
 
     def advance(self, steps: int) -> None:
-        """Integrate at most `steps` steps; any slices give the same bits."""
+        """Integrate at most `steps` further steps.
+
+        A run gives the same bits however it is divided into such calls.
+        """
         start = time.perf_counter()
         self._through_samples(min(self.steps + steps, self.total))
         self.seconds += time.perf_counter() - start
@@ -408,7 +411,7 @@ class March:
         return min(goal, after) if self.stresses.size else goal
 
     def _march_to(self, goal: int) -> None:
-        """Integrate up to step `goal`; change to the next interval of speed in time.
+        """Integrate up to step `goal`, with new arrays where an interval of speed ends.
 
         Where a casing held in a shape is let go, it is released.
         """

@@ -40,7 +40,7 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 LANES = 4  # modes that the kernel sums at a time; padding modes never move
-EMPTY = np.zeros((0, 0))
+EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
 
 
 def _padded(array: Floats, axis: int) -> Floats:

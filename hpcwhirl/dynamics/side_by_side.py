@@ -27,6 +27,7 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.input_names import Value
 
+# arrays of a state that are linear in the motion
 MOTION = ("rotor", "ring", "gaps", "q_b", "d_b", "q_c", "d_c", "older")
 WAITING = "lam"  # multipliers of a pending step
 

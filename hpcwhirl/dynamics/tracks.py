@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
 
 CERTAIN = 4  # reason for the end that no kernel returns: a certificate
-STOPS = {
+STOPS = {  # {counter STOP: name of the reason for the end of a run}
     0: "end",
     1: "amplitude",
     2: "nonfinite",
@@ -161,7 +161,8 @@ def _circle(march: March, time: Floats) -> Floats:
 def _blur(march: March) -> tuple[float, float]:
     """Return energy, J, and squared distance of the centre, m^2, due to round-off.
 
-    They are those after the steps taken so far, see `History.blur`.
+    Up to these, an unbalanced rotor may have left its circle by round-off in the steps
+    taken so far, see `History.blur`.
     """
     energy, squared = march.scheme.jitter
     return march.steps * energy, march.steps * squared

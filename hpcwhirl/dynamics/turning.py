@@ -147,7 +147,7 @@ def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
     return DenseBody._make([*(plain[name] for name in names), *placed])
 
 
-NONE = np.zeros((0, 0))
+NONE = np.zeros((0, 0))  # for a rotor without such supports
 ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
 
 
