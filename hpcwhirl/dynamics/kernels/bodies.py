@@ -1,8 +1,10 @@
 """Time loop for a rotor and a casing of any kind: the paper's Algorithm 1.
 
-It serves scheme `paper` and casings of elements. What a step does to each body depends
-on how this is represented, by matrices or modes: see `verbs`. The rotor is in the
-rotating frame, the casing in the static one.
+It serves scheme `paper`, and scheme `general` where the casing is integrated in the
+static frame: a ring of elements, a layer that wears, rotation that couples the rotor's
+modes, or several contact points a tip. What a step does to each body depends on how
+this is represented, by matrices or modes: see `verbs`. The rotor is in the rotating
+frame.
 """
 
 from __future__ import annotations

@@ -90,10 +90,10 @@ class PartLibrary(KernelLibrary):
         return self
 
     def set_env(self, *_: Any) -> None:
-        """Do nothing: without calls from Python no environment is needed."""
+        """Do nothing, where numba would set an environment for calls from Python."""
 
     def get_pointer_to_function(self, _: str) -> int:
-        """Return 0, no address of machine code: callers link the code."""
+        """Return 0 instead of the machine code's address: callers link the code."""
         self._ensure_finalized()
         return 0
 
@@ -139,7 +139,7 @@ class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         raise TypeError(msg)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba needs to type a call; values of literals do not count."""
+        """Return what numba needs to type a call, with literals as plain types."""
         return super().get_call_template([unliteral(arg) for arg in args], kws)
 
 
@@ -154,11 +154,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba needs to type a call by compiled code, of `twin`."""
+        """Return what numba needs to type a call of `twin` by compiled code."""
         return self.twin.get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the machine code of `twin`, for compiled callers."""
+        """Return the machine code of `twin` for a signature, for compiled callers."""
         return self.twin.get_overload(sig)
 
 
@@ -172,11 +172,11 @@ class Verb(Part):
         return self.kinds[type(first)](first, *rest)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba needs to type a call, for the first argument's type."""
+        """Return what numba needs to type a call of the function for these types."""
         return self._of(args).get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the machine code for a signature, by its first argument's type."""
+        """Return the machine code of the function chosen for a signature."""
         return self._of(sig).get_overload(sig)
 
     def _of(self, args: Any) -> Any:

@@ -73,8 +73,8 @@ def invert(a, stride, size):
 def place_of(j, blades, wide):
     """Return the index of blade j in an array of gaps in folded order.
 
-    In that order the blades 0 .. N // 2 come first; the others, N - j, are in the
-    second half, from index `wide` on.
+    In that order the blades 0 .. N // 2 come first; a further blade j is in the second
+    half, at index wide + N - j.
 
     blades, wide : N; half the length of the array
     """

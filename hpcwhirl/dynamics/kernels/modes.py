@@ -1,7 +1,7 @@
-"""A body as uncoupled modes in the time loop `bodies`, for a casing of elements.
+"""A rotor or casing as uncoupled modes in the time loop `bodies`, see there.
 
-Rotor and casing are sums of modes with real amplitudes q (m,), normalised to unit modal
-mass. The functions with `does` implement the operations of `verbs` for them.
+The body's motion is a sum of modes with real amplitudes q (m,), normalised to unit
+modal mass. The functions with `does` implement the operations of `verbs` for it.
 """
 
 from __future__ import annotations

@@ -336,7 +336,7 @@ def total_of(four):
 
 @inlined
 def add_six(factors, which, size, table, stride, v, six):
-    """Add rows of a table, each times a factor, to six vectors; return these.
+    """Return six vectors, to which rows of a table, each times a factor, are added.
 
     The sum over s < size of factors[s] times row which[s] is added, at 24 columns.
 
@@ -357,10 +357,10 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Add rows of a table, each times a factor, to two vectors; return these.
+    """Return two vectors, to which rows of a table, each times a factor, are added.
 
     The sum over s < size of factors[s] times row which[s] is added, at the 8 columns
-    from v on. Arguments are those of `add_six`.
+    from v on. Arguments are those of `add_six`; two : the vectors
     """
     a, b = two
     for s in range(size):
