@@ -78,10 +78,16 @@ class Steps(Protocol):
     """
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return velocities from displacements x and increments d = x_n - x_{n-1}."""
+        """Return velocities from displacements x and increments d = x_n - x_{n-1}.
+
+        All arrays are those of one body, (n,), in physical or modal coordinates.
+        """
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return increments d = x_n - x_{n-1} from displacements x and velocities v."""
+        """Return increments d = x_n - x_{n-1} from displacements x and velocities v.
+
+        All arrays are those of one body, (n,), in physical or modal coordinates.
+        """
 
 
 @dataclass(frozen=True)
@@ -199,7 +205,10 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
 
 
 def check_sizes(model: Model, motion: Motion) -> None:
-    """Raise InputError if a body's number of coordinates differs from a motion's."""
+    """Raise InputError if a motion has another number of coordinates than the model.
+
+    The coordinates are those of the rotor and of the casing.
+    """
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
         if len(x) != size:

@@ -219,10 +219,10 @@ class DrivenRotor:
 def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
     """Return the kernel's arrays of a rotor of changing speed, with modes for r added.
 
-    r is the motion without contact. Those that depend on the speed are 0 until
+    r is the motion without contact. Arrays that depend on the speed are 0 until
     `DrivenRotor.set` is called.
 
-    body, rotor : the kernel's arrays at constant speed; blocks of the rotor
+    body, rotor : the kernel's arrays at constant speed; blocks of the rotor's modes
     """
     size = int((np.diff(rotor.begun) ** 2).sum())
     starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
@@ -255,7 +255,7 @@ class DrivenSteps:
     what the forces of unbalance and Euler's force add in this step, at the present
     speed.
 
-    rotor, body, step : blocks of the rotor; the kernel's arrays of it; dt, s
+    rotor, body, step : blocks of the rotor's modes; the kernel's arrays; dt, s
     """
 
     rotor: DrivenRotor
@@ -283,13 +283,19 @@ class DrivenSteps:
         state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return velocities from displacements x and increments d = x_n - x_{n-1}."""
+        """Return the rotor's velocities, (m,), from the state of its modes.
+
+        x, d : (m,), amplitudes, and their increments x_n - x_{n-1} in the last step
+        """
         keep, pull, moved = self.rotor.dense(self.body)
         free = FreeSteps(keep, pull, self.step).velocities(x, d)
         return np.asarray(free + moved / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return increments d = x_n - x_{n-1} from displacements x and velocities v."""
+        """Return the rotor's last increments x_n - x_{n-1}, (m,), in its modes.
+
+        x, v : (m,), amplitudes, and their velocities
+        """
         keep, pull, moved = self.rotor.dense(self.body)
         less = v - moved / (2 * self.step)
         return FreeSteps(keep, pull, self.step).increments(x, less)
