@@ -1,4 +1,8 @@
-"""Arrays of the exact scheme's jumps over free steps, and of their bounds."""
+"""Coefficients of the exact scheme's jumps over steps without contact, and bounds.
+
+A jump replaces many free steps by one; bounds of the motion tell how long it may be,
+see `kernels.flight`.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +37,7 @@ class Flyer(NamedTuple):
 
 
 def flying_modes(items: Floats, step: float) -> Flyer:
-    """Return the coefficients of jumps over steps without contact, for modes.
+    """Return the functions for a body's motion without contact, by its modes.
 
     items, step : (ITEMS, modes), coefficients of modes, see `kernels.passes`; dt, s
     """
@@ -47,7 +51,7 @@ def flying_modes(items: Floats, step: float) -> Flyer:
 
 
 def flying_waves(items: Floats, step: float) -> Flyer:
-    """Return the coefficients of jumps over steps without contact, for waves.
+    """Return the functions for a rotor's motion without contact, by its waves.
 
     items, step : (ITEMS, waves), coefficients of waves, see `kernels.waves`; dt, s
     """
@@ -70,12 +74,12 @@ def all_die_out(items: Floats) -> bool:
 
 
 def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
-    """Return whether the free motion of a body's waves decays.
+    """Return whether all free motion of a body's waves decays.
 
     Waves that do not change (z = 1) and that contact does not excite are left out.
 
     ahead : (waves,), z - 1 of each wave, z the factor of its amplitude in a step
-    push : (r, waves), contributions of contact to each wave
+    push : (r, waves), change of each wave by contact forces
     """
     pushed = np.asarray(push.any(axis=0))
     less = 2 * ahead.real + ahead.real**2 + ahead.imag**2  # |z|^2 - 1, not cancelling
@@ -85,13 +89,13 @@ def die_out(ahead: Complexes, push: NDArray[Any]) -> bool:
 def flight_arrays(
     scene: Scene, beat: int, rotor: Flyer, ring: Floats
 ) -> Flight | tuple[()]:
-    """Return the arrays for jumps of the scheme exact over free steps; () for others.
+    """Return the kernel's arrays for jumps of scheme `exact`; () for other schemes.
 
     Parameters
     ----------
     scene : scene to integrate
     beat : steps between rows of evidence, at which jumps end
-    rotor : free motion of the rotor
+    rotor : functions for the rotor's motion without contact
     ring : coefficients of the ring's modes, packed as in the kernel
     """
     if not scene.solver.flies:
@@ -111,16 +115,16 @@ def flight_arrays(
 def can_fly(scene: Scene) -> bool:
     """Return whether gaps change only by free motion while no blade touches.
 
-    Growing lobes of a rigid casing change them, too, and exclude jumps.
+    Lobes of a rigid casing change the gaps, too: then there are no jumps.
     """
     casing = scene.engine.casing
     return casing.kind == "ring" or casing.amplitude == 0.0
 
 
 def _jump(items: Floats, count: int, step: float) -> Floats:
-    """Return coefficients of a jump over `count` steps, (JUMP_ITEMS, modes).
+    """Return coefficients of a jump of modes over `count` steps, (JUMP_ITEMS, modes).
 
-    items : (ITEMS, modes), coefficients of modes, see `kernels.passes`
+    items, step : (ITEMS, modes), coefficients of modes, see `kernels.passes`; dt, s
 
     Amplitude q and velocity v become q' = e^-a ((cos b + xi omega S) q + S v) and v' =
     e^-a ((cos b - xi omega S) v - omega^2 S q), a = xi omega t, b = omega_d t, S =
@@ -150,7 +154,7 @@ def _jump(items: Floats, count: int, step: float) -> Floats:
 
 
 def _bound(items: Floats, longest: float) -> Floats:
-    """Return the coefficients that bound a body's free motion, (BOUND_ITEMS, modes).
+    """Return coefficients that bound the free motion of modes, (BOUND_ITEMS, modes).
 
     v^2 = (omega^2 q^2 + 2 xi omega q q' + q'^2) / (1 - xi^2), with q' = dq/dt, is a
     decreasing envelope of |q'|^2. The displacement of a mode stays below v / omega, and
@@ -183,7 +187,7 @@ def _turned(angles: Complexes) -> Floats:
 
 
 def _bound_waves(roots: Complexes, radial: Floats, longest: float) -> Floats:
-    """Return the coefficients that bound the waves' free motion, (BOUND_ITEMS, waves).
+    """Return coefficients that bound the free motion of waves, (BOUND_ITEMS, waves).
 
     A wave's part of a gap, gamma a e^{st}, with its root s, its amplitude a and the gap
     gamma for unit amplitude, has the initial rate gamma s a, and a second derivative of

@@ -1,4 +1,9 @@
-"""The certificate that no blade touches again, and the later motion in closed form."""
+"""The certificate that no blade touches again, and the later motion in closed form.
+
+In free motion the amplitude of each mode after n steps is a sum of terms z^n, z the
+roots of the time step (`free_modes`, `free_waves`). Their magnitudes bound all later
+displacements; if the bound is below the gap, no contact can recur.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +60,7 @@ class _Start(NamedTuple):
     Attributes
     ----------
     step : number of the step
-    row : (COLUMNS,), the values sampled at this step for the word of the case
+    row : (COLUMNS,), the row of evidence at this step, see `kernels.contact`
     impulse : N s, normal impulse of all contacts so far
     blades : (N,), N s, normal impulse of each blade so far
     """
@@ -67,12 +72,15 @@ class _Start(NamedTuple):
 
     @property
     def to_lose(self) -> float:
-        """Energy dissipated so far plus the energy that is left at this step, J."""
+        """Energy dissipated so far plus the energy that is left at this step, J.
+
+        In free motion energy only decreases by damping, so that this sum stays.
+        """
         columns = contact.WAS_LOST, contact.OF_ROTOR, contact.OF_CASING
         return float(sum(self.row[column] for column in columns))
 
     def ahead(self, total: int, stride: int) -> Integers:
-        """Return the numbers of steps from this one to each sample up to step `total`.
+        """Return how many steps later each sample up to step `total` is taken.
 
         stride : steps between samples
         """
@@ -105,7 +113,7 @@ class FreeDecay:
         return self.rotor.decays and self.ring.decays
 
     def motion(self, state: CyclicState) -> _Motion:
-        """Return the free motion that starts from a state."""
+        """Return the motion without contact that starts from a state of the march."""
         step = int(state.counter[contact.STEP])
         s_b, s_c, _, _ = self.ended(state)
         log = np.concatenate([self.rotor.log, self.ring.log])
@@ -126,7 +134,7 @@ class FreeDecay:
         return np.hstack(sizes), np.concatenate([self.rotor.radius, self.ring.radius])
 
     def farthest(self, state: CyclicState) -> float:
-        """Return a bound of the magnitude of all later displacements of tips, m."""
+        """Return a bound of the magnitude of all later displacements of any tip, m."""
         return float((self._moved @ self.motion(state).rotor.most).max(initial=0.0))
 
     @cached_property
@@ -137,13 +145,13 @@ class FreeDecay:
     def finish(
         self, state: CyclicState, tracks: Tracks, total: int, strides: Strides
     ) -> None:
-        """Complete a march from a row of evidence to its end, in closed form.
+        """Complete a certified march in closed form: state, traces and evidence.
 
         Parameters
         ----------
         state : state at a step with a row of evidence, after which no contact occurs;
             replaced by that at the end
-        tracks : samples of the march, completed here
+        tracks : samples and rows of evidence of the march, completed here
         total : number of steps of the whole run
         strides : steps between samples of the traces, and between rows of evidence
         """
@@ -182,10 +190,11 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, _: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write the rows of evidence after the start, in closed form, to `tracks`.
+        """Write the rows of evidence of a free motion to `tracks`, in closed form.
 
         motion, start : free motion, and the state at which it begins
         z : (rows, modes), factors z^n of all modes, n steps after the start
+        tracks : only the rows to be written
         """
         rows, begun = tracks.evidence, start.row
         rows[:, : contact.AT_Y + 1] = self._centre(motion, z)
@@ -199,11 +208,12 @@ class FreeDecay:
         self, motion: _Motion, z: Complexes, steps: Integers, start: _Start,
         tracks: Tracks,
     ) -> None:  # fmt: skip
-        """Write the samples of the traces after the start, in closed form, to `tracks`.
+        """Write the samples of the traces of a free motion to `tracks`, in closed form.
 
         motion, start : free motion, and the state at which it begins
         z : (samples, modes), factors z^n of all modes
         steps : (samples,), numbers n of steps after the start
+        tracks : only the samples to be written
         """
         tracks.centre[:] = self._centre(motion, z)
         tracks.energy[:] = sum(motion.energies(z))
@@ -222,9 +232,11 @@ class FreeDecay:
     def _ring(self, motion: _Motion, z: Complexes, steps: Integers) -> Floats:
         """Return the ring's amplitudes in a free motion, as the kernel stores them.
 
-        They are (samples, 2 size), real parts, then imaginary parts.
+        They are (samples, 2 size), real parts, then imaginary parts, in the rotating
+        frame.
 
-        z, steps : as in `_keep`
+        z : (samples, modes), factors z^n of all modes
+        steps : (samples,), numbers n of steps after the start
         """
         q = motion.ring.places(motion.parts(z)[1])
         q = q * np.exp(1j * np.outer(steps, self.ring.spin))
@@ -235,9 +247,11 @@ class FreeDecay:
     def _leave(
         self, motion: _Motion, state: CyclicState, settled: Any, steps: int
     ) -> None:
-        """Set the state to the one that the kernel would leave after `steps` steps.
+        """Set the state of a march to that after `steps` further steps of free motion.
 
-        settled : copies of rotor, ring and their sums, with all contact forces applied
+        It is the state that the kernel would have, with damping losses and step number.
+
+        settled : rotor, ring and their sums of works, with all contact forces applied
         """
         _, _, state.sums_b[:], state.sums_c[:] = settled
         state.counter[contact.STEP] += steps
@@ -256,10 +270,11 @@ class FreeDecay:
 def next_look(
     sizes: Floats, decays: Floats, gap: float, shortest: int, longest: int
 ) -> int:
-    """Return after how many steps the bound of the tips' motion will be below the gap.
+    """Return after how many steps to search for a certificate again.
 
-    Only the numbers `shortest`, twice, four times it, ... are tried. The result is
-    valid if no contact occurs before.
+    It is the number of steps after which the bound of the tips' motion will be below
+    the gap, if no contact occurs before. Only `shortest`, twice, four times it, ... are
+    tried.
 
     Parameters
     ----------

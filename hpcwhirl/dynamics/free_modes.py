@@ -28,7 +28,7 @@ SIGNS = (-1.0, 1.0)  # signs in alpha and beta = (A -+ i B) / 2
 
 
 def flushed(values: Floats) -> Floats:
-    """Return values with those below 1e-150 set to zero, as in the kernels."""
+    """Return numbers with those below 1e-150 set to 0, as the kernels do."""
     return np.where(np.abs(values) < TINY, 0.0, values)
 
 
@@ -45,7 +45,7 @@ class Roots:
     radius, sine : (modes,), r and sin phi
     log : (modes,), log z
     back : (modes,), cos phi - r
-    pull : (modes,), part of the amplitude by which a step reduces its increment
+    pull : (modes,), coefficient of the amplitude in the next increment, see this module
     decays : whether all modes have stiffness and damping and oscillate; only then is
         the later motion bounded
     """
@@ -60,16 +60,18 @@ class Roots:
     decays: bool
 
     def waves(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B), (modes,) each, of q_n = r^n (A cos n phi + B sin n phi).
+        """Return (A, B) of free amplitudes q_n = r^n (A cos n phi + B sin n phi).
 
-        q, d : amplitudes, and their increments in the last step
+        A, B : (modes,) each
+        q, d : (modes,), amplitudes at n = 0, and their increments in the last step
         """
         return q, (q * self.back + self.radius * d) / self.sine
 
     def increments(self, q: Complexes, d: Complexes) -> tuple[Complexes, Complexes]:
-        """Return (A, B) as `waves` does, of the increments d_n = q_n - q_{n-1}.
+        """Return (A, B) of free increments d_n = r^n (A cos n phi + B sin n phi).
 
-        q, d : amplitudes, and their increments in the last step
+        A, B : (modes,) each
+        q, d : (modes,), amplitudes at n = 0, and their increments d_n = q_n - q_{n-1}
         """
         # d_1 = keep d - pull q = r (A cos phi + B sin phi)
         return d, -(self.back * d + self.pull / self.radius * q) / self.sine
@@ -96,7 +98,7 @@ def roots_of(items: Floats) -> Roots:
 
 @dataclass(frozen=True)
 class ModesMotion:
-    """Free motion of a body's modes: q = alpha z^n + beta conj(z)^n.
+    """Free motion of a body's modes in closed form: q = alpha z^n + beta conj(z)^n.
 
     z is the root of a mode, n the number of steps since the start of the motion.
 
@@ -125,7 +127,7 @@ class ModesMotion:
     def swing(self, rows: Complexes) -> Complexes:
         """Return factors f, (modes, r), of r displacements Re(f^T z^n) after n steps.
 
-        rows : (r, modes), which give the r displacements Re(conj(rows) q)
+        rows : (r, modes), for unit amplitudes: the displacements are Re(conj(rows) q)
         """
         return (rows.conj() * self.alpha + rows * self.beta.conj()).T
 
@@ -151,10 +153,10 @@ class ModesMotion:
         return np.asarray(np.abs(z) ** 2 @ steady + (z**2 @ beating).real)
 
     def leave(self, state: Floats, steps: int, step: int) -> tuple[Floats, Floats]:
-        """Set a kernel's state to the one that it would have after `steps` free steps.
+        """Set the kernel's state of a body to that after `steps` steps of free motion.
 
-        The kernel enters the damping loss of the last step later: it is the sum of
-        rates times squares.
+        Return rates and squares, whose sum of products is the damping loss of the last
+        step, J: the kernel will enter this later.
 
         Parameters
         ----------
@@ -186,13 +188,13 @@ class ModesMotion:
 
 
 class FreeModes:
-    """Modes of a body, whose complex amplitudes are in the state of a kernel.
+    """Modes of a body under central differences, whose free motions it computes.
 
     Parameters
     ----------
-    items : (ITEMS, modes), coefficients of the modes, see `kernels.passes`
+    items : (ITEMS, modes), coefficients of a step of the modes, see `kernels.passes`
     width : the state has shape (3, rows, 2, width), re and im, modes = rows width
-    step : s
+    step : dt, s
 
     Attributes
     ----------
@@ -215,6 +217,7 @@ class FreeModes:
     def motion(self, state: Floats, step: int) -> ModesMotion:
         """Return the free motion from a state with all contact forces applied.
 
+        state : amplitudes and increments of the body in the kernel
         step : number of the last step
         """
         parts = state.reshape(self.shape)

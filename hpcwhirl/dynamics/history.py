@@ -25,7 +25,7 @@ LEDGER_TERMS = (
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples of a run that decide its words, whichever traces are stored.
+    """Samples of a run from which its word follows, whichever traces are stored.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class History:
 
 
 def since(history: History, start: float) -> History:
-    """Return a history with the evidence after `start`, s, which becomes time 0.
+    """Return a history whose evidence begins after `start`, s, which becomes time 0.
 
     Samples of the traces and the ledger stay those of the whole run.
     """
@@ -159,11 +159,13 @@ def since(history: History, start: float) -> History:
 
 
 def between(history: History, start: float, end: float) -> History:
-    """Return a history with the evidence from `start`, s, as time 0, to `end`, s.
+    """Return a history with the evidence from `start`, then time 0, to `end` only.
 
     Samples of the traces and the ledger stay those of the whole run. If contact occurs
     after `end`, the time of the last contact before it is that of the last row in which
     the work fed changes.
+
+    start, end : s
     """
     judged = history.judged
     rows = (judged.time > start) & (judged.time <= end)

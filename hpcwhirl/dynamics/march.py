@@ -1,4 +1,8 @@
-"""Integration of one case in slices; times and angles follow from the step number."""
+"""The march: the time integration of one case, in slices of about 10 ms each.
+
+Times and angles follow from the step number, so that any division into slices gives the
+same bits.
+"""
 
 from __future__ import annotations
 
@@ -47,13 +51,17 @@ MOST_TRACES = 4e9  # bytes of one case's samples in memory
 
 
 class March:
-    """The integration of a case: advance it in slices, then read its history.
+    """The time integration of a case: advance it in slices, then read its history.
+
+    If load and engine repeat around the circumference, only one sector is integrated,
+    see `fold`. A certificate is the proof that no blade can touch again, after which
+    the run is completed in closed form.
 
     Parameters
     ----------
     case
         the case; its `scene` and `model` are also attributes here, and so is `lean`,
-        the scene and model that are integrated
+        the scene and model that are integrated: of all sectors or of one
     start
         the initial motion: the final one of another march; None: the motion given by
         `start_energy` of the case, else rest, or the circle of an unbalanced rotor
@@ -85,10 +93,10 @@ class March:
         self.fold()
 
     def _begin(self, lean: Marched) -> None:
-        """Set scheme and state to the start of a march: at rest or as `start` says.
+        """Create the scheme; set its state to the start of the run: rest or a motion.
 
-        lean : scene and model to integrate; if they cannot represent `start`, those of
-            all sectors are taken instead
+        lean : scene and model to integrate; if they cannot represent the initial
+            motion, those of all sectors are taken instead
         """
         self.lean = lean
         with representable("the step"):
@@ -104,17 +112,22 @@ class March:
         self.watched = LOOKS * self.beat if lean.model.folds > 1 else 0
 
     def _started(self, start: Motion) -> bool:
-        """Set the state to an initial motion; return False if that is impossible.
+        """Set the state to an initial motion; return whether that was possible.
 
-        It is if one sector is integrated and the motion differs between sectors.
+        It is impossible if one sector is integrated and the motion differs between
+        sectors.
         """
         self._refresh(None)
         return self.scheme.begin(start)
 
     def _refresh(self, state: Any) -> None:
-        """Set speed, casing shape and arrays to those of the present interval of speed.
+        """Set speed, casing shape and the kernel's arrays to those of the present step.
 
-        state : state of the kernel, which is adapted to them; None: no state is adapted
+        They change if the speed is a function of time, which is divided into intervals,
+        or if a casing held in a shape is let go.
+
+        state : state of the kernel, which is adapted to a new interval; None: no state
+            is adapted
         """
         scene = self.lean.scene
         free = NEVER < self.let_go <= self.steps
@@ -134,7 +147,10 @@ class March:
 
     @contextmanager
     def at_start(self) -> Iterator[None]:
-        """Use the arrays of the first interval of speed inside a `with` statement."""
+        """Use the kernel's arrays of the first interval of speed in a `with` statement.
+
+        The fingerprint of a snapshot is computed from them.
+        """
         steps = self.steps
         self.counter[contact.STEP] = 0
         self._refresh(None)
@@ -145,17 +161,24 @@ class March:
             self._refresh(None)
 
     def recall(self) -> None:
-        """Set the kernel's arrays for the interval of speed of a restored state."""
+        """Set speed, casing shape and the kernel's arrays for a restored state."""
         self._refresh(None)
 
     def put(self, state: Iterable[Floats]) -> None:
-        """Set the march to a given state of the same scene, perhaps at another step."""
+        """Set the march to a given state of the same scene, perhaps at another step.
+
+        state : arrays of the state, in its order
+        """
         for target, array in zip(self.state, state, strict=True):
             target[...] = array
         self.recall()
 
     def _coast(self) -> FreeDecay | None:
-        """Return an object that computes free decay; None if it cannot be certified."""
+        """Return the object that finds certificates and the motion after them, or None.
+
+        None if the run wants no certificate, or if for this scheme, rotor or changing
+        speed there is no closed form.
+        """
         scene, model = self.lean.scene, self.lean.model
         scheme = self.scheme
         if scheme.ended is None or not self.case.plan.settles:
@@ -170,7 +193,7 @@ class March:
         return coast if coast.possible else None
 
     def _watch(self) -> None:
-        """Restart with all sectors if the one that is integrated had too much contact.
+        """Restart the run with all sectors if the integrated one had too much contact.
 
         Round-off grows from contact to contact, and a motion without the symmetry may
         grow from it: one sector represents all sectors only while this is negligible.
@@ -184,19 +207,19 @@ class March:
             self.unfold()
 
     def unfold(self) -> None:
-        """Restart the march with all sectors instead of one."""
+        """Restart the run with all sectors instead of one."""
         self._begin(self.case.whole)
 
     def fold(self) -> None:
-        """Restart the march with the sectors that the plan integrates: one or all."""
+        """Restart the run with the sectors that the plan chose: one for all, or all."""
         lean = self.case.lean
         self._begin(lean if folds_well(lean.model, lean.scene) else self.case.whole)
 
     def _slice(self, size: int) -> int:
-        """Return how many steps, up to `size`, can be taken without a stop.
+        """Return how many steps, up to `size`, can be taken before the next check.
 
-        The march must stop to search for a certificate (`_look`) and to check how much
-        contact the one sector integrated for all has had (`_watch`).
+        The checks are the search for a certificate (`_look`) and that of the contacts
+        of one sector integrated for all (`_watch`).
         """
         if self.coast is not None:
             left = int(self.counter[contact.NEXT_TRY]) - self.steps
@@ -211,7 +234,10 @@ class March:
         self.counter[contact.NEXT_TRY] = -(-at // self.beat) * self.beat
 
     def _look(self) -> None:
-        """Search for a certificate if it is due; if found, end or complete the run."""
+        """Search for a certificate if one is due; if found, end or complete the run.
+
+        It is found if a bound of all later motion is below the gap.
+        """
         if self.coast is None or self.steps < int(self.counter[contact.NEXT_TRY]):
             return
         sizes, decays = self.coast.bound(self.state)
@@ -239,7 +265,7 @@ class March:
 
     @property
     def _limit(self) -> float:
-        """Magnitude of a tip's displacement that ends a run, m."""
+        """Amplitude limit: the magnitude of a tip's displacement that ends a run, m."""
         return self.scene.solver.amplitude_limit * self.scene.engine.rotor.radius
 
     def _empty_tracks(self) -> Tracks:
@@ -269,10 +295,10 @@ class March:
 
     @property
     def _stress_shape(self) -> tuple[int, int]:
-        """Numbers (N, P) of blades, and of named points with stored stress; P may be 0.
+        """Numbers (N, P) of blades, and of points on each whose stress is stored.
 
-        The stress is computed from the state at each sample. A scheme that jumps does
-        not stop at samples, so that none is stored.
+        P is 0 unless traces are "full". The stress is computed from the state at each
+        sample; a scheme that jumps does not stop at samples, so that none is stored.
         """
         stress, scene = self.model.rotor.stress, self.scene
         whole = scene.output.traces == "full" and not scene.solver.flies
@@ -282,16 +308,21 @@ class March:
         return np.zeros((self.total // self.stride, *self._stress_shape))
 
     def _read_stress(self) -> None:
-        """Store the stress at the present step, at which a sample is written."""
+        """Compute and store the stress at the blades' named points at this step, Pa.
+
+        The step is one at which a sample of the traces is written.
+        """
         stress = self.model.rotor.stress
         if stress is not None:
             row = self.steps // self.stride - 1
             self.stresses[row] = stress.at(self.displacements()[0])
 
     def _read_ahead(self) -> None:
-        """Store the stress at all later samples, then restore the present state.
+        """Compute and store the stress at all later samples after a certificate.
 
-        Beyond a certificate the motion is that of steps without contact, to round-off.
+        The steps are taken without contact, which is the motion beyond a certificate,
+        to round-off; then the present state is restored, from which the run is
+        completed in closed form.
         """
         if not self.stresses.size:
             return
@@ -303,19 +334,19 @@ class March:
 
     @property
     def evidence_columns(self) -> int:
-        """Number of values in each sample of evidence, larger if the speed changes."""
+        """Number of values in each row of evidence, larger if the speed changes."""
         rotor = self.scheme.arrays.rotor
         driven = isinstance(rotor, CoupledBody) and len(rotor.force) > 0
         return contact.OF_WHOLE + 1 if driven else contact.COLUMNS
 
     @property
     def counter(self) -> Any:
-        """The kernel's counters: steps, contacts, samples and others, see `contact`."""
+        """The state's counters: steps, contacts, samples and others, see `contact`."""
         return self.state.counter
 
     @property
     def steps(self) -> int:
-        """Number of steps taken so far."""
+        """Number of time steps taken so far."""
         return int(self.counter[contact.STEP])
 
     @property
@@ -336,44 +367,54 @@ class March:
 
     @property
     def done(self) -> bool:
-        """Whether the march has reached its end or a reason to stop."""
+        """Whether the run has reached its end or a reason to stop."""
         return self.steps >= self.total or self.counter[contact.STOP] != 0
 
     def displacements(self) -> tuple[Floats, Floats]:
-        """Return the displacements, m, of rotor, (n,), and casing, (c,).
+        """Return the present displacements, m, of rotor, (n,), and casing, (c,).
 
-        They are those of the n and c coordinates of the model.
+        They are those of the n and c coordinates of the whole model: of the rotor in
+        the rotating frame, of the casing in the static frame.
         """
         now = self.scheme.motion(self.state, self.steps)
         return now.rotor, now.casing
 
     def motion(self) -> Motion:
-        """Return displacements and velocities, and the angle of the rotor."""
+        """Return displacements and velocities of both bodies at the present step.
+
+        The angle of the rotor, 0 .. 2 pi, is part of the result.
+        """
         now = self.scheme.motion(self.state, self.steps)
         time = self.steps * self.scene.solver.time_step
         angle = float(angle_at(self.scene, time))
         return now._replace(angle=angle % (2.0 * math.pi))
 
     def advance(self, steps: int) -> None:
-        """March at most `steps` steps; any division into slices gives the same bits."""
+        """Integrate at most `steps` further steps.
+
+        A run gives the same bits however it is divided into such calls.
+        """
         start = time.perf_counter()
         self._through_samples(min(self.steps + steps, self.total))
         self.seconds += time.perf_counter() - start
 
     def _through_samples(self, goal: int) -> None:
-        """March to step `goal`; at each sample, store the stress if the run has any."""
+        """Integrate up to step `goal`; store the stress, if wanted, at each sample."""
         while self.steps < goal and self.counter[contact.STOP] == 0:
             self._march_to(self._next_read(goal))
             if self.stresses.size and self.steps % self.stride == 0:
                 self._read_stress()
 
     def _next_read(self, goal: int) -> int:
-        """Return the step, at most `goal`, at which stress is read next."""
+        """Return the step, at most `goal`, at which the stress is computed next."""
         after = self.steps - self.steps % self.stride + self.stride
         return min(goal, after) if self.stresses.size else goal
 
     def _march_to(self, goal: int) -> None:
-        """March to step `goal`; where an interval of speed ends, switch to the next."""
+        """Integrate up to step `goal`, with new arrays where an interval of speed ends.
+
+        Where a casing held in a shape is let go, it is released.
+        """
         while self.steps < goal and self.counter[contact.STOP] == 0:
             cut = self._next_cut()
             self._call(min(goal, cut) - self.steps)
@@ -384,7 +425,10 @@ class March:
                 self._release()
 
     def _next_cut(self) -> int:
-        """Return the step at which an interval of speed ends or a casing is let go."""
+        """Return the step at which an interval of speed ends or a casing is let go.
+
+        If neither is to come, it is the last step of the run.
+        """
         steps, cuts = self.steps, []
         if self.schedule is not None:
             cuts.append((steps // self.schedule.every + 1) * self.schedule.every)
@@ -393,7 +437,7 @@ class March:
         return min(cuts, default=self.total)
 
     def _release(self) -> None:
-        """Let the casing go: its shape becomes a displacement.
+        """Let go of a casing held in a shape: the shape becomes a displacement.
 
         The energy that this adds is entered in the ledger as work of the loading.
         """
@@ -405,7 +449,7 @@ class March:
         state.ledger[contact.PULSE] += self.scheme.balance(state).energy - before
 
     def _call(self, steps: int) -> None:
-        """Take `steps` steps with the kernel of the scheme."""
+        """Take `steps` time steps with the compiled kernel of the scheme."""
         scene = self.lean.scene
         self.scheme.kernel(
             steps,
@@ -424,7 +468,8 @@ class March:
     def kind(self) -> tuple[str | int, ...]:
         """Key that is equal for marches with the same kernel and similar time per step.
 
-        It is the scheme and the numbers of blades, rotor modes and casing modes.
+        It is the scheme and the numbers of blades, rotor modes and casing modes. The
+        size of the first slice is that of the last march with the same key.
         """
         lean = self.lean
         scheme, ring = lean.scene.solver.scheme, lean.model.casing
@@ -468,16 +513,16 @@ class March:
                 between_slices()
 
     def history(self) -> History:
-        """Return the samples so far, and the ledger at the current step."""
+        """Return the history of the run so far: samples, and the present ledger."""
         return history_of(self)
 
 
 def next_slice(size: int, made: int, seconds: float) -> int:
-    """Return the number of steps of the next slice, to take about 10 ms.
+    """Return the number of steps of the next slice, so that it takes about 10 ms.
 
-    size, made : steps of the last slice, planned and made. If it ended early, its time
-        counts only if it was long enough: in a very short slice the call itself takes
-        most of the time
+    size, made : numbers of steps of the last slice, planned and made. If it ended
+        early, its time counts only if it was long enough: in a very short slice the
+        call itself takes most of the time
     seconds : duration of the last slice
     """
     if made < size and seconds < TELLING * SLICE_SECONDS:

@@ -39,7 +39,7 @@ SAME = 1e-8  # largest relative part of a motion that one sector may leave out
 
 
 class Motion(NamedTuple):
-    """Displacements and velocities of both bodies at an instant.
+    """Displacements and velocities of both bodies, in the model's coordinates.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Motion(NamedTuple):
 
 
 class Amplitudes(NamedTuple):
-    """A motion as modal amplitudes of a model and their rates.
+    """A motion of both bodies as modal amplitudes of a model and their rates.
 
     Attributes
     ----------
@@ -71,22 +71,34 @@ class Amplitudes(NamedTuple):
 
 
 class Steps(Protocol):
-    """Conversion between the velocities and the increments of a body."""
+    """Conversion between a body's velocities and the increments in a state.
+
+    A state has d = x_n - x_{n-1} instead of velocities v; x are displacements or
+    amplitudes.
+    """
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return velocities from displacements x and increments d = x_n - x_{n-1}."""
+        """Return velocities from displacements x and increments d = x_n - x_{n-1}.
+
+        All arrays are those of one body, (n,), in physical or modal coordinates.
+        """
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return increments d = x_n - x_{n-1} from displacements x and velocities v."""
+        """Return increments d = x_n - x_{n-1} from displacements x and velocities v.
+
+        All arrays are those of one body, (n,), in physical or modal coordinates.
+        """
 
 
 @dataclass(frozen=True)
 class FreeSteps:
-    """Conversion by central differences, with d' = keep d - pull x without contact.
+    """Conversion between velocities and increments of a body, for central differences.
 
-    d = x_n - x_{n-1} and d' are the last and the next increment of displacements x.
+    A step without contact is d' = keep d - pull x; d = x_n - x_{n-1} and d' are the
+    last and the next increment of displacements x. The velocity is (d + d') / 2 dt.
 
-    keep, pull : (n,) for modes, or (n, n); step : dt, s
+    keep, pull : (n,) for modes, or (n, n)
+    step : dt, s
     """
 
     keep: Floats
@@ -114,9 +126,12 @@ class FreeSteps:
 
 @dataclass(frozen=True)
 class FreeFlow:
-    """Conversion by the exact flow: v = of_d d + of_x x of each mode, (m,), 1/s.
+    """Conversion between velocities and increments of modes, for the exact flow.
 
-    v is the velocity, d = x_n - x_{n-1} the increment of the amplitude x.
+    v = of_d d + of_x x: v is the velocity, d = x_n - x_{n-1} the increment of the
+    amplitude x of a mode.
+
+    of_d, of_x : (m,), 1/s
     """
 
     of_d: Floats
@@ -144,7 +159,7 @@ def _times(matrix: Floats, x: Floats) -> Floats:
 def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
     """Return the conversion between velocities and increments of a body's modes.
 
-    body, step : modes without terms of rotation; dt, s
+    body, step : modes without terms of rotation, or None; dt, s
     exact : whether steps are those of the exact flow, else of central differences
     """
     omega = body.omega if body else np.zeros(0)
@@ -161,8 +176,8 @@ def modal_steps(body: ModalModel | None, step: float, *, exact: bool) -> Steps:
 def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
     """Return a motion as amplitudes of the modes of a model, of all sectors or of one.
 
-    None if the model is of one sector and the motion is not the same in all sectors.
-    The part of a motion outside the span of the modes is lost.
+    Return None if the model is of one sector and the motion is not the same in all
+    sectors. The part of a motion outside the span of the modes is lost.
 
     Raises
     ------
@@ -190,7 +205,10 @@ def amplitudes(model: Model, motion: Motion) -> Amplitudes | None:
 
 
 def check_sizes(model: Model, motion: Motion) -> None:
-    """Raise InputError if a body's number of coordinates differs from a motion's."""
+    """Raise InputError if a motion has another number of coordinates than the model.
+
+    The coordinates are those of the rotor and of the casing.
+    """
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
         if len(x) != size:
@@ -202,11 +220,11 @@ def check_sizes(model: Model, motion: Motion) -> None:
 
 
 def lowering(body: ModalModel, lift: Floats) -> Floats:
-    """Return the matrix (m, n) from displacements to amplitudes.
+    """Return the matrix (m, n) that gives modal amplitudes from displacements.
 
     It is lift^T M if M is known, else the pseudo-inverse of `lift`.
 
-    lift : (n, m), displacements of unit amplitudes
+    lift : (n, m), displacements for unit amplitudes
 
     Raises
     ------
@@ -253,7 +271,7 @@ def gaps_of(
 
 
 def turned(model: Model, motion: Motion) -> Motion:
-    """Return a motion with the rotor at the angle 0, and the casing turned with it.
+    """Return a motion in axes in which the rotor is at angle 0: turn the casing back.
 
     model : of all sectors
     """
@@ -270,7 +288,7 @@ def turned(model: Model, motion: Motion) -> Motion:
 
 
 def _back(x: Floats, angle: float, width: int) -> Floats:
-    """Return the harmonics of displacements in axes turned by an angle, rad.
+    """Return harmonics of a casing's displacements in axes turned by an angle, rad.
 
     x : flat, rows of `width` values: harmonic 0, then cosine and sine of each further
         one; the result has the same layout
@@ -283,9 +301,10 @@ def _back(x: Floats, angle: float, width: int) -> Floats:
 
 
 def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements (4 elements,) in axes turned by an angle, rad.
+    """Return nodal displacements of a casing in axes turned by an angle, rad.
 
-    x : those in the axes that are not turned, four of each node
+    x : (4 elements,), in the axes that are not turned, four of each node; the result
+        has the same layout
 
     They are turned by a Fourier transform. Matrices of a ring of equal elements are
     circulant, so that no energy is lost, except for that of the shortest wave if the
@@ -299,9 +318,10 @@ def _back_elements(x: Floats, angle: float) -> Floats:
 
 
 def check_continuable(model: Model, scene: Scene) -> None:
-    """Raise InputError unless casing and supports are the same at all angles.
+    """Raise InputError if a motion cannot be continued in this scene.
 
-    A motion that begins at another angle is rotated to the angle 0 of the new march.
+    A motion that was read at another angle of the rotor is rotated to angle 0 of the
+    new march. So casing and supports must be the same at all angles.
     """
     spin, casing = model.rotor.spin, scene.engine.casing
     if casing.contact_law != RIGID:

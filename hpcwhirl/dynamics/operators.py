@@ -1,4 +1,7 @@
-"""Arrays of the kernels for bodies as modes or as matrices, made once per case."""
+"""Arrays of the time loop `bodies` for rotor and casing, as modes or as matrices.
+
+They are made once per case: coefficients of a time step, constants of contact, load.
+"""
 
 from __future__ import annotations
 
@@ -37,11 +40,14 @@ from hpcwhirl.scene import Scene
 from hpcwhirl.structure import FourierOperator, RingOperator
 
 LANES = 4  # modes that the kernel sums at a time; padding modes never move
-EMPTY = np.zeros((0, 0))
+EMPTY = np.zeros((0, 0))  # matrix of a body that is absent
 
 
 def _padded(array: Floats, axis: int) -> Floats:
-    """Return a contiguous array, padded along an axis to a multiple of `LANES`."""
+    """Return a contiguous copy of an array, padded with 0 along an axis.
+
+    Its length along the axis becomes a multiple of `LANES`.
+    """
     extra = -array.shape[axis] % LANES
     widths = [(0, extra if a == axis else 0) for a in range(array.ndim)]
     return np.ascontiguousarray(np.pad(array, widths))
@@ -56,9 +62,10 @@ def friction_with_sign(scene: Scene) -> float:
 
 
 def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBody:
-    """Return the kernel's arrays of a body as modes, padded.
+    """Return the time loop's arrays of a body as uncoupled modes; empty for no body.
 
-    rows : arrays `read`, `radial`, `tangential` of `ModalBody`
+    step : dt, s
+    rows : the arrays `read`, `radial`, `tangential` of `ModalBody`
     """
     omega = body.omega if body else np.zeros(0)
     damping = body.ratios if body else np.zeros(0)
@@ -69,8 +76,9 @@ def _modal_body(body: ModalModel | None, step: float, *rows: Floats) -> ModalBod
 
 
 def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> DenseBody:
-    """Return the kernel's arrays of a body as matrices.
+    """Return the time loop's arrays of a body as dense matrices; empty for no body.
 
+    step : dt, s
     places : indices of radial, tangential and centre coordinates
     """
     if body is None:
@@ -86,7 +94,7 @@ def _dense_body(body: ModalModel | None, step: float, *places: Integers) -> Dens
 
 
 def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
-    """Return the kernel's arrays of a rotor with terms of rotation, as matrices.
+    """Return the time loop's arrays of a rotor with terms of rotation, as matrices.
 
     places : indices of radial, tangential and centre coordinates
     """
@@ -101,8 +109,9 @@ def _turning_body(model: Model, scene: Scene, *places: Integers) -> DenseBody:
 def rotor_compliance(model: Model, scene: Scene) -> Floats:
     """Return the rotor's part of the Delassus matrix, (N, N), m/N.
 
-    See `contact_operators`. For several contact points a tip it is that of all points,
-    (N n_c, N n_c).
+    Entry [i, j] is the displacement of tip i inward, within a step, by a unit
+    multiplier on tip j with its friction, see `contact_operators`. For several contact
+    points a tip it is that of all points, (N n_c, N n_c).
     """
     step, mu = scene.solver.time_step, friction_with_sign(scene)
     radial, tangential = contact_rows(model.rotor, model.blades)
@@ -134,7 +143,7 @@ def contact_operators(model: Model, scene: Scene) -> Contact:
 
 
 def points_of(model: Model) -> Points:
-    """Return the positions and clearances of the contact points for the kernels."""
+    """Return positions and clearances of the contact points, blade by blade."""
     turn, points = np.arange(model.blades) / model.blades, model.rotor.points
     if points is not None:
         turn = np.add.outer(turn, points.angle / (2.0 * math.pi)).ravel()
@@ -147,8 +156,9 @@ def points_of(model: Model) -> Points:
 def lobe_load(
     ring: RingOperator | FourierOperator, lobes: int, direction: str
 ) -> Floats:
-    """Return the ring's load vector (n,), dimensionless, of a unit force on k lobes.
+    """Return the load vector (n,), dimensionless, of a unit force on k lobes of a ring.
 
+    ring, lobes : contact operator of the ring; k
     direction : "squeeze", inward where cos k theta = 1, or "stretch"
     """
     sign = -1.0 if direction == "squeeze" else 1.0
@@ -156,16 +166,16 @@ def lobe_load(
 
 
 def pulse_load(model: Model, scene: Scene) -> Floats:
-    """Return the ring's load vector (n,), dimensionless, of a pulse of unit force."""
+    """Return the casing's load vector (n,), dimensionless, of a unit pulse."""
     if model.ring is None:
         return np.zeros(0)
     return lobe_load(model.ring, scene.nodal_diameter, scene.direction)
 
 
 def ring_kind(model: Model) -> Ring:
-    """Return how a casing is discretised.
+    """Return how a casing is discretised: rigid, of elements, or of harmonics.
 
-    The result has the kind, the number of elements or the highest harmonic, and the
+    The result has this kind, the number of elements or the highest harmonic, and the
     length of an element, m.
     """
     if model.ring is None:
@@ -176,7 +186,10 @@ def ring_kind(model: Model) -> Ring:
 
 
 def modal_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `kernels.bodies.march_bodies` for bodies as modes."""
+    """Return the arrays of `kernels.bodies.march_bodies` for bodies as modes.
+
+    The rotor's modes are coupled if the terms of rotation are included.
+    """
     step = scene.solver.time_step
     radial, tangential = contact_rows(model.rotor, model.blades)
     hub = centre_rows(model.rotor, model.blades)
@@ -199,7 +212,11 @@ def modal_arrays(model: Model, scene: Scene) -> Arrays:
 
 
 def dense_arrays(model: Model, scene: Scene) -> Arrays:
-    """Return the arrays of `kernels.bodies.march_bodies` for bodies as matrices."""
+    """Return the arrays of `kernels.bodies.march_bodies` for bodies as dense matrices.
+
+    They are those of scheme `paper`. Raise InputError if a body has no matrices M and
+    K.
+    """
     if not model.rotor.has_matrices:
         msg = (
             "scheme paper needs M and K, which engine.file lacks: scheme must be "

@@ -1,4 +1,7 @@
-"""Two motions of one scene: states between them, their distance, a march and its twin.
+"""Two motions of one scene: their distance, and states of motions between the two.
+
+They serve the search for the motion on the edge between two words, and the twin that is
+integrated beside a march to measure chaos (`SideBySide`).
 
 Apart from bookkeeping, the state of a march is linear in the motion: with a and b two
 states at the same step of marches of one scene, a + s (b - a) is the state of the
@@ -24,26 +27,27 @@ from hpcwhirl.dynamics.march import March
 from hpcwhirl.scene import apply_settings
 from hpcwhirl.scene.input_names import Value
 
+# arrays of a state that are linear in the motion
 MOTION = ("rotor", "ring", "gaps", "q_b", "d_b", "q_c", "d_c", "older")
 WAITING = "lam"  # multipliers of a pending step
 
 
 def copy_of(march: March) -> Any:
-    """Return a copy of the state of a march, whose type depends on its kernel."""
+    """Return a copy of the present state of a march; its type depends on the kernel."""
     state = march.state
     return type(state)._make(array.copy() for array in state)
 
 
 def put_between(march: March, a: Any, b: Any, share: float) -> None:
-    """Set a march's state to a + share (b - a); steps, contacts, works are those of a.
+    """Set a march to the motion between two others: state a + share (b - a).
 
-    The change of energy is entered in the ledger as work of the loading, so that the
-    ledger closes as well as that of a.
+    Steps, contacts and works are those of a. The change of energy is entered in the
+    ledger as work of the loading, so that the ledger closes as well as that of a.
 
     Parameters
     ----------
-    march : march of the same scene with the same number of sectors; what it has
-        sampled so far stays
+    march : march of the same scene with the same number of sectors; what it has sampled
+        so far stays
     a, b : states at the same step, see `copy_of`
     share : 0 gives a, 1 gives b; any number is allowed
 
@@ -60,14 +64,17 @@ def put_between(march: March, a: Any, b: Any, share: float) -> None:
 
 
 def distance(march: March, a: Any, b: Any) -> float:
-    """Return sqrt(E), E in J, of the difference of two motions of a march's scene.
+    """Return the distance of two motions of a scene, sqrt(E), E the energy of b - a, J.
 
-    E is the kinetic and strain energy of b - a of both bodies, all sectors. With terms
-    of rotation the energy in the ledger is Jacobi's, T - Omega^2 x^T M x / 2 + U, with
-    the kinetic energy T in the rotating frame and the strain energy U of x, which may
-    be below 0: 1/2 Omega^2 x^T M x of the rotor is added to it, which leaves the
-    kinetic energy of the motion in the rotating frame and the strain energy, both
-    positive.
+    E is the kinetic and strain energy of the difference, of both bodies and all
+    sectors. With terms of rotation the energy in the ledger is Jacobi's, T - Omega^2
+    x^T M x / 2 + U, with the kinetic energy T in the rotating frame and the strain
+    energy U of x, which may be below 0: 1/2 Omega^2 x^T M x of the rotor is added to
+    it, which leaves the kinetic energy of the motion in the rotating frame and the
+    strain energy, both positive.
+
+    march : a march of the scene
+    a, b : states at the same step, see `copy_of`
 
     Raises
     ------
@@ -87,9 +94,12 @@ def distance(march: March, a: Any, b: Any) -> float:
 
 
 def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
-    """Return the state of_a a + of_b b, with the contacts and works of a.
+    """Return the state of the motion of_a a + of_b b, with the contacts and works of a.
 
-    It has no certificate; of_a, of_b : factors of the states a and b
+    It has no certificate.
+
+    a, b : states at the same step
+    of_a, of_b : their factors
     """
     parts = {name: array.copy() for name, array in a._asdict().items()}
     for name in MOTION:
@@ -109,7 +119,7 @@ def _mixed(a: Any, b: Any, of_a: float, of_b: float) -> Any:
 
 
 def _residual(march: March) -> float:
-    """Return the error of the energy balance, J, summed over integrated sectors."""
+    """Return the error of a march's energy balance, J, over integrated sectors."""
     now, entries = march.scheme.balance(march.state), march.state.ledger
     given = entries[[contact.PULSE, contact.FRICTION, contact.ROTATION]].sum()
     lost = now.energy + now.damping + entries[contact.IMPACT] + now.impact
@@ -134,12 +144,13 @@ FIRST = 1e-6  # relative change of a body's motion in the twin, before scaling t
 
 
 class SideBySide:
-    """A march and its twin, integrated with contact; see `analysis.chaos.Twins`.
+    """A march and its twin, integrated to measure how fast they separate (chaos).
 
-    Both integrate the same scene with the same arrays. The twin begins with a slightly
-    larger motion of the casing (of the rotor, if the casing is rigid), at the distance
-    `delta`. Distances are those of `distance`, relative to the size of the
-    motion: its distance from rest, the square root of its energy.
+    Both integrate the same scene with the same arrays, with contact; see
+    `analysis.chaos.Twins`. The twin begins with a slightly larger motion of the casing
+    (of the rotor, if the casing is rigid), at the distance `delta`. Distances are those
+    of `distance`, relative to the size of the motion: its distance from rest, the
+    square root of its energy.
 
     Parameters
     ----------
@@ -176,17 +187,17 @@ class SideBySide:
 
     @property
     def seconds(self) -> float:
-        """Wall time of the two marches together, s."""
+        """Wall time of the march and its twin together, s."""
         return self.one.seconds + self.other.seconds
 
     @property
     def interval(self) -> float:
-        """Time between two measurements of the twins' distance, s."""
+        """Time between two measurements of the distance of march and twin, s."""
         return self.rows * self.one.beat * self.one.scene.solver.time_step
 
     @property
     def intervals(self) -> int:
-        """Largest number of intervals by which both can be continued."""
+        """Largest number of intervals by which march and twin can be continued."""
         return (self.one.total // self.one.beat - self.first_row) // self.rows
 
     @property
@@ -200,9 +211,10 @@ class SideBySide:
         return any(stop != contact.RUNNING for stop in stops)
 
     def advance(self) -> float:
-        """Integrate both motions by one interval; return how far they are apart.
+        """Integrate march and twin by one interval; return their distance.
 
-        The distance is relative to the size of the motion; NaN if one has ended.
+        The distance is relative to the size of the motion; NaN if one of them has
+        ended.
         """
         beat = self.one.beat
         goal = (self.one.steps // beat + self.rows) * beat
@@ -214,13 +226,19 @@ class SideBySide:
         return apart / self.size
 
     def draw(self, factor: float) -> None:
-        """Multiply the difference between the twin and the march by `factor`."""
+        """Multiply the difference between the motions of twin and march by `factor`.
+
+        So the twin is brought back to the initial distance.
+        """
         a, b = copy_of(self.one), copy_of(self.other)
         put_between(self.other, a, b, factor)
 
 
 def _longer(ended: March, seconds: float) -> Case:
-    """Return the case of an ended march with a duration longer by `seconds`, s."""
+    """Return the case of an ended march with a duration longer by `seconds`, s.
+
+    It stores no traces and seeks no certificate.
+    """
     settings: dict[str, Value] = {"until": "end", "revolutions": 0.0}
     settings["duration"] = ended.steps * ended.scene.solver.time_step + seconds
     settings["output.traces"] = "summary"
@@ -228,10 +246,9 @@ def _longer(ended: March, seconds: float) -> Case:
 
 
 def _gone_on(case: Case, ended: March) -> March:
-    """Return a march of a longer case that continues from the state of an ended one.
+    """Return a march of a longer case that continues from the end of another one.
 
-    Samples and rows of evidence of the ended march are not copied; no certificate is
-    sought.
+    Samples and rows of evidence of that march are not copied; no certificate is sought.
     """
     march = March(case)
     if march.lean.model.folds != ended.lean.model.folds:
@@ -245,9 +262,10 @@ def _gone_on(case: Case, ended: March) -> March:
 
 
 def _moved(state: Any) -> list[NDArray[np.float64]]:
-    """Return the arrays of a state that have the casing's motion, or the rotor's.
+    """Return those arrays of a state that hold the casing's motion, or the rotor's.
 
-    The rotor's motion is taken if the casing is rigid.
+    The rotor's motion is taken if the casing is rigid. The twin's motion is changed in
+    them.
     """
     names = ("ring", "q_c", "d_c"), ("rotor", "q_b", "d_b")
     for some in names:

@@ -1,8 +1,10 @@
-"""Arrays of the cyclic kernel: a slot for each nodal diameter, in rows of modes.
+"""Coefficients of rotor and ring for equal sectors, sorted by nodal diameter.
 
-Row f of an array has the f-th mode of each slot. The items of a mode are the
-coefficients of a step of it, see `kernels.passes`. Arrays that do not depend on speed
-and friction are cached for each model and step.
+A slot is a nodal diameter of the N blades, 0 .. N // 2. Row f of an array has the f-th
+mode of each slot, whose cosine and sine phases are one complex amplitude. The items of
+a mode are the coefficients of its time step, see `kernels.passes`. `cyclic_arrays`
+returns the arrays of the kernel `cyclic`. Arrays that do not depend on speed and
+friction are cached for each model and step.
 """
 
 from __future__ import annotations
@@ -37,10 +39,13 @@ MOST_RUBBED = 128  # cached pairs of model and friction: 10 to 100 kB each
 
 
 def fold(harmonic: int, blades: int) -> tuple[int, float]:
-    """Return the nodal diameter (slot) and the sign of a ring's harmonic at N blades.
+    """Return the nodal diameter that a ring's harmonic has at N blades, and a sign.
 
-    The slot, 0 .. N // 2, is the one to which the harmonic aliases; the sign is -1 if
-    the amplitude in the slot is the conjugate, else 1.
+    Several harmonics have the same values at the blades (aliasing) and so the same
+    nodal diameter, 0 .. N // 2, or slot; the sign is -1 if the amplitude in the slot is
+    the complex conjugate of the harmonic's, else 1.
+
+    harmonic, blades : h; N
     """
     rest = harmonic % blades
     return (rest, 1.0) if 2 * rest <= blades else (blades - rest, -1.0)
@@ -48,9 +53,10 @@ def fold(harmonic: int, blades: int) -> tuple[int, float]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def blade_waves(blades: int) -> Complexes:
-    """Return e^{2 pi i kappa j / N}, (N, N // 2 + 1), for blades j.
+    """Return the factors e^{2 pi i kappa j / N} between nodal diameters and blades.
 
-    kappa = 0 .. N // 2 are the nodal diameters.
+    They are (N, N // 2 + 1), for the blades j and the nodal diameters kappa = 0 .. N //
+    2.
     """
     steps = np.outer(np.arange(blades), np.arange(blades // 2 + 1)) % blades
     return np.asarray(np.exp(2j * np.pi * steps / blades))
@@ -58,11 +64,15 @@ def blade_waves(blades: int) -> Complexes:
 
 @lru_cache(maxsize=MOST_KEPT)
 def transforms(blades: int) -> tuple[Floats, Floats]:
-    """Return the real transforms between nodal diameters (slots) and blades, flat.
+    """Return the tables of the real transforms between nodal diameters and blades.
 
-    `turns` (N, 2 k) has cos and -sin at each blade. `wave` (2 k, wide) has cos and sin
-    at blades 0 .. N // 2, for the even and the odd part; padding columns repeat blade
-    0. The last entries of `wave` are N and the split, see `kernels.transform`.
+    Returns
+    -------
+    turns : (N, 2 k) flat, cos and -sin of the k slots (nodal diameters, padded) at each
+        blade
+    wave : (2 k, wide) flat, cos and sin at blades 0 .. N // 2, for the even and the odd
+        part; padding columns repeat blade 0. The last entries are N and the split in
+        two factors, see `kernels.transform`
     """
     waves, half = blade_waves(blades), blades // 2 + 1
     k, wide = widths(blades)
@@ -81,12 +91,13 @@ def transforms(blades: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class _RotorMode:
-    """A mode of the rotor as one complex amplitude.
+    """A mode of a rotor of equal sectors as one complex amplitude.
 
     Attributes
     ----------
-    slot, row : nodal diameter, and the mode's number among those of it, from 0
-    members : columns in the model of its cosine and sine phases, or of the only one
+    slot, row : nodal diameter, and the mode's number among the modes of it, from 0
+    members : columns in the model of the mode's cosine and sine phases, or of the only
+        one
     omega : rad/s
     gamma : minus the radial displacement of blade 0's tip for unit amplitude, real
     sigma : minus the tangential displacement of this tip for unit amplitude
@@ -126,13 +137,13 @@ def _rotor_modes(model: Model) -> list[_RotorMode]:
 
 
 def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
-    """Return the coefficients (ITEMS,) of a step of one mode, see `kernels.passes`.
+    """Return the coefficients (ITEMS,) of a time step of a mode, see `kernels.passes`.
 
-    Those of contact forces, which depend on friction, are 0 here; see `_pushed`.
+    Those of contact forces, which depend on friction, are 0 here; `_pushed` adds them.
 
     flow : the mode's step
-    gamma, sigma : radial and tangential displacement at blade 0 for unit amplitude;
-        of a rotor, times -1
+    gamma, sigma : radial and tangential displacement at blade 0 for unit amplitude; of
+        a rotor, times -1
     """
     out = np.zeros(passes.ITEMS)
     out[[passes.KEEP, passes.PULL, passes.GIVE]] = flow.keep, flow.pull, flow.give
@@ -150,7 +161,7 @@ def _items(flow: Recursion, gamma: float, sigma: complex) -> Floats:
 
 
 def _pushed(items: Floats, mu: float) -> Floats:
-    """Return coefficients (ITEMS, ...) of modes, completed by those of contact forces.
+    """Return the coefficients of a step of modes, with those of contact forces added.
 
     These, NORMAL and ALONG, are re and -im of give (gamma + mu conj(sigma)), with gamma
     and sigma the radial and tangential displacement for unit amplitude, see
@@ -171,13 +182,14 @@ def _pushed(items: Floats, mu: float) -> Floats:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
-    """Return the part of a rotor's arrays that is independent of speed and friction.
+    """Return a rotor's coefficients that depend on neither speed nor friction.
 
-    flies : whether the scheme is exact, see `kernels.flight`
+    step : dt, s
+    flies : whether the scheme is exact, see `kernels.flight`, else central differences
 
     Returns
     -------
-    items : (ITEMS, rows, 2, slots), coefficients for re and im of each mode
+    items : (ITEMS, rows, 2, slots), coefficients of a step for re and im of each mode
     hub : (2, rows 2 slots), x_o and y_o for unit amplitudes
     """
     modes, flow_of = _rotor_modes(model), exact_flow if flies else central_differences
@@ -197,14 +209,15 @@ def _rotor(model: Model, step: float, *, flies: bool) -> tuple[Floats, Floats]:
 
 
 class _Ring(NamedTuple):
-    """A ring's modes by slot and row, at speed 0 and without friction.
+    """Coefficients of a ring's modes by slot (nodal diameter), at speed 0, no friction.
 
     Attributes
     ----------
-    items : (ITEMS, rows, slots), coefficients of the modes
-    row, slot : (modes,), indices of each mode
+    items : (ITEMS, rows, slots), coefficients of a time step of each mode
+    row, slot : (modes,), indices of each mode in `items`
     column : (modes,), column of the first phase of each mode in the model
-    turns : (modes,), h or -h, its harmonic: turns of the amplitude per revolution
+    turns : (modes,), h or -h, the mode's harmonic: turns of the amplitude per
+        revolution
     """
 
     items: Floats
@@ -215,7 +228,7 @@ class _Ring(NamedTuple):
 
 
 class _Round(NamedTuple):
-    """A ring of harmonics and the number of blades, the key of its cached arrays.
+    """A ring of harmonics and the number of blades: the key by which arrays are cached.
 
     body, operator, blades : modes of the ring, its contact operator, N
     """
@@ -226,7 +239,7 @@ class _Round(NamedTuple):
 
 
 def _round(model: Model) -> _Round:
-    """Return a model's casing ring and number of blades, by which arrays are cached."""
+    """Return a model's casing ring and number of blades, the key of cached arrays."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
         msg = "only a ring of harmonics has slots"
@@ -236,7 +249,7 @@ def _round(model: Model) -> _Round:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
-    """Return the part of a ring's arrays that is independent of speed and friction.
+    """Return a ring's coefficients that depend on neither speed nor friction.
 
     given, step : ring and number of blades; dt, s
     flies : whether the scheme is exact, else central differences
@@ -261,7 +274,7 @@ def _ring(given: _Round, step: float, *, flies: bool) -> _Ring:
 
 @lru_cache(maxsize=MOST_KEPT)
 def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
-    """Return the modal forces (m,), 1/sqrt(kg), of a unit load on k lobes.
+    """Return the modal forces (m,), 1/sqrt(kg), of a unit load with k lobes on a ring.
 
     given, diameter : ring and number of blades; k
     direction : "squeeze", a load inward where cos k theta = 1, or "stretch"
@@ -272,16 +285,16 @@ def _lobes(given: _Round, diameter: int, direction: str) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _rubbed_ring(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the coefficients of a ring's modes, also those that depend on friction.
+    """Return the coefficients of a step of a ring's modes with friction, at speed 0.
 
-    given, flies : as for `_ring`
+    given, step, flies : as for `_ring`
     mu : `float.hex` of the friction, so that the cache distinguishes -0.0 from 0.0
     """
     return _pushed(_ring(given, step, flies=flies).items, float.fromhex(mu))
 
 
 def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
-    """Return the kernel's arrays of the pulse and of a ring of harmonics.
+    """Return the kernel's arrays of the pulse, and of the modes of a ring of harmonics.
 
     They are empty if the casing is rigid.
     """
@@ -292,7 +305,7 @@ def casing_arrays(model: Model, scene: Scene) -> tuple[Load, CyclicCasing]:
 
 
 def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
-    """Return coefficients of a ring's modes, and their forces by a pulse of unit force.
+    """Return coefficients of a ring's modes, and their modal forces by a unit pulse.
 
     They are flat, (ITEMS, rows, slots) and (rows, slots), in rows of modes for each
     slot (nodal diameter); both are empty if the casing is rigid.
@@ -317,13 +330,14 @@ def _ring_arrays(model: Model, scene: Scene) -> tuple[Floats, Floats]:
 def turn_ring(
     model: Model, scene: Scene, items: Floats, state: CyclicState | None, speed: float
 ) -> None:
-    """Set the packed coefficients of a ring's modes to another speed, rad/s.
+    """Change the kernel's coefficients of a ring's modes to another speed, rad/s.
 
-    items, state : packed coefficients; the march's state, or None. Both are changed.
+    items, state : packed coefficients; the march's state, or None. Both are changed in
+        place.
 
-    The state is adapted: the kernel completes the pending step with the new items. So
-    the previous increments in the state are turned such that this step still has its
-    old angle.
+    The state is adapted: the kernel will complete the pending step with the new
+    coefficients. So the previous increments in the state are turned such that this step
+    still has its old angle.
     """
     if not len(items):
         return
@@ -348,10 +362,13 @@ def turn_ring(
 class RingMode:
     """A mode of the ring as one complex amplitude, q_c - i q_s, turned by h Omega t.
 
+    q_c and q_s are the amplitudes of its cosine and sine phase in the static frame;
+    turned, it is the amplitude in the rotating frame.
+
     Attributes
     ----------
-    slot, row : nodal diameter at the blades, and its row in the arrays
-    sign : -1 if the slot holds its conjugate, else 1
+    slot, row : nodal diameter that it has at the blades, and its row in the arrays
+    sign : -1 if the slot holds the complex conjugate of the amplitude, else 1
     harmonic : h
     members : columns in the model of its cosine and sine phases, or of the only one
     """
@@ -364,7 +381,7 @@ class RingMode:
 
 
 def ring_modes(model: Model) -> list[RingMode]:
-    """Return the modes of a model's ring; none of a rigid casing."""
+    """Return the modes of a model's ring; an empty list for a rigid casing."""
     return [] if model.casing is None else _modes_in_slots(model.casing, model.blades)
 
 
@@ -383,9 +400,9 @@ def _modes_in_slots(body: ModalModel, blades: int) -> list[RingMode]:
 
 
 def rotor_amplitudes(model: Model, values: Floats) -> Floats:
-    """Return the rotor's modal amplitudes (m,) from the kernel's, (2 rows slots,).
+    """Return the rotor's modal amplitudes (m,) from those in the kernel's slots.
 
-    values : the latter, re and im in rows of slots (nodal diameters)
+    values : (2 rows slots,), re and im in rows of slots (nodal diameters)
     """
     slots, _ = widths(model.blades)
     rotor = values.reshape(-1, 2, slots)
@@ -397,9 +414,11 @@ def rotor_amplitudes(model: Model, values: Floats) -> Floats:
 
 
 def rotor_slots(model: Model, q_b: Floats) -> Floats:
-    """Return the kernel's amplitudes of the rotor, (2 rows slots,), from modal ones.
+    """Return the rotor's amplitudes in the kernel's slots from its modal amplitudes.
 
-    q_b : (m,), amplitudes of the m modes; the results are re and im by row and slot
+    The result is (2 rows slots,), re and im in rows of slots (nodal diameters).
+
+    q_b : (m,), amplitudes of the m modes
     """
     modes, (slots, _) = _rotor_modes(model), widths(model.blades)
     out = np.zeros((1 + max(mode.row for mode in modes), 2, slots))
@@ -410,9 +429,10 @@ def rotor_slots(model: Model, q_b: Floats) -> Floats:
 
 
 def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
-    """Return the kernel's amplitudes of the ring, (2 rows slots,), from modal ones.
+    """Return the ring's amplitudes in the kernel's slots from its modal amplitudes.
 
-    They are for the rotor at angle 0, where both frames coincide.
+    They are for the rotor at angle 0, where both frames coincide: (2 rows slots,), re
+    and im in rows of slots (nodal diameters).
 
     q_c, rows : (m,), amplitudes in the static frame; number of rows of modes
     """
@@ -424,13 +444,13 @@ def ring_slots(model: Model, q_c: Floats, rows: int) -> Floats:
 
 
 def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
-    """Return the ring's modal amplitudes (n, m), static frame.
+    """Return the ring's modal amplitudes (n, m), static frame, from kernel states.
 
     Parameters
     ----------
     model : a model with a ring of harmonics
     states : (n, 2 ring_size), re and im of states without pending step, rotating frame
-    angles : (n,), rad, Omega t
+    angles : (n,), rad, Omega t, of the rotor at each state
     """
     slots, _ = widths(model.blades)
     rows = states.shape[1] // (2 * slots)
@@ -448,9 +468,10 @@ def ring_amplitudes(model: Model, states: Floats, angles: Floats) -> Floats:
 
 
 def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
-    """Return a casing's modal amplitudes (..., m) in frames turned by given angles.
+    """Return a casing's modal amplitudes in frames that are turned by given angles.
 
-    q, angle : amplitudes in the static frame; angles (...,) of the frames, rad
+    q, angle : (..., m), amplitudes in the static frame; (...,), rad, angles of the
+        frames
     """
     out = q.copy()
     for place in ring_modes(model):
@@ -467,9 +488,11 @@ def ring_turned(model: Model, q: Floats, angle: float | Floats) -> Floats:
 def _rubbed(
     model: Model, step: float, mu: str, *, flies: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """Return arrays of the cyclic kernel that depend on friction, not on the speed.
+    """Return arrays of the kernel `cyclic` that depend on friction, not on speed.
 
-    mu, flies : as for `_rubbed_ring` and `_rotor`
+    step : dt, s
+    mu : `float.hex` of the friction with the sign of the speed
+    flies : whether the scheme is exact, else central differences
 
     Returns
     -------
@@ -487,7 +510,10 @@ def _rubbed(
 
 
 def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
-    """Return the arrays of the cyclic kernel; beat : steps between rows of evidence."""
+    """Return the arrays of the kernel `cyclic`, for equal sectors.
+
+    beat : number of steps between rows of evidence
+    """
     step, mu = scene.solver.time_step, friction_with_sign(scene).hex()
     rotor, hub, column = _rubbed(model, step, mu, flies=scene.solver.flies)
     loading, casing = casing_arrays(model, scene)
@@ -500,7 +526,8 @@ def cyclic_arrays(model: Model, scene: Scene, beat: int) -> Arrays:
 def ring_column(model: Model, scene: Scene) -> Floats:
     """Return the ring's part of column 0 of the Delassus matrix W, (N,), m/N.
 
-    Its entry (i - j) mod N is the ring's part of W[i, j].
+    That part of W is circulant: entry (i - j) mod N is the ring's part of W[i, j], the
+    opening of gap i by a unit multiplier on blade j.
     """
     if model.casing is None or not isinstance(model.ring, FourierOperator):
         return np.zeros(model.blades)
@@ -510,9 +537,9 @@ def ring_column(model: Model, scene: Scene) -> Floats:
 
 @lru_cache(maxsize=MOST_RUBBED)
 def _ring_column(given: _Round, step: float, mu: str, *, flies: bool) -> Floats:
-    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N.
+    """Return the ring's part of column 0 of the Delassus matrix, (N,), m/N; cached.
 
-    given, flies : as for `_ring`; mu : friction as for `_rubbed_ring`
+    given, step, mu, flies : as for `_rubbed_ring`
     """
     symbol = _symbol(_rubbed_ring(given, step, mu, flies=flies))
     waves = blade_waves(given.blades)

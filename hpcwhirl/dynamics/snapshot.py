@@ -32,7 +32,11 @@ CODE = f"{kernels.DIGEST} numba {numba.__version__}"  # code that computes the n
 
 
 def fingerprint(march: March) -> str:
-    """Return the SHA-256 of the kernel's code and of the numbers passed to it."""
+    """Return a hash of a march's code and numbers, which a snapshot must match.
+
+    It is the SHA-256 of the kernels' source, numba's version, and all numbers passed to
+    the kernel.
+    """
     digest = hashlib.sha256(CODE.encode())
     kept = march.stride if march.stride <= march.total else 0
     looks = march.coast is not None  # a certificate ends the stepping
@@ -50,10 +54,10 @@ def fingerprint(march: March) -> str:
 
 
 def _feed(digest: Any, part: Any) -> None:
-    """Add the bytes of a kernel argument to a digest.
+    """Add the bytes of an argument of the kernel to a hash.
 
     digest : hash object, which is updated
-    part : array, number, or tuple of such parts; of a `Flight` without the run's length
+    part : array, number, or tuple of such parts; a `Flight` without the run's length
     """
     if isinstance(part, Flight):
         part = part._replace(total=0)
@@ -67,10 +71,11 @@ def _feed(digest: Any, part: Any) -> None:
 
 
 def snapshot(march: March) -> Arrays:
-    """Return a march as {name: array}: `state.NAME`, `tracks.NAME`, `seconds`, `total`.
+    """Return the state and samples of a march, to be saved: {name: array}.
 
-    Only the rows of tracks written so far are included; they are views of the march's
-    arrays, in which written rows never change.
+    The names are `state.NAME`, `tracks.NAME`, `seconds` and `total`. Only the rows of
+    tracks written so far are included; they are views of the march's arrays, in which
+    written rows never change.
     """
     arrays = {name: array.copy() for name, array in _state(march).items()}
     tracks = _tracks(march, march.counter)
@@ -84,7 +89,7 @@ def _state(march: March) -> Arrays:
 
 
 def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
-    """Return {name: rows written so far} for each array of samples of a march.
+    """Return the samples that a march has written so far, {name: rows}.
 
     counter : counters of the state, which have the numbers of these rows
     """
@@ -102,7 +107,9 @@ def _tracks(march: March, counter: NDArray[np.int64]) -> Arrays:
 
 
 def restore(march: March, arrays: Arrays) -> bool:
-    """Set a new march to a snapshot's state; if it does not fit, only return False.
+    """Set a new march to the state of a snapshot; return whether the snapshot fits.
+
+    If it does not, the march is not changed.
 
     arrays : result of `snapshot`, perhaps of another process
     """
@@ -122,7 +129,7 @@ def restore(march: March, arrays: Arrays) -> bool:
 
 
 def steps_of(arrays: Arrays) -> tuple[int, int]:
-    """Return the number of steps taken up to a snapshot, and that of the whole run.
+    """Return the number of steps of a snapshot taken so far, and that of its whole run.
 
     arrays : result of `snapshot`
     """
@@ -130,10 +137,10 @@ def steps_of(arrays: Arrays) -> tuple[int, int]:
 
 
 def may_last(arrays: Arrays, march: March) -> bool:
-    """Return whether a march of this length passes through a snapshot's state.
+    """Return whether a march passes through a snapshot's state, if its length differs.
 
-    If the lengths differ, it does so up to the last row of evidence of both, and only
-    before a certificate, after which the rest of the run was computed at once.
+    It does so up to the last row of evidence of both runs, and only before a
+    certificate, after which the rest of the run was computed at once.
 
     arrays : result of `snapshot`
     """
@@ -145,9 +152,9 @@ def may_last(arrays: Arrays, march: March) -> bool:
 
 
 def _fit(arrays: Arrays, targets: Arrays) -> bool:
-    """Return whether the arrays of a snapshot can be copied to a march's arrays.
+    """Return whether a snapshot's arrays have the types and shapes of a march's arrays.
 
-    That is so if types and shapes are equal. arrays, targets : {name: array} of each
+    arrays, targets : {name: array}, of the snapshot and of the march
     """
     pairs = [(arrays[name], target) for name, target in targets.items()]
     return all((a.dtype, a.shape) == (b.dtype, b.shape) for a, b in pairs)

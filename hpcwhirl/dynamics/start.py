@@ -1,4 +1,4 @@
-"""The initial motion of a case with a given energy: a point of an energy shell.
+"""The initial motion of a case with a given energy: a random point of an energy shell.
 
 Of the m chosen modes, with amplitudes q_j, velocities q'_j and frequencies omega_j at
 rest, the shell of the energy E is the sphere sum (q'_j^2 + omega_j^2 q_j^2) = 2 E in 2
@@ -40,7 +40,7 @@ CLOSED = 1e-9  # least share of the gap that must remain open at the start
 
 
 def start_of(case: Case) -> Motion | None:
-    """Return the motion with a case's `start_energy`; None if that is 0.
+    """Return the initial motion with a case's `start_energy`; None if that is 0.
 
     Raises
     ------
@@ -63,7 +63,10 @@ def start_of(case: Case) -> Motion | None:
 
 
 def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
-    """Raise InputError where a start that displaces the bodies closes a gap."""
+    """Raise InputError if an initial displacement of the bodies closes a gap.
+
+    motion : of all sectors
+    """
     if scene.start_as != "both":
         return
     rest = model.clearances(scene.gap) + departure_at_start(scene, model.angles)
@@ -80,7 +83,9 @@ def _check_open(model: Model, scene: Scene, motion: Motion) -> None:
 
 
 def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
-    """Return amplitudes and rates of chosen modes, with an energy of 1 J at rest.
+    """Return a random motion of the chosen modes, with an energy of 1 J at rest.
+
+    Its amplitudes and rates are scaled later to the energy `start_energy`.
 
     Parameters
     ----------
@@ -104,9 +109,9 @@ def direction(model: Model, modes: str, draw: float, how: str) -> Amplitudes:
 
 
 def _normal(draw: float, part: str, name: str) -> float:
-    """Return a normally distributed number, the same for equal draw, part and name.
+    """Return a normally distributed number that depends on nothing but the arguments.
 
-    draw, part : the input start_draw; "place" or "rate"
+    draw, part : the input start_draw; "place" for an amplitude, "rate" for its velocity
     name : label of a mode
     """
     told = hashlib.sha256(f"{draw!r} {part} {name}".encode()).digest()
@@ -116,7 +121,7 @@ def _normal(draw: float, part: str, name: str) -> float:
 
 @lru_cache(maxsize=MOST_KEPT)
 def names_of(model: Model) -> list[Name]:
-    """Return body, family and nodal diameter of each mode of the rotor."""
+    """Return the name of each mode of the rotor: body, family and nodal diameter."""
     own = model.rotor
     families = {int(k): family_ranks(own, int(k)) for k in np.unique(own.diameter)}
     pairs = zip(own.diameter.tolist(), own.rank.tolist(), strict=True)
@@ -125,7 +130,7 @@ def names_of(model: Model) -> list[Name]:
 
 @lru_cache(maxsize=MOST_KEPT)
 def casing_names(model: Model) -> list[Name]:
-    """Return body, family and nodal diameter of each mode of the casing."""
+    """Return the name of each mode of the casing: body, family and nodal diameter."""
     own = model.casing
     if own is None:
         return []
@@ -134,12 +139,12 @@ def casing_names(model: Model) -> list[Name]:
 
 
 def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
-    """Yield (index, label) of each mode that the text `modes` chooses.
+    """Yield (index, label) of each mode that the input start_modes chooses.
 
     A label is a mode's name and its number among the modes of this name, of which a
     pair has two.
 
-    names : body, family and nodal diameter of each mode
+    names, modes : body, family and nodal diameter of each mode; the input
     """
     parts = _parts(modes)
     met = Counter[Name]()
@@ -150,14 +155,14 @@ def _chosen(names: list[Name], modes: str) -> Iterator[tuple[int, str]]:
 
 
 def _parts(modes: str) -> list[set[str]]:
-    """Split the text `modes` at its commas; return the set of words of each part."""
+    """Return the sets of words between the commas of the input start_modes."""
     return [{*part.split()} for part in modes.split(",")]
 
 
 def _check(modes: str, names: list[Name]) -> None:
-    """Raise InputError if a part of the text `modes` chooses no mode.
+    """Raise InputError if a part of the input start_modes chooses no mode.
 
-    names : body, family and nodal diameter of each mode
+    names : body, family and nodal diameter of each mode of the model
     """
     if all(p and any(p <= {*name} for name in names) for p in _parts(modes)):
         return

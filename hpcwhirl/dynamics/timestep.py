@@ -1,7 +1,9 @@
-"""The recursions of one mode of frequency w, rad/s: central differences, exact flow.
+"""Coefficients of a time step of one mode: central differences, or the exact flow.
 
-(1/dt^2 + xi w/dt) q_{n+1} = f_n + (2/dt^2 - w^2) q_n - (1/dt^2 - xi w/dt) q_{n-1}
-is written with the increment d_n = q_n - q_{n-1}, which is algebraically the same but
+For a mode of frequency w, rad/s, damping ratio xi and modal force f, central
+differences,
+(1/dt^2 + xi w/dt) q_{n+1} = f_n + (2/dt^2 - w^2) q_n - (1/dt^2 - xi w/dt) q_{n-1},
+are written with the increment d_n = q_n - q_{n-1}, which is algebraically the same but
 loses no digits in 2 - w^2 dt^2 for slow modes:
 d_{n+1} = keep d_n - pull q_n + give f_n,   q_{n+1} = q_n + d_{n+1}.
 
@@ -25,12 +27,15 @@ POINTS, WEIGHTS = np.polynomial.legendre.leggauss(12)  # of Gauss, on -1 to 1
 def recursion(
     omega: Floats, damping: float | Floats, step: float
 ) -> tuple[Floats, ...]:
-    """Return the coefficients (keep, pull, give) of central differences, each (m,).
+    """Return the coefficients (keep, pull, give) of a step of central differences.
+
+    Each is (m,), for the m modes of a body: d' = keep d - pull q + give f, with
+    amplitude q, its last and next increment d and d', and modal force f.
 
     Parameters
     ----------
     omega : (m,), rad/s
-    damping : xi, of all modes or (m,)
+    damping : damping ratio xi, of all modes or (m,)
     step : dt, s
     """
     give = 1.0 / (1.0 / step**2 + damping * omega / step)
@@ -40,10 +45,10 @@ def recursion(
 
 @dataclass(frozen=True)
 class Recursion:
-    """One mode's step d' = keep d - pull q + give f, q' = q + d'.
+    """Coefficients of a step of one mode, d' = keep d - pull q + give f, q' = q + d'.
 
     q and q' are the amplitude before and after the step, d' its increment in this step,
-    d = q_n - q_{n-1} that in the step before.
+    d = q_n - q_{n-1} that in the step before, f the modal force.
 
     Attributes
     ----------
@@ -68,7 +73,7 @@ class Recursion:
 
 
 def central_differences(omega: float, damping: float, step: float) -> Recursion:
-    """Return the recursion of central differences, which the paper's Algorithm 1 uses.
+    """Return the coefficients of a step of central differences, as in Algorithm 1.
 
     omega, damping, step : rad/s; damping ratio xi; dt, s
     """
@@ -84,7 +89,7 @@ def central_differences(omega: float, damping: float, step: float) -> Recursion:
 
 @lru_cache(1024)
 def exact_flow(omega: float, damping: float, step: float) -> Recursion:
-    """Return the recursion whose free motion is that of the damped mode itself.
+    """Return the coefficients of a step whose free motion is exactly that of the mode.
 
     With a = xi omega dt, b = omega_d dt and S = sin(b) / omega_d, a step from amplitude
     q and velocity v gives q' = e^-a ((cos b + xi omega S) q + S v). Written in q and
@@ -94,7 +99,7 @@ def exact_flow(omega: float, damping: float, step: float) -> Recursion:
     Parameters
     ----------
     omega : rad/s
-    damping : xi < 1
+    damping : damping ratio xi < 1
     step : dt, s
     """
     a, omega_d = damping * omega * step, omega * math.sqrt(1.0 - damping**2)
@@ -118,12 +123,14 @@ def exact_flow(omega: float, damping: float, step: float) -> Recursion:
 def _loss(
     omega: float, damping: float, step: float, after: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the damping loss of a step: coefficients of d'^2, d' q', q'^2.
+    """Return the damping loss of a step of the exact flow, as three coefficients, J.
 
-    q' is the amplitude at the end of the step, d' its increment in the step. The loss
-    is the integral of 2 xi omega v^2, v(t) = e^{-xi omega t} (v+ c(t) - (xi omega v+ +
-    omega^2 q) s(t)), by Gauss's rule: steps are short against the period.
+    They multiply d'^2, d' q', q'^2: q' is the amplitude at the end of the step, d' its
+    increment in the step. The loss is the integral of 2 xi omega v^2, v(t) = e^{-xi
+    omega t} (v+ c(t) - (xi omega v+ + omega^2 q) s(t)), by Gauss's rule: steps are
+    short against the period.
 
+    omega, damping, step : rad/s; damping ratio xi; dt, s
     after : coefficients of d' and of q, the amplitude at the start, in the velocity v+
         after the impulse at the start
     """

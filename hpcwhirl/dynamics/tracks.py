@@ -1,4 +1,4 @@
-"""Samples and rows of evidence that a march writes, and the history read from them."""
+"""Arrays for samples and evidence of a march, and the history made of them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hpcwhirl.dynamics.march import March
 
 CERTAIN = 4  # reason for the end that no kernel returns: a certificate
-STOPS = {
+STOPS = {  # {counter STOP: name of the reason for the end of a run}
     0: "end",
     1: "amplitude",
     2: "nonfinite",
@@ -39,11 +39,12 @@ def empty_tracks(
     width: int,
     rods: int,
 ) -> Tracks:
-    """Return empty arrays for the samples and the evidence of a march.
+    """Return arrays of zeros for the samples and the evidence that a march will write.
 
     Parameters
     ----------
-    samples : number of samples, of those with tips, and of those with casing
+    samples : numbers of samples: of all, of those with tips, and of those with the
+        casing
     evidence : number of rows of evidence, and of their columns
     blades, width : number of blades N; number of coordinates of the casing
     rods : number of rods of a layer that wears, 0 without
@@ -60,9 +61,10 @@ def empty_tracks(
 
 
 def history_of(march: March) -> History:
-    """Return the samples so far, and the ledger at the current step.
+    """Return the history of a march so far: its samples, totals and present ledger.
 
-    The samples end with the last complete output interval.
+    Values of one sector are extended to all sectors. The samples end with the last
+    complete output interval.
     """
     count, folds = int(march.counter[contact.SAMPLE]), march.lean.model.folds
     kept = Tracks._make(track[:count] for track in march.tracks)
@@ -120,9 +122,12 @@ def history_of(march: March) -> History:
 
 
 def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
-    """Return {trace: samples of each contact point}, by blade; {} if a tip has one.
+    """Return the traces of all contact points, {name: samples}, by blade and point.
 
-    tips, pushed : (n, N n_c, 2), m; (n, N n_c), N s, of all contact points
+    It is {} if each tip has one point.
+
+    tips, pushed : (n, N n_c, 2), m, displacements; (n, N n_c), N s, impulses of all
+        points
     """
     if model.rotor.points is None:
         return {}
@@ -132,9 +137,9 @@ def _by_point(model: Model, tips: Floats, pushed: Floats) -> dict[str, Floats]:
 
 
 def _circle(march: March, time: Floats) -> Floats:
-    """Return the centre's motion without contact, which unbalance causes, else 0.
+    """Return the centre's motion without contact, which unbalance causes; 0 without it.
 
-    time : (b,), s
+    time : (b,), s, at the rows of evidence
 
     Returns
     -------
@@ -154,9 +159,10 @@ def _circle(march: March, time: Floats) -> Floats:
 
 
 def _blur(march: March) -> tuple[float, float]:
-    """Return the energy, J, and squared distance of the centre, m^2, due to round-off.
+    """Return energy, J, and squared distance of the centre, m^2, due to round-off.
 
-    They are those after the steps taken so far, see `History.blur`.
+    Up to these, an unbalanced rotor may have left its circle by round-off in the steps
+    taken so far, see `History.blur`.
     """
     energy, squared = march.scheme.jitter
     return march.steps * energy, march.steps * squared
@@ -165,8 +171,9 @@ def _blur(march: March) -> tuple[float, float]:
 def _free_growth(march: March, energy: Floats) -> float:
     """Return the growth rate of the rotor's fastest growing free motion, 1/s.
 
-    It is 0 unless the terms of rotation make a motion grow, see `History`. It takes
-    longer than all else of a history and is only found for a rotor that rests.
+    It is 0 unless the terms of rotation make a motion grow, see `History`. Its
+    computation takes longer than all else of a history and is only done for a rotor
+    that rests.
 
     energy : (b,), J, of the rotor, at the rows of evidence
     """
@@ -180,7 +187,7 @@ def _free_growth(march: March, energy: Floats) -> float:
 
 
 def _judged(march: March) -> Evidence:
-    """Return the evidence sampled so far; energies are sums over all sectors."""
+    """Return the evidence of a march so far; energies are sums over all sectors."""
     rows = march.tracks.evidence[: int(march.counter[contact.JUDGED])]
     steps = np.arange(1.0, len(rows) + 1) * march.beat
     numbers = march.lean.model.folds * rows[:, contact.OF_ROTOR : contact.COLUMNS].T
@@ -192,7 +199,7 @@ def _judged(march: March) -> Evidence:
 
 
 def _closing(march: March) -> dict[str, float]:
-    """Return the ledger of all sectors, {term: J}, at the current step.
+    """Return the energy balance (ledger) of all sectors, {term: J}, at this step.
 
     If that is not finite, return the ledger at the last row of evidence, which is
     always finite.
@@ -212,7 +219,9 @@ def _closing(march: March) -> dict[str, float]:
 
 
 def _ledger(terms: Iterable[float]) -> dict[str, float]:
-    """Return {term: J} in the order of `LEDGER_TERMS`, including the residual.
+    """Return {term: J} of an energy balance, including the residual, in fixed order.
+
+    The order is that of `LEDGER_TERMS`.
 
     terms : energy, damping, pulse, impact with wear, friction, rotation, wear, J
     """

@@ -1,15 +1,16 @@
-"""Step matrices of a rotor with the terms of rotation, for the kernels.
+"""Matrices of a time step of a rotor with the terms of rotation, for the kernels.
 
 (M/dt^2 + (D + 2 Omega C)/2dt) x_{n+1} = f_n + (2M/dt^2 - K(Omega)) x_n
     - (M/dt^2 - (D + 2 Omega C)/2dt) x_{n-1}
 
 Coriolis forces, treated implicitly, do no work: b^T C b = 0, b = x_{n+1} - x_{n-1}. D
 includes the supports' damping c_s, and K(Omega) their skew part S, which does the work
-b^T S x_n / 2 in a step, entered as damping. Together they are the loss of a damper
-that does not rotate, less the work that its torque takes from the rotation.
+b^T S x_n / 2 in a step, entered as damping. Together they are the loss of a damper that
+does not rotate, less the work that its torque takes from the rotation.
 
-The force of an unbalance is constant in the rotating frame. A coordinate s that stays 1
-represents it in kernels without constant forces; `case.unbalance` explains x_s:
+The force of an unbalance is constant in the rotating frame, and x_s the steady
+displacement by it, the circle of the rotor without contact (`case.unbalance`). A
+coordinate s that stays 1 represents the force in kernels without constant forces:
 
 modes: the amplitudes are those of y = x - x_s, and a mode without mass, stiffness and
 damping adds x_s at the tips and the centre; in scheme `modal` it is a wave, see
@@ -43,11 +44,12 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody:
-    """Return an unbalanced rotor's modes, with added ones that represent its orbit.
+    """Add modes that represent the orbit of an unbalanced rotor to its kernel arrays.
 
-    body : the rotor's modes without them
+    The orbit is the motion without contact: on equal supports a circle, x_s, see
+    `case.unbalance`, else an ellipse.
 
-    On equal supports the orbit is a circle, x_s, see `case.unbalance`.
+    body : the kernel's arrays of the rotor's modes without them
     """
     rows, count = read_by(model, scene), 2 * model.blades
     radial, tangential = (rows[:, places] for places in model.places)
@@ -69,11 +71,11 @@ def circling_modes(body: CoupledBody, model: Model, scene: Scene) -> CoupledBody
 
 
 def read_by(model: Model, scene: Scene) -> Floats:
-    """Return the rotor's displacement in each mode that represents its orbit.
+    """Return the displacements of the modes that represent an unbalanced rotor's orbit.
 
-    The orbit is that of an unbalanced rotor without contact. The result, m, for unit
-    amplitudes, is (1, n); (3, n) on supports that differ by direction; (0, n) if
-    balanced.
+    The orbit is the motion without contact. The result, m, for unit amplitudes, in the
+    n coordinates of the rotor, is (1, n); (3, n) on supports that differ by direction;
+    (0, n) if balanced.
     """
     places, swung = circle(model, scene), swing(model, scene)
     if places is None:
@@ -84,17 +86,18 @@ def read_by(model: Model, scene: Scene) -> Floats:
 
 
 def swings(scene: Scene) -> tuple[float, float]:
-    """Return the coefficients of a step of the orbit's modes: (2 - 2 cos a, sin a).
+    """Return two coefficients of a step of the modes that represent an elliptic orbit.
 
-    On supports that differ by direction the orbit of an unbalanced rotor is an ellipse,
-    which turns by a = 2 Omega dt in a step in the rotating frame.
+    They are (2 - 2 cos a, sin a): on supports that differ by direction the orbit of an
+    unbalanced rotor is an ellipse, which turns by a = 2 Omega dt in a step in the
+    rotating frame.
     """
     half = scene.speed * scene.solver.time_step
     return 4.0 * math.sin(half) ** 2, math.sin(2.0 * half)
 
 
 def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
-    """Return (amplitudes, increments) at step 0 of the modes of an unbalanced orbit.
+    """Return (amplitudes, increments) of the modes of an unbalanced orbit at step 0.
 
     count : number of these modes, see `circling_modes`: 0, 1 or 3
     """
@@ -104,11 +107,12 @@ def amplitudes_at_start(count: int, scene: Scene) -> tuple[Floats, Floats]:
 
 
 def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
-    """Return energy, J, and the centre's squared distance, m^2, by round-off in a step.
+    """Return energy, J, and squared motion of the centre, m^2, due to round-off.
 
-    A step computes A^-1 K (x, 1), which vanishes on the circle, as a difference of
-    numbers of size |A^-1 K| |(x_s, 1)|, n products each, and adds it to x. With e the
-    relative error of a number, the error of the increment of x is at most
+    They are upper bounds for one step of scheme `paper` of an unbalanced rotor. A step
+    computes A^-1 K (x, 1), which vanishes on the circle, as a difference of numbers of
+    size |A^-1 K| |(x_s, 1)|, n products each, and adds it to x. With e the relative
+    error of a number, the error of the increment of x is at most
 
     a = n e |A^-1 K| |(x_s, 1)| + e |x_s|
 
@@ -129,7 +133,7 @@ def jitter(body: DenseBody, model: Model, step: float) -> tuple[float, float]:
 
 
 def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
-    """Return an unbalanced rotor's matrices with the added coordinate s, which is 1.
+    """Add the coordinate s = 1, for the unbalance's force, to a rotor's dense matrices.
 
     places : (n,), displacement of the circle, x_s, m, in the rotor's coordinates
     """
@@ -143,15 +147,16 @@ def circling_matrices(body: DenseBody, places: Floats) -> DenseBody:
     return DenseBody._make([*(plain[name] for name in names), *placed])
 
 
-NONE = np.zeros((0, 0))
+NONE = np.zeros((0, 0))  # for a rotor without such supports
 ALIKE = Stand(NONE, NONE, NONE, 0j, 0j, 0.0, 0.0, 0.0, 1.0, 0j)  # no additional forces
 
 
 class Terms(NamedTuple):
-    """M, 2 Omega C, D, K(Omega) and S of a rotor, (n, n), (skew-)symmetric.
+    """The matrices of a rotor's equation of motion with rotation, (n, n).
 
-    They are the matrices of inertia, Coriolis forces, damping, stiffness at speed, and
-    circulatory forces of the supports.
+    They are M, 2 Omega C, D, K(Omega) and S: inertia, Coriolis forces, damping,
+    stiffness at speed, and circulatory forces of the supports; 2 Omega C and S are
+    skew-symmetric, the others symmetric.
     """
 
     mass: Floats
@@ -162,7 +167,7 @@ class Terms(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """Matrices of a step d' = keep d - pull x + inverse f, and of its ledger, (n, n).
+    """Matrices of a step d' = keep d - pull x + inverse f, and of its energy, (n, n).
 
     x are the coordinates, d = x_n - x_{n-1} and d' their last and next increment, f the
     forces.
@@ -184,7 +189,7 @@ class Turning(NamedTuple):
 
 
 def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Terms:
-    """Return the matrices of a rotor with terms of rotation.
+    """Return the matrices of a rotor's equation of motion with terms of rotation.
 
     basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
     """
@@ -203,7 +208,7 @@ def turning_terms(model: Model, scene: Scene, basis: Floats | None = None) -> Te
 
 
 def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
-    """Return the step matrices of a rotor with terms of rotation.
+    """Return the matrices of a time step of a rotor with terms of rotation.
 
     basis : (n, m), shapes whose amplitudes are the coordinates; None: the model's own
     """
@@ -211,7 +216,10 @@ def turning(model: Model, scene: Scene, basis: Floats | None = None) -> Turning:
 
 
 def step_of(terms: Terms, step: float) -> Turning:
-    """Return the matrices of a rotor's time step from its terms; step : dt, s."""
+    """Return the matrices of a time step from those of the equation of motion.
+
+    step : dt, s
+    """
     mass, gyro, damping, stiffness, push = terms
     before = (damping + gyro) / (2 * step)
     inverse = np.linalg.solve(mass / step**2 + before, np.eye(len(mass)))
@@ -227,11 +235,13 @@ def step_of(terms: Terms, step: float) -> Turning:
 
 
 def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
-    """Return the arrays of supports that differ by direction or have a squeeze film.
+    """Return the kernel's arrays of supports that differ by direction, or have a film.
+
+    Of other supports the result is `ALIKE`, without forces.
 
     Parameters
     ----------
-    inverse : (n, n), increments of a body's coordinates in a step by unit forces on
+    inverse : (n, n), increments of the rotor's coordinates in a step by unit forces on
         them
     hub : (2, n), x_o, y_o for unit coordinates
     """
@@ -250,10 +260,10 @@ def standing(model: Model, scene: Scene, inverse: Floats, hub: Floats) -> Stand:
 
 
 def by_diameter(body: ModalModel) -> tuple[Integers, Integers]:
-    """Return the blocks of modes that rotation couples: order (m,), starts (b + 1,).
+    """Return the blocks of modes that rotation couples, one for each nodal diameter.
 
-    `order` sorts modes by nodal diameter, `starts` are the first modes of each block.
-    Modes of unequal sectors form one block.
+    They are given as order, (m,), which sorts modes by nodal diameter, and starts, (b +
+    1,), the first mode of each block, and m. Modes of unequal sectors form one block.
     """
     if not body.cyclic:
         return np.arange(len(body.omega)), np.array([0, len(body.omega)])

@@ -1,15 +1,15 @@
-"""A rotor at a changing speed: blocks of modes that rotation couples, for any Omega.
+"""A rotor at a changing speed: matrices of its coupled modes for any Omega.
 
 M x'' + (D + 2 Omega C) x' + (K(Omega) + S) x = f - (dOmega/dt) C x + f_0, in blocks of
-modes at rest. In an interval (`case.speed`) Omega is its mean. As the equation is
-linear, x = y + r. r is the motion due to f_0, the forces of the unbalance and Euler's
-forces on the blades; it begins with the circle of the unbalance at the first speed. y
-is the motion due to contact. At a constant speed r is that circle, and y the motion
-about it, as in `case.unbalance`. Both are integrated by the same scheme, see
-`kernels.coupled`.
+modes at rest, one for each nodal diameter. The run is divided into intervals
+(`case.speed`), in which Omega is its mean. As the equation is linear, x = y + r. r is
+the motion due to f_0, the forces of the unbalance and Euler's forces on the blades; it
+begins with the circle of the unbalance at the first speed. y is the motion due to
+contact. At a constant speed r is that circle, and y the motion about it, as in
+`case.unbalance`. Both are integrated by the same scheme, see `kernels.coupled`.
 
-From one interval to the next the motion is continuous, while the matrices of its
-energy change: the change of the energy of y is entered as work of the loading.
+From one interval to the next the motion is continuous, while the matrices of its energy
+change: the change of the energy of y is entered as work of the loading.
 
 K(Omega) = K_0 + Omega^2 K_1 + Omega^4 K_2 and C are stored by blocks once. For a new
 interval only small systems are solved, those of equal size at once.
@@ -37,7 +37,10 @@ from hpcwhirl.scene import Scene
 
 
 class _Group(NamedTuple):
-    """Matrices of all b blocks of coupled modes that have the same size s.
+    """Matrices of all those blocks of coupled modes that have the same size s.
+
+    There are b such blocks, each for a nodal diameter; their systems are solved at
+    once.
 
     Attributes
     ----------
@@ -46,7 +49,7 @@ class _Group(NamedTuple):
     flat, again : (b, s, s), (c, s, s), indices in the kernel's arrays of the entries of
         all blocks, and of the second copies of the c blocks that f_0 moves
     mass, gyro, damping, rest, first, quartic : (b, s, s): M, 2 C, D, K_0, K_1, K_2
-    hub : (b, 2, s), x_o and y_o
+    hub : (b, 2, s), x_o and y_o for unit amplitudes
     """
 
     modes: Integers
@@ -63,16 +66,18 @@ class _Group(NamedTuple):
 
 
 class DrivenRotor:
-    """The blocks of a rotor's modes, from which arrays for any speed follow.
+    """A rotor at a changing speed: its modes in blocks, with arrays for any speed.
+
+    A block has the modes of one nodal diameter. f_0 are the forces of the unbalance and
+    Euler's forces on the blades.
 
     Attributes
     ----------
     order, starts : results of `by_diameter`
     shapes : (n, m), shapes of the modes in this order
-    alike : (r,), indices of the modes that f_0 moves, block by block; f_0 are the
-        forces of the unbalance and Euler's forces
+    alike : (r,), indices of the modes that f_0 moves, block by block
     begun : (a + 1,), index in `alike` of the first mode of each of a blocks, and r
-    force : (m,), f_0 in the present interval
+    force : (m,), f_0 in the present interval of speed
     """
 
     def __init__(self, model: Model, scene: Scene) -> None:
@@ -125,9 +130,11 @@ class DrivenRotor:
         return out
 
     def _held(self, group: _Group, speed: Any) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return the matrices (2 Omega C, D, K, S) of a group at a speed, (b, s, s).
+        """Return the matrices 2 Omega C, D, K, S of a group at a speed, (b, s, s) each.
 
         They are the matrices of `turning.Terms`, without that of inertia.
+
+        speed : Omega, rad/s
         """
         own = self.support.at(speed)
         held, back = own.turning(speed), group.hub.swapaxes(1, 2)
@@ -140,7 +147,7 @@ class DrivenRotor:
         )
 
     def set(self, body: CoupledBody, interval: Interval) -> None:
-        """Set the kernel's arrays `body` to those of an interval of speed."""
+        """Set the kernel's arrays of the rotor to those of an interval of speed."""
         step, speed, rate = self.step, interval.speed, interval.rate
         pull = (speed**2 - 1j * rate) * self.moment
         self.force = np.array([pull.real, pull.imag]) @ self.hub - rate * self.euler
@@ -163,9 +170,9 @@ class DrivenRotor:
         body.work[:] = 0.0
 
     def whole(self, values: Floats) -> Floats:
-        """Return the motion by contact plus that without contact, y + r, (m,).
+        """Return the sum of the motions by and without contact, y + r, amplitudes (m,).
 
-        values : amplitudes or increments of a state, those of y (m,), then those of r,
+        values : amplitudes or increments of a state: those of y (m,), then those of r,
             of the modes `alike` only
         """
         out = values[: len(self.order)].copy()
@@ -173,9 +180,9 @@ class DrivenRotor:
         return out
 
     def compliance(self, body: CoupledBody, mu: float) -> Floats:
-        """Return the rotor's part of the Delassus matrix, (N, N), m/N.
+        """Return the rotor's part of the Delassus matrix at this speed, (N, N), m/N.
 
-        body : the kernel's arrays of the rotor at the present speed
+        body : the kernel's arrays of the rotor
         mu : friction coefficient with the sign of the speed
         """
         out = np.zeros((len(self.radial), len(self.radial)))
@@ -188,12 +195,12 @@ class DrivenRotor:
         return out
 
     def dense(self, body: CoupledBody) -> tuple[Floats, Floats, Floats]:
-        """Return the matrices of a step, and its increment by `force`.
+        """Return a step's matrices, keep and pull, and its increment by the force f_0.
+
+        keep and pull are (m, m), as in `turning.Turning`, with the force -(dOmega/dt) C
+        x in pull; the increment is (m,).
 
         body : the kernel's arrays of the rotor at the present speed
-
-        They are keep and pull, (m, m), as in `turning.Turning`, with the force
-        -(dOmega/dt) C x in pull; the increment is (m,).
         """
         out = np.zeros((2, len(self.order), len(self.order)))
         moved = np.zeros(len(self.order))
@@ -210,9 +217,12 @@ class DrivenRotor:
 
 
 def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
-    """Return the kernel's arrays of a rotor whose speed changes.
+    """Return the kernel's arrays of a rotor of changing speed, with modes for r added.
 
-    Those that depend on the speed are 0 until `DrivenRotor.set` is called.
+    r is the motion without contact. Arrays that depend on the speed are 0 until
+    `DrivenRotor.set` is called.
+
+    body, rotor : the kernel's arrays at constant speed; blocks of the rotor's modes
     """
     size = int((np.diff(rotor.begun) ** 2).sum())
     starts = np.concatenate([body.starts, body.own + rotor.begun[1:]])
@@ -239,10 +249,13 @@ def driven(body: CoupledBody, rotor: DrivenRotor) -> CoupledBody:
 
 @dataclass(frozen=True)
 class DrivenSteps:
-    """Conversion between velocities and increments of a rotor, see `motion.Steps`.
+    """Conversion between velocities and increments of a rotor at a changing speed.
 
-    A velocity is (x_{n+1} - x_{n-1}) / 2 dt and includes what the forces of unbalance
-    and Euler's force add in this step, at the present speed.
+    It is one of `motion.Steps`. A velocity is (x_{n+1} - x_{n-1}) / 2 dt and includes
+    what the forces of unbalance and Euler's force add in this step, at the present
+    speed.
+
+    rotor, body, step : blocks of the rotor's modes; the kernel's arrays; dt, s
     """
 
     rotor: DrivenRotor
@@ -250,14 +263,19 @@ class DrivenSteps:
     step: float
 
     def unforced(self) -> FreeSteps:
-        """Return the conversion for the motion by contact, without the forces f_0."""
+        """Return the conversion for the motion by contact, which f_0 does not drive.
+
+        f_0 are the forces of unbalance and Euler's forces.
+        """
         keep, pull, _ = self.rotor.dense(self.body)
         return FreeSteps(keep, pull, self.step)
 
     def set_out(self, state: BodiesState, v: Floats) -> None:
-        """Set a state's increments for velocities v (m,) of the motion by contact.
+        """Set the increments in a state from velocities, at the start of a march.
 
-        The motion without contact begins with velocity 0.
+        state : in and out; its amplitudes are set
+        v : (m,), velocities of the motion by contact; that without contact begins with
+            0
         """
         own, modes = self.rotor, len(v)
         rise = self.increments(own.whole(state.q_b), v)
@@ -265,13 +283,19 @@ class DrivenSteps:
         state.d_b[modes:] = (rise - state.d_b[:modes])[own.alike]
 
     def velocities(self, x: Floats, d: Floats) -> Floats:
-        """Return velocities from displacements x and increments d = x_n - x_{n-1}."""
+        """Return the rotor's velocities, (m,), from the state of its modes.
+
+        x, d : (m,), amplitudes, and their increments x_n - x_{n-1} in the last step
+        """
         keep, pull, moved = self.rotor.dense(self.body)
         free = FreeSteps(keep, pull, self.step).velocities(x, d)
         return np.asarray(free + moved / (2 * self.step))
 
     def increments(self, x: Floats, v: Floats) -> Floats:
-        """Return increments d = x_n - x_{n-1} from displacements x and velocities v."""
+        """Return the rotor's last increments x_n - x_{n-1}, (m,), in its modes.
+
+        x, v : (m,), amplitudes, and their velocities
+        """
         keep, pull, moved = self.rotor.dense(self.body)
         less = v - moved / (2 * self.step)
         return FreeSteps(keep, pull, self.step).increments(x, less)

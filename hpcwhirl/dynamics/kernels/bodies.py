@@ -1,4 +1,11 @@
-"""Time loop for two bodies of any kind: Algorithm 1 of the paper, by `verbs`."""
+"""Time loop for a rotor and a casing of any kind: the paper's Algorithm 1.
+
+It serves scheme `paper`, and scheme `general` where the casing is integrated in the
+static frame: a ring of elements, a layer that wears, rotation that couples the rotor's
+modes, or several contact points a tip. What a step does to each body depends on how
+this is represented, by matrices or modes: see `verbs`. The rotor is in the rotating
+frame.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +66,7 @@ from hpcwhirl.dynamics.kernels.verbs import (
     yielded,
 )
 
-FLUSH_EVERY = 256  # steps; see `flush`
+FLUSH_EVERY = 256  # steps between two searches for tiny amplitudes, see `flush`
 TINY = 1e-150  # magnitude below which an amplitude is set to 0
 NOWHERE = 1.0  # m, gap of a lost blade
 
@@ -68,7 +75,7 @@ NOWHERE = 1.0  # m, gap of a lost blade
 def flush(motion):
     """Set a body's amplitudes and increments to 0 where both are below 1e-150.
 
-    Their products would be denormal numbers, which are slow.
+    Their products would be denormal numbers, which are slow. motion : `verbs.Motion`
     """
     q, d = motion.q, motion.d
     for m in range(len(q)):
@@ -79,11 +86,12 @@ def flush(motion):
 
 @njit(cache=True)
 def place_blades(ring, turned, points, index, shape):
-    """Find the ring coordinates that move each contact point, and their weights.
+    """Find the coordinates of the ring that move each contact point, and their weights.
 
-    turned : rad, angle of blade 0
-    index, shape : (N, w), out: the w coordinates that move each point, and weights
     ring, points : `kernel_types.Ring`, `kernel_types.Points`
+    turned : rad, angle of blade 0 in the static frame
+    index, shape : (N, w), out: for each point, the indices of w radial coordinates of
+        the ring, and the weights whose sum of products is its displacement
     """
     kind, size, length = ring
     if kind == ELEMENTS:
@@ -94,11 +102,15 @@ def place_blades(ring, turned, points, index, shape):
 
 @njit(cache=True)
 def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, gaps):
-    """Set gaps (N,), m, from tips u and the ring's coordinates; return the lowest gap.
+    """Compute the gaps (N,) of all tips from both bodies, m; return the lowest gap.
 
-    u, radial : (N,) or more, m, radial displacements of tips; the ring's coordinates
+    Parameters
+    ----------
+    u : (N,) or more, m, radial displacements of the tips
+    radial : (R,), m, radial coordinates of the ring
+    wall, ring, points : `kernel_types.Wall`, `Ring`, `Points`
     index, shape : results of `place_blades`
-    turned, time : rad, angle of blade 0; s
+    turned, time : rad, angle of blade 0 in the static frame; s
     lost : index of the lost blade, whose gap is `NOWHERE`; -1: none
     """
     gap, shaped = gap_at(wall, time), is_shaped(wall)
@@ -114,9 +126,10 @@ def read_gaps(u, radial, wall, ring, points, index, shape, turned, time, lost, g
 
 @njit(cache=True)
 def farthest(tips):
-    """Return the largest magnitude of a tip's displacement (radial, tangential), m.
+    """Return the largest displacement of a tip (radial and tangential), m.
 
-    tips : (N + 1, 2), m, the centre last
+    tips : (N + 1, 2), m, radial and tangential for each blade; the last row, the
+        shaft's centre, does not count
     """
     most = 0.0
     for j in range(len(tips) - 1):
@@ -126,10 +139,11 @@ def farthest(tips):
 
 @njit(cache=True)
 def pulse_work(push, modal, ahead, increments):
-    """Return the work of the pulse in a step, J.
+    """Return the work of the pulse on the casing in a step, J.
 
-    push, modal : force of the pulse, N; modal forces (n,) of a unit force
-    ahead, increments : (n,), increments of the amplitudes in this and in the last step
+    push, modal : N, force of the pulse; (n,), the casing's modal forces of a unit force
+    ahead, increments : (n,), increments of the casing's amplitudes in this and in the
+        last step
     """
     total = 0.0
     for m in range(len(ahead)):
@@ -139,7 +153,7 @@ def pulse_work(push, modal, ahead, increments):
 
 @njit(cache=True)
 def motion_of(q, d, loss):
-    """Return the arrays of a body in a step: those of its state, and work space.
+    """Return the arrays of a body that a step uses: those of its state, and work space.
 
     q, d, loss : arrays of the state, see `verbs.Motion`
     """
@@ -151,7 +165,10 @@ def motion_of(q, d, loss):
 
 @njit(cache=True)
 def layer_space(blades):
-    """Return the work arrays for contact with a layer that wears, see `layer`."""
+    """Return new work arrays for the contact of N tips with a layer that wears.
+
+    See `layer`; blades : N
+    """
     return LayerSpace(
         np.zeros(blades, np.int64), np.zeros(blades, np.int64), np.zeros(blades),
         np.zeros(blades), np.zeros(blades), np.zeros((blades, blades)),
@@ -160,9 +177,9 @@ def layer_space(blades):
 
 @njit(cache=True)
 def energies_of(rotor, casing, state, step):
-    """Return (energy of the rotor, energy of the casing), J, in a state.
+    """Return (energy of the rotor, energy of the casing), J, in the state after a step.
 
-    step : dt, s
+    rotor, casing, state : as in `march_bodies`; step : dt, s
     """
     return (
         energy(rotor, state.q_b, state.d_b, step),
@@ -175,21 +192,21 @@ def march_bodies(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, casing, contact,
     state, tracks,
 ):  # fmt: skip
-    """Integrate two bodies in contact over `steps` steps of central differences.
+    """Integrate rotor and casing in contact over `steps` steps of central differences.
 
     Where tips have several contact points, N in all arrays is the number of points.
+    `state` and `tracks` are changed in place.
 
     Parameters
     ----------
     steps : number of steps to take
     strides : steps between samples of the traces, and between rows of the evidence
-    limit : m, magnitude of a tip's displacement that ends the run, see
-        `contact.watch`
+    limit : m, magnitude of a tip's displacement that ends the run, see `contact.watch`
     step, speed : dt, s; Omega, rad/s
     mu : friction coefficient times the sign of Omega
     wall, loading : `kernel_types.Wall`, `kernel_types.Load`
-    rotor, casing : types of `kernel_types`: two `DenseBody`; or a `ModalBody`
-        or `CoupledBody`, and a `ModalBody`
+    rotor, casing : types of `kernel_types`: two `DenseBody`; or a `ModalBody` or
+        `CoupledBody`, and a `ModalBody`
     contact, state, tracks : `kernel_types.Contact`, `kernel_types.BodiesState`,
         `kernel_types.Tracks`
     """

@@ -1,9 +1,15 @@
-"""The contact problem of blades in a round casing, with constant Delassus matrix W.
+"""Contact forces of a step where the Delassus matrix W is constant: a round casing.
 
-In the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's.
+W, m/N, is the opening of all gaps by unit multipliers (normal contact forces, N). In
+the rotating frame the ring's part of W is circulant, and so is a cyclic rotor's. So W
+is computed once.
 
 In nearly all steps the same blades are in contact as in the last solution, so that the
-inverse of their part of W is kept, see `keep_inverse`.
+inverse of their part of W is kept, see `keep_inverse`, and tried first. If that fails,
+other sets of blades are tried, and pivoting comes last.
+
+Arrays of gaps, (2 wide,), are in folded order: the blades 0 .. N // 2 in the first
+half, the blades N - j in the second, see `folded`.
 """
 
 from __future__ import annotations
@@ -57,11 +63,13 @@ CLOSED = 1e-13  # penetration allowed in a solution, relative to the lowest gap
 
 @lru_cache(maxsize=MOST_KEPT)
 def folded(blades: int, wide: int) -> Integers:
-    """Return the blade at each place of a row of values (2 wide,) of all blades.
+    """Return the number of the blade at each place of an array in folded order.
 
-    The first half has blades j = 0 .. N // 2, the second N - j (mod N) for the same j;
-    both are padded with blade 0. So the transform from a spectrum computes the cosine
-    and sine parts at j once for two blades.
+    The result, and arrays of values of all N blades in this order, such as gaps, are (2
+    wide,): they have blades j = 0 .. N // 2 in the first half, N - j (mod N) for the
+    same j in the second; both halves are padded to the length `wide` with blade 0. So
+    the transform from a spectrum computes the cosine and sine parts at j once for two
+    blades.
     """
     i = np.arange(wide)
     half = np.where(2 * i > blades, 0, i)
@@ -69,12 +77,12 @@ def folded(blades: int, wide: int) -> Integers:
 
 
 def constant_space(blades: int, wide: int, w: Floats, known: Integers) -> ConstantSpace:
-    """Return the work arrays of the contact problem with a constant Delassus matrix w.
+    """Return the work arrays of the contact problem with a constant Delassus matrix.
 
-    The inverse in them is 0 until `recall` computes it.
+    The kept inverse in them is 0 until `keep_inverse.recall` computes it.
 
-    blades, wide : N; half the length of a row of gaps
-    known : array of the state that lists the active blades
+    blades, wide : N; half the length of an array of gaps in folded order
+    known : array of the state that lists the blades in contact
     w : (N, N), m/N; column j is the opening of all gaps by a unit multiplier on blade j
     """
     padded = -(-blades // FOUR) * FOUR
@@ -96,8 +104,14 @@ def circulant_space(
 ) -> ConstantSpace:
     """Return the work arrays of the contact problem with a circulant Delassus matrix.
 
-    known : array of the state that lists the active blades
-    column : (N,), m/N, column 0 of the Delassus matrix W; wave : see `passes.to_gaps`
+    If the transform from spectra to gaps has two stages, they include W's spectrum, by
+    which W is applied to the multipliers of many blades.
+
+    blades, wide : N; half the length of an array of gaps in folded order
+    column : (N,), m/N, column 0 of W
+    known : array of the state that lists the blades in contact
+    wave : table of cos and sin of the transform from a spectrum to gaps, see
+        `passes.to_gaps`
     """
     space = constant_space(blades, wide, column[_apart(blades)], known)
     span = wave[-BEHIND + SPAN]
@@ -117,16 +131,21 @@ def circulant_space(
 
 @lru_cache(maxsize=MOST_KEPT)
 def _apart(blades: int) -> Indices:
-    """Return the table of (i - j) mod N, (N, N): N blades, row i, column j."""
+    """Return the table (N, N) of (i - j) mod N, row i, column j, for N blades.
+
+    By it a circulant matrix follows from its column 0.
+    """
     j = np.arange(blades)
     return np.asarray(np.subtract.outer(j, j) % blades)
 
 
 @inlined
 def penetrating(gaps, row, blades, wide, where):
-    """Set `where` to the blades with gaps below 0; return their number.
+    """List the blades that penetrate (gap below 0) in `where`; return their number.
 
-    gaps, row : array, and index in it where the gaps begin, in the order of `folded`
+    gaps, row : m, gaps in folded order (blades 0 .. N // 2, then N - j), from gaps[row]
+        on
+    wide : half the length of the gaps
     """
     size = blades - blades  # 0, but no literal, which numba would specialise on
     for j in range(blades // 2 + 1):
@@ -140,12 +159,15 @@ def penetrating(gaps, row, blades, wide, where):
 
 @inlined
 def multipliers(gaps, row, size, blades, wide, space):
-    """Set space.push to multipliers, N, that close the gaps of the active blades.
+    """Compute the multipliers, N, that close the gaps of the active blades exactly.
 
-    gaps, row : as in `penetrating`
+    The multipliers are minus the kept inverse times these gaps; they are written to
+    space.push. Return the lowest of them; 0 if none is below 0.
+
+    gaps, row : m, gaps without multipliers in folded order, from gaps[row] on
     size : number of active blades, which are space.known[:size]
-
-    Return the lowest multiplier, N; 0 if none is below 0.
+    blades, wide : N; half the length of the gaps
+    space : `kernel_types.ConstantSpace`
     """
     push, known, inverse, close = space.push, space.known, space.inverse, space.work
     padded, lowest = len(push), 0.0
@@ -175,19 +197,20 @@ def multipliers(gaps, row, size, blades, wide, space):
 
 @inlined
 def by_slots(size, space):
-    """Return whether gaps under `size` multipliers are computed from their spectrum.
+    """Return whether to compute the gaps with `size` multipliers acting by spectra.
 
-    That is so if there are many and the Delassus matrix is circulant: it multiplies
-    each entry of the spectrum by a number.
+    That is faster if there are many, and possible if the Delassus matrix is circulant:
+    it multiplies each entry of the multipliers' spectrum by a number.
     """
     return size > MANY and len(space.symbol) > 0
 
 
 @rare
 def openings_by_slots(gaps, row, size, wide, space):
-    """Set space.again (2 wide,) to the gaps, m, with multipliers acting, by spectra.
+    """Compute the gaps of all blades with the multipliers acting, m, by spectra.
 
-    Arguments are those of `openings`. Return four numbers: the least of them is the
+    It does what `openings` does, with its arguments, for a circulant Delassus matrix:
+    the gaps are written to space.again. Return four numbers: the least of them is the
     lowest gap, or 0 if no gap is below 0.
     """
     symbol, spectrum, again = space.symbol, space.spectrum, space.again
@@ -208,13 +231,14 @@ def openings_by_slots(gaps, row, size, wide, space):
 
 @inlined
 def openings(gaps, row, size, wide, space):
-    """Set space.again to the gaps, m, with the multipliers space.push acting.
+    """Compute the gaps of all blades with the multipliers acting, m: g + W lambda.
 
-    Return the lowest of these gaps; 0 if none is below 0.
+    They are written to space.again, (2 wide,), in folded order. Return the lowest of
+    them; 0 if none is below 0.
 
-    space.again : (2 wide,), gaps of all blades in the order of `folded`
-    gaps, row : gaps without multipliers, as in `penetrating`
-    size : number of active blades, which are space.known[:size]
+    gaps, row : m, g, gaps without multipliers, in folded order from gaps[row] on
+    size : number of active blades, space.known[:size], whose multipliers, N, are in
+        space.push
     """
     if by_slots(size, space):
         return lowest_of(openings_by_slots(gaps, row, size, wide, space), 0.0)
@@ -239,12 +263,14 @@ def openings(gaps, row, size, wide, space):
 
 @inlined
 def settle(gaps, row, size, blades, wide, space):
-    """Accept a solution: copy its gaps to `gaps`, its active blades to space.where.
+    """Accept a solution of the contact problem: copy its gaps and its active blades.
 
-    The gaps, in space.again, of the active blades space.known[:size] become exactly 0.
-    Return `size`.
+    The gaps of all blades, m, are copied from space.again to `gaps`, those of the
+    active blades, space.known[:size], as exactly 0. The active blades are copied to
+    space.where. Return their number, `size`.
 
-    gaps, row : array, and index at which the gaps of the step begin
+    gaps, row : out: array of gaps in folded order, and index in it of the step's first
+        gap
     """
     known, where, again = space.known, space.where, space.again
     for v in range(0, 2 * wide, FOUR):
@@ -257,14 +283,16 @@ def settle(gaps, row, size, blades, wide, space):
 
 @inlined
 def guess(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem with the active blades of the last solution.
+    """Compute a step's contact forces, assuming the active blades of the last solution.
 
-    Set the gaps to the corrected ones and space.push to the multipliers; return the
-    number of active blades. Return -1, and leave the gaps as they are, if these blades
-    do not give the solution, which is unique.
+    Set the gaps to those with contact and space.push to the multipliers, N, of the
+    active blades; return the number of these. Return -1, and leave the gaps as they
+    are, if the same blades as before do not give the solution, which is unique.
 
-    gaps, row : predicted gaps, m, from index `row` on, in the order of `folded`
-    lowest : lowest of these gaps, m, < 0
+    gaps, row : m, in and out: gaps in folded order from gaps[row] on; in: without
+        contact
+    lowest : m, lowest of these gaps, < 0
+    space : `kernel_types.ConstantSpace`
     """
     size = space.known[blades + SIZE]
     if not is_usable(blades, space.known):
@@ -278,12 +306,14 @@ def guess(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def first_set(gaps, row, blades, wide, space):
-    """Choose the active blades that `seek` tries first; return how many sets to try.
+    """Choose the blades that `seek` assumes first; return the number of sets to try.
 
-    If few blades touch, or the wheel has at most `SMALL`, these are the penetrating
-    blades, and no other set is tried. Else they are those of the last step, corrected.
+    It is the set of blades assumed to be in contact. If few blades touch, or the wheel
+    has at most `SMALL`, these are the penetrating blades, and no other set is tried (1
+    is returned). Else they are the active blades of the last solution, which are
+    corrected at each try.
 
-    gaps, row : predicted gaps, m, from index `row` on, in the order of `folded`
+    gaps, row : m, gaps without contact in folded order, from gaps[row] on
     """
     known, where = space.known, space.where
     penetrate = penetrating(gaps, row, blades, wide, where)
@@ -299,18 +329,20 @@ def first_set(gaps, row, blades, wide, space):
 
 @inlined
 def is_usable(blades, known):
-    """Return whether `known` lists active blades whose inverse is accurate.
+    """Return whether the kept inverse exists and is accurate enough to be used.
 
-    The inverse is that of their part of the Delassus matrix, see `keep_inverse`.
+    It is the inverse of the part of the Delassus matrix of the blades in `known`, which
+    were in contact in the last solution, see `keep_inverse`.
     """
     return known[blades + SIZE] > 0 and known[blades + SOUND] == 1
 
 
 @inlined
 def correct(limit, blades, wide, space):
-    """Correct the set of active blades, space.known, by the last solution tried.
+    """Correct the assumed set of active blades, space.known, by the solution it gave.
 
-    Blades with multipliers below 0 leave it; blades with gaps below `limit`, m, enter.
+    Blades with multipliers below 0 (space.push) leave the set; blades whose gaps with
+    the multipliers acting (space.again) are below `limit`, m, enter it.
     """
     known, active = space.known, space.fallback.active
     for j in range(blades):
@@ -322,9 +354,9 @@ def correct(limit, blades, wide, space):
 
 @rare
 def seek(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem by trying other active blades than the last step's.
+    """Compute a step's contact forces, trying other active blades than the last.
 
-    Arguments and results are those of `guess`.
+    It is called if `guess` fails. Arguments and results are those of `guess`.
     """
     known, limit = space.known, CLOSED * lowest
     tries = first_set(gaps, row, blades, wide, space)
@@ -343,11 +375,11 @@ def seek(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def solved(gaps, row, lowest, blades, wide, space):
-    """Solve the contact problem of all blades by `guess`, `seek`, or `solve_any`.
+    """Compute the contact forces of a step, by the first method that succeeds.
 
-    Results are those of `guess`, except that -1 means that no solution was found.
-
-    gaps, row, lowest : as in `guess`
+    The methods are `guess` (the active blades of the last solution), `seek` (corrected
+    sets of them) and `solve_any` (pivoting). Arguments and results are those of
+    `guess`, except that -1 means that no solution was found by any method.
     """
     size = guess(gaps, row, lowest, blades, wide, space)
     if size < 0:
@@ -365,9 +397,11 @@ def solved(gaps, row, lowest, blades, wide, space):
 
 @inlined
 def pivot(gaps, lam, opened, space):
-    """Solve the contact problem by pivoting, with the whole Delassus matrix in space.w.
+    """Compute multipliers by pivoting, with the whole Delassus matrix in space.w.
 
-    Other arguments, and the result, are those of `contact.complementarity`.
+    gaps, lam, opened : as in `contact.complementarity`, as is the result, the number of
+        active blades or -1
+    space : `kernel_types.ContactSpace`
     """
     largest = begin(gaps, lam, space.active)
     for attempt in range(3 * len(gaps) + 200):
@@ -382,9 +416,11 @@ def pivot(gaps, lam, opened, space):
 
 @rare_kernel
 def solve_any(gaps, row, blades, wide, space):
-    """Solve the contact problem by pivoting, beginning with the penetrating blades.
+    """Compute a step's contact forces by pivoting from the penetrating blades.
 
-    Arguments and results are those of `guess`.
+    It is called if all faster ways fail. Arguments and results are those of `guess`,
+    but -1 means that there is no solution. The inverse for the active blades is kept
+    for the next step.
     """
     push, known, inverse, rows, where, fallback, near, lam, opened = space[:9]
     for j in range(blades):

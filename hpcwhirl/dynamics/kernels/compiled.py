@@ -1,10 +1,14 @@
-"""Ways to compile the kernels' functions: callable from Python, as a part, or inline.
+"""Decorators by which the kernels' functions are compiled by numba, and their classes.
+
+`kernel` makes a function callable from Python and from compiled code, `part` from
+compiled code only, `inlined` a part that is copied into its callers, `rare` one that is
+compiled for size; `verb` and `does` choose a function by the type of its first
+argument.
 
 For every function numba makes an entry for Python, another for C, and machine code that
 is optimised together with everything it calls, again at each level of calls. A *part*
-is a function that only compiled code calls: it has no entries, is typed and lowered
-once, and is optimised where it is linked. Where numba inlines a function, it types a
-copy for each call; here LLVM inlines instead.
+has no entries, is typed and lowered once, and is optimised where it is linked. Where
+numba inlines a function, it types a copy for each call; here LLVM inlines instead.
 
 This depends on internals of numba. HPCWHIRL_PLAIN_NUMBA=1 compiles the same functions
 with `numba.njit` only: the same bits, but slower to compile and to run, for another
@@ -33,7 +37,10 @@ ENTRY = "_ZN7cpython"  # prefix of the mangled names of entries for Python
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Switch garbage collection off, which the compiler's many objects make slow."""
+    """Switch Python's garbage collection off while numba compiles.
+
+    The compiler makes many objects, among which a collection is slow.
+    """
     was = gc.isenabled()
     gc.disable()
     try:
@@ -44,9 +51,10 @@ def _no_collection() -> Iterator[None]:
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Compiled code without reference counts, optimised in a single pass.
+    """Numba's container of a function's compiled code, optimised in a single pass.
 
-    Numba's further passes only look for reference counts that cancel.
+    The code has no reference counts; numba's further passes only look for those that
+    cancel.
     """
 
     def _optimize_functions(self, ll_module: Any) -> None:
@@ -64,7 +72,10 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
 
 
 class PartLibrary(KernelLibrary):
-    """Code that is linked into callers as it was lowered, and not executable itself."""
+    """Container of compiled code that only callers link and optimise.
+
+    The code is as it was lowered, and not executable itself.
+    """
 
     def _optimize_final_module(self) -> None:
         pass
@@ -75,27 +86,27 @@ class PartLibrary(KernelLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Return this library itself; numba then calls its `set_env`."""
+        """Return this container itself; numba then calls its `set_env`."""
         return self
 
     def set_env(self, *_: Any) -> None:
-        """Do nothing: numba sets an environment for calls, and there are none."""
+        """Do nothing, where numba would set an environment for calls from Python."""
 
     def get_pointer_to_function(self, _: str) -> int:
-        """Return 0, since callers link the code and need no address."""
+        """Return 0 instead of the machine code's address: callers link the code."""
         self._ensure_finalized()
         return 0
 
 
 class RareLibrary(PartLibrary):
-    """Code of a part that runs in few steps, compiled for size instead of speed."""
+    """Container of a part that runs in few steps: optimised for size, not speed."""
 
     def _is_rare(self, _: str) -> bool:
         return True
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
-    """Numba's compiler, with its code in a library of the type `library`."""
+    """Numba's compiler, which puts the code into a container of the type `library`."""
 
     library: type[JITCodeLibrary] = KernelLibrary
 
@@ -108,64 +119,64 @@ class KernelCompiler(Compiler):  # type: ignore[misc, unused-ignore]
 
 
 class PartCompiler(KernelCompiler):
-    """Compiler of functions that only compiled code calls, see `PartLibrary`."""
+    """Numba's compiler of functions for compiled callers only, see `PartLibrary`."""
 
     library = PartLibrary
 
 
 class RareCompiler(KernelCompiler):
-    """Numba's compiler of rare parts, see `RareLibrary`."""
+    """Numba's compiler of parts that run in few steps, see `RareLibrary`."""
 
     library = RareLibrary
 
 
 class Part(CPUDispatcher):  # type: ignore[misc, unused-ignore]
-    """A function that only compiled code can call; it has no entry for Python."""
+    """A compiled function for compiled callers only; it has no entry for Python."""
 
     def __call__(self, *_: Any, **__: Any) -> NoReturn:
-        """Raise TypeError, since there is no entry for Python."""
+        """Raise TypeError: a part cannot be called from Python."""
         msg = f"{self.py_func.__name__} is for compiled code alone"
         raise TypeError(msg)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba needs to type a call; of constants only the type counts."""
+        """Return what numba needs to type a call, with literals as plain types."""
         return super().get_call_template([unliteral(arg) for arg in args], kws)
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc, unused-ignore]
-    """A function that Python can call; compiled code calls a `Part` of it, `twin`."""
+    """A compiled function for Python; compiled callers use its variant `twin`."""
 
     twin: Any  # the same function compiled as a `Part`
 
     def compile(self, sig: Any) -> Any:
-        """Compile as numba does, but without garbage collection meanwhile."""
+        """Compile the function for a signature, without garbage collection."""
         with _no_collection():
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba needs to type a call by compiled code: that of `twin`."""
+        """Return what numba needs to type a call of `twin` by compiled code."""
         return self.twin.get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the machine code of `twin` for a signature: compiled code calls it."""
+        """Return the machine code of `twin` for a signature, for compiled callers."""
         return self.twin.get_overload(sig)
 
 
 class Verb(Part):
-    """A compiled function, implemented for each type of its first argument."""
+    """A name for several compiled functions, one per type of first argument."""
 
     kinds: dict[type, Any]
 
     def __call__(self, first: Any, *rest: Any) -> Any:
-        """Call the implementation for the type of `first`, the first argument."""
+        """Call the function for the type of `first`, the first argument."""
         return self.kinds[type(first)](first, *rest)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba needs to type a call: that of the chosen implementation."""
+        """Return what numba needs to type a call of the function for these types."""
         return self._of(args).get_call_template(args, kws)
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the machine code of the implementation for a signature."""
+        """Return the machine code of the function chosen for a signature."""
         return self._of(sig).get_overload(sig)
 
     def _of(self, args: Any) -> Any:
@@ -176,7 +187,7 @@ COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 
 
 def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
-    """Compile a function that makes no arrays, for Python and for compiled functions.
+    """Compile a function that makes no arrays, for Python and for compiled callers.
 
     twin : decorator that compiles the variant for compiled callers; None: `part`
     """
@@ -193,7 +204,11 @@ def kernel(function: Any, twin: Callable[[Any], Part] | None = None) -> Any:
 def part(
     function: Any, *, inline: bool = False, compiler: type[Compiler] = PartCompiler
 ) -> Any:
-    """Compile a function that makes no arrays, for other compiled functions only."""
+    """Compile a function that makes no arrays, for compiled callers only.
+
+    inline : whether to copy its code into each caller
+    compiler : class of numba's compiler to use
+    """
     if PLAIN:
         return numba_njit(error_model="numpy")(function)
     made = numba_njit(
@@ -204,17 +219,17 @@ def part(
 
 
 def rare(function: Any) -> Any:
-    """Compile a part that does not run in every step, for short code, not for speed."""
+    """Compile a part that runs in few steps: for short code instead of speed."""
     return part(function, compiler=RareCompiler)
 
 
 def inlined(function: Any) -> Any:
-    """Compile a part that is inlined into each of its callers."""
+    """Compile a part whose code is copied into each of its callers."""
     return part(function, inline=True)
 
 
 def verb(function: Any) -> Any:
-    """Declare a name for several parts or kernels, one per type of first argument.
+    """Declare a name for several compiled functions, one per type of first argument.
 
     The decorated function gives name and docstring; `does` adds an implementation.
     """
@@ -224,9 +239,9 @@ def verb(function: Any) -> Any:
 
 
 def does(named: Any, kind: type) -> Callable[[Any], Any]:
-    """Register the decorated part as an implementation of the verb `named`.
+    """Register the decorated compiled function as an implementation of a verb.
 
-    kind : type of the first argument for which it is used
+    named, kind : the verb; type of the first argument for which the function is called
     """
 
     def register(made: Any) -> Any:

@@ -1,11 +1,14 @@
 """Contact of blades and casing: positions of blades, Delassus matrix, complementarity.
 
-Sign and frame: theta grows anticlockwise; the tip of blade j is at
-theta_j = Omega t + 2 pi j / N; u_j is its radial displacement (rotating frame),
-w(theta) that of the casing, both outward; g_j = gap + w(theta_j) - u_j.
-A multiplier lambda_j >= 0 pushes the tip inward and the casing outward; friction
-drags the tip against the rotation and the casing with it: `mu` carries the sign of
-Omega.
+Sign and frame: theta grows anticlockwise; the tip of blade j is at theta_j = Omega t +
+2 pi j / N; u_j is its radial displacement (rotating frame), w(theta) that of the casing
+(static frame), both outward, m; its gap is g_j = gap + w(theta_j) - u_j. A multiplier
+lambda_j >= 0, N, is the normal force between tip j and casing: it pushes the tip inward
+and the casing outward; friction mu lambda_j drags the tip against the rotation and the
+casing with it: `mu` carries the sign of Omega.
+
+The module also keeps the account of a run: the ledger of works and losses, the
+counters, and the samples that are written of the motion.
 
 Compiled functions take scalars and arrays and allocate nothing in a step.
 """
@@ -23,10 +26,12 @@ from hpcwhirl.dynamics.kernels.pivoting import begin, gather, improve, solve_sin
 
 # indices of the ledger, whose entries are in J, IMPULSE in N s, others as said here
 PULSE, IMPACT, FRICTION, ROTATION, IMPULSE = 0, 1, 2, 3, 4
-CERTIFICATE, MISS = 5, 6  # bound of later displacements, m; share, see `samples`
+# m, bound of all displacements after a certificate; largest relative error of the gaps
+# that the contact solver has found, see `samples`
+CERTIFICATE, MISS = 5, 6
 SLIP = 7  # m/s, largest tangential velocity of a tip in contact; see `note_slip`
 WEAR = 8  # J, work of wear, part of IMPACT; see `layer`
-ENTRIES = 9
+ENTRIES = 9  # number of entries of the ledger
 # number of terms of `Tracks.closed`, J: energy, damping, pulse, impact, friction,
 # rotation, wear
 CLOSED = 7
@@ -38,31 +43,37 @@ STEP, TOUCHDOWNS, LAST, SAMPLE, STOP, TOUCHED = 0, 1, 2, 3, 4, 5
 ENDED, NEXT_TRY, PATIENCE, CERTIFIED, JUMPED, JUMPS = 6, 7, 8, 9, 10, 11
 JUDGED = 12  # rows of evidence written
 NEXT_LOOK = 13  # step of the next check of the amplitude limit, see `watch`
-COUNTERS = 14
-# columns of the evidence: centre, energies, cumulative works; see `History.judged`
+COUNTERS = 14  # number of counters
+# columns of the evidence: centre x_o, y_o, m; energies of rotor and casing, J;
+# cumulative work fed, its part by friction, energy lost, J; see `History.judged`
 AT_X, AT_Y, OF_ROTOR, OF_CASING, WAS_FED, WAS_RUBBED, WAS_LOST = range(7)
-COLUMNS = 7
+COLUMNS = 7  # number of columns of the evidence at constant speed
 BESIDE_X, BESIDE_Y, OF_WHOLE = range(COLUMNS, COLUMNS + 3)  # see `verbs.note_beside`
 LOOK_EVERY = 32  # steps between two checks of the tips' displacements
 SLIP_EVERY = 8  # one of so many steps with contact is checked for slip
 NEAR = 0.5  # share of the amplitude limit beyond which every step is checked
-# reasons to stop
+# reasons to stop a run: none yet; a tip beyond the amplitude limit; a number that is
+# not finite; a contact problem without solution
 RUNNING, AMPLITUDE, NONFINITE, COMPLEMENTARITY = 0, 1, 2, 3
-# casings
+# kinds of casing: rigid, a ring of elements, a ring of harmonics
 RIGID, ELEMENTS, WAVES = 0, 1, 2
 
 
 @kernel
 def place_on_elements(turned, size, length, turns, index, shape):
-    """Set the weights that give a ring's displacement at the contact points.
+    """Find which nodes of a ring of elements move each contact point, and how much.
+
+    The ring's radial displacement at a point is the sum of four nodal coordinates
+    (radial displacement and slope at both ends of the element there) times Hermite
+    functions.
 
     Parameters
     ----------
-    turned : rad, angle of blade 0
-    size, length : number of elements; length of one, m
-    turns : (N,), angles from blade 0 to the points, in turns
-    index, shape : (N, 4), out: indices in the list of radial nodal DoF, and the values
-        of their Hermite functions
+    turned : rad, angle of blade 0 in the static frame
+    size, length : number of elements of the ring; length of one, m
+    turns : (N,), angles from blade 0 to the N contact points, in turns
+    index, shape : (N, 4), out: indices of the four coordinates in the list of the
+        ring's radial ones, and the values of their Hermite functions at the point
     """
     for j in range(len(index)):
         part = turned / (2.0 * math.pi) + turns[j]
@@ -79,16 +90,20 @@ def place_on_elements(turned, size, length, turns, index, shape):
 
 @kernel
 def place_on_waves(turned, size, angles, weight, index, shape):
-    """Set the weights that give a ring of harmonics' displacement at contact points.
+    """Find how much each harmonic of an elastic ring moves each contact point.
 
-    They are 1, cos h theta, sin h theta for harmonics h at the point's static angle
-    theta, times the value of each axial function.
+    The ring's radial displacement at a point is the sum of the harmonics' coordinates
+    times 1, cos h theta, sin h theta, theta the point's angle in the static frame,
+    times the value there of each axial function.
 
     Parameters
     ----------
-    turned, size : rad, angle of blade 0; highest harmonic
-    angles, weight : (N,), rad, from blade 0 to the points; (N, L), axial functions
-    index, shape : (N, L (2 size + 1)), out: indices of the radial coordinates, weights
+    turned, size : rad, angle of blade 0 in the static frame; the ring's highest
+        harmonic
+    angles : (N,), rad, from blade 0 to the N contact points
+    weight : (N, L), values of the ring's L axial functions at the points
+    index, shape : (N, L (2 size + 1)), out: indices of the ring's radial coordinates,
+        and the factors by which they move the point
     """
     wide = 2 * size + 1
     for j in range(len(index)):
@@ -107,10 +122,11 @@ def place_on_waves(turned, size, angles, weight, index, shape):
 
 @kernel
 def read_ring(radial, index, shape, j):
-    """Return the ring's radial displacement, m, at contact point j.
+    """Return the ring's outward displacement, m, at contact point j.
 
     radial : (R,), m, the ring's R radial coordinates
-    index, shape : (N, w), indices of the w of them that move each point, and weights
+    index, shape : (N, w), indices of the w coordinates that move each point, and their
+        weights, from `place_on_elements` or `place_on_waves`
     """
     total = 0.0
     for a in range(index.shape[1]):
@@ -120,25 +136,35 @@ def read_ring(radial, index, shape, j):
 
 @inlined
 def gap_at(wall, time):
-    """Return the gap, m, of a casing without lobes or profile at a time, s.
+    """Return the clearance, m, between undeformed tips and a round casing at a time, s.
 
-    It changes at a constant rate, wall.opening.
+    It changes at the constant rate wall.opening, m/s, from wall.gap at wall.since.
+
+    wall : `kernel_types.Wall`
     """
     return wall.gap + wall.opening * (time - wall.since)
 
 
 @inlined
 def angle_at(wall, speed, time):
-    """Return the angle of the rotor at a time, rad: Omega t at constant speed."""
+    """Return the angle of blade 0 in the static frame at a time, rad.
+
+    It is Omega t at constant speed, with a quadratic term in an interval of changing
+    speed.
+
+    wall, speed : `kernel_types.Wall`; Omega, rad/s
+    """
     late = time - wall.since
     return speed * time + (wall.ahead + wall.bend * late * late)
 
 
 @kernel
 def pulse_of(time, force, pulse):
-    """Return the force of the pulse at a time: F sin(pi t / tau) up to t = tau, else 0.
+    """Return the force, N, of the pulse on the casing at a time, s.
 
-    force, pulse : F, N; tau, s
+    It is F sin(pi t / tau) for 0 < t < tau, else 0.
+
+    force, pulse : F, N; its duration tau, s
     """
     if 0.0 < time < pulse:
         return force * math.sin(math.pi * time / pulse)
@@ -147,14 +173,16 @@ def pulse_of(time, force, pulse):
 
 @kernel
 def delassus_row(j, w_rotor, compliance, index, shape, response, w):
-    """Set w[j], the opening of every gap by a unit multiplier on blade j, m/N.
+    """Compute how much a unit multiplier on blade j opens each gap, m/N: set w[j].
 
-    It is column j of the Delassus matrix, stored as a row of its transpose. Row i of
-    `compliance` (R, R) has the ring's R radial coordinates due to a unit load, with its
-    friction, on radial coordinate i; `response` (R,) is work space.
+    That is column j of the Delassus matrix W, of rotor and ring; w is W transposed.
 
-    w_rotor : (N, N), m/N, the rotor's part of the matrix
-    index, shape : (N, w), the w radial coordinates that move each point, and weights
+    w_rotor : (N, N), m/N, the rotor's part of W
+    compliance : (R, R), m/N, row i has the ring's R radial coordinates due to a unit
+        load, with its friction, on radial coordinate i
+    index, shape : (N, w), the w coordinates of the ring that move each point, and
+        weights
+    response : (R,), m/N, work space; (0,) for a rigid casing
     """
     for i in range(len(w_rotor)):
         w[j, i] = w_rotor[i, j]
@@ -171,20 +199,21 @@ def delassus_row(j, w_rotor, compliance, index, shape, response, w):
 
 @kernel
 def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space):
-    """Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0 for the multipliers lam.
+    """Compute the contact forces of a step: multipliers that prevent penetration.
 
-    g are the predicted gaps, W is the Delassus matrix. Return the number of active
-    blades, which are the first ones in space.where, or -1 if no solution was found. The
-    method is block principal pivoting from the penetrating set; after 3 N exchanges
-    only the last violating blade is exchanged (Murty), which ends for any P-matrix. If
-    a part of W is singular, since more blades touch than the bodies have modes for, the
+    Solve 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0: g are the gaps predicted
+    without contact, W is the Delassus matrix. Return the number of active blades (those
+    in contact), listed first in space.where, or -1 if no solution was found. The method
+    is block principal pivoting from the penetrating blades; after 3 N exchanges only
+    the last violating blade is exchanged (Murty), which ends for any P-matrix. If a
+    part of W is singular, since more blades touch than the bodies have modes for, the
     method is Lemke's, see `pivoting`.
 
     Parameters
     ----------
-    gaps : (N,), m, predicted
-    w_rotor, compliance, index, shape : as in `delassus_row`
-    lam, opened : (N,), out: multipliers, N, and corrected gaps, m
+    gaps : (N,), m, g; below 0 where the tip penetrates
+    w_rotor, compliance, index, shape : parts of W, as in `delassus_row`
+    lam, opened : (N,), out: multipliers, N, and gaps g + W lam with them, m
     space : result of `contact_space`; rows of its `w` are reused where `have` is 1
     """
     response, w, have, _, _, active, where, _, _, _ = space
@@ -209,7 +238,7 @@ def complementarity(gaps, w_rotor, compliance, index, shape, lam, opened, space)
 
 @njit(cache=True)
 def contact_space(blades, coordinates):
-    """Return the work space of `complementarity`.
+    """Return new work arrays for the contact solver `complementarity`.
 
     blades, coordinates : N; number R of the ring's radial coordinates
     """
@@ -229,15 +258,18 @@ def contact_space(blades, coordinates):
 
 @part
 def book_contacts(push, where, active, before, last, counter, ledger, impulse, step):
-    """Enter impact loss and impulse of blades where[:active]; count their contacts.
+    """Enter a step's contacts in the account: impact loss, impulse, touchdowns.
 
-    push : multipliers, N, of these blades
-    before : (N,), m, gaps of step n - 1, if the multipliers act at step n; the blades'
-        gaps of step n + 1 are 0
-    last, impulse : (N,), set here: step of the last contact; N s, impulse so far
+    The work of the normal forces on both bodies is already in ledger[ROTATION]; its
+    part lambda (g_{n+1} - g_{n-1}) / 2 is the impact loss and is moved to
+    ledger[IMPACT].
 
-    The normal work on both bodies is in ledger[ROTATION]; its part lambda (g_{n+1} -
-    g_{n-1}) / 2 is the impact loss and moves to its own entry.
+    push : multipliers, N, of the blades in contact, which are where[:active]
+    before : (N,), m, gaps of step n - 1, if the multipliers act at step n; the gaps of
+        blades in contact are 0 at step n + 1
+    last, impulse : (N,), in and out: step of each blade's last contact; its normal
+        impulse so far, N s
+    step : dt, s
     """
     work, total = 0.0, 0.0
     for s in range(active):
@@ -256,13 +288,17 @@ def book_contacts(push, where, active, before, last, counter, ledger, impulse, s
 
 @inlined
 def watch(far, limit, counter):
-    """Stop the run if a tip is beyond the limit; set the step of the next check.
+    """Stop the run if a tip moves beyond the amplitude limit; plan the next check.
 
-    A run ends at the first step with a tip beyond the limit; later if a displacement
-    doubles within `LOOK_EVERY` steps, or if `exact` skips that step by a jump.
+    The check is repeated at each step once a tip is beyond half the limit, else after
+    `LOOK_EVERY` steps. So a run ends at the first step beyond the limit; later if a
+    displacement doubles within `LOOK_EVERY` steps, or if `exact` skips that step by a
+    jump.
 
-    far : m, largest magnitude of a tip's displacement; or a bound of it, if that is
-        below `NEAR` times the limit
+    far : m, largest magnitude of a tip's displacement; or an upper bound of it, if that
+        is below `NEAR` times the limit
+    limit : m
+    counter : counters of the run; its entries STOP and NEXT_LOOK are set
     """
     if far > limit:
         counter[STOP] = AMPLITUDE
@@ -272,9 +308,11 @@ def watch(far, limit, counter):
 
 @inlined
 def slips_now(counter):
-    """Return whether the slip of the last step is to be checked.
+    """Return whether the tips' sliding velocity in the last step is to be checked.
 
     It is checked in every eighth step with contact.
+
+    counter : counters of the run
     """
     return counter[LAST] == counter[STEP] and counter[TOUCHED] % SLIP_EVERY == 1
 
@@ -283,12 +321,13 @@ def slips_now(counter):
 def note_slip(both, step, ledger):
     """Raise ledger[SLIP] to the slip, m/s, of a tip in contact, if this is larger.
 
-    The slip is the tangential velocity of the tip relative to the casing, without Omega
-    R, averaged over both sides of a step. Friction drags against the rotation as long
-    as it is below |Omega| R.
+    The slip is the tangential velocity of the tip by vibration relative to that of the
+    casing, without Omega R, averaged over both sides of a step. Friction drags against
+    the rotation, as the model assumes, as long as the slip is below |Omega| R.
 
-    both : dt (v- + v+) of the casing at a blade less that of its tip, along the
-        rotation, m, v- and v+ the velocities before and after the step's impulse
+    both : m, dt (v- + v+) of the casing at a blade less that of its tip, along the
+        rotation; v- and v+ are the velocities before and after the impulse of the step
+    step : dt, s
     """
     speed = abs(both) / (2.0 * step)
     ledger[SLIP] = max(ledger[SLIP], speed)
@@ -298,16 +337,21 @@ def note_slip(both, step, ledger):
 def write_sample(
     counter, ledger, impulse, tips, casing, energies, lost, keep, judge, tracks
 ):
-    """Write a sample of the state, for the traces, for the evidence, or for both.
+    """Write the state of a step to the stored traces, to the evidence, or to both.
 
-    Traces are sampled at the output interval, which does not affect the run; rows of
-    evidence have an interval of their own, and only they detect a motion that is not
-    finite and end the run.
+    Traces are sampled at the user's output interval, which does not affect the run;
+    rows of evidence have an interval of their own, and only they detect a motion that
+    is not finite and end the run.
 
-    tips : (N + 1, 2), m: radial and tangential of each blade, then x_o, y_o
+    Parameters
+    ----------
+    counter, ledger, impulse : of the state; the last one (N,), N s, for each blade
+    tips : (N + 1, 2), m, rotating frame: radial and tangential displacement of each
+        tip, then the centre's x_o, y_o
     casing : (n,), coordinates of the casing, which depend on the scheme
     energies, lost : (2,), J, of rotor and casing; J, dissipated by damping so far
     keep, judge : whether to write a sample of the traces; a row of the evidence
+    tracks : `kernel_types.Tracks`, out
     """
     energy = energies[0] + energies[1]
     whole = energy + lost
@@ -325,9 +369,9 @@ def write_sample(
 
 @inlined
 def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
-    """Write one sample of the traces that are stored, see `write_sample`.
+    """Write the state of a step to the next sample of the stored traces.
 
-    Arguments are those of `write_sample`; energy : J, of both bodies
+    Arguments are those of `write_sample`; energy : J, of both bodies together
     """
     s, blades = counter[SAMPLE], len(impulse)
     tracks.centre[s, 0], tracks.centre[s, 1] = tips[blades, 0], tips[blades, 1]
@@ -348,9 +392,10 @@ def keep_sample(counter, ledger, impulse, tips, casing, energy, lost, tracks):
 
 @inlined
 def judge_sample(counter, ledger, tips, blades, energies, lost, tracks):
-    """Write one row of tracks.evidence; set tracks.closed to the present ledger.
+    """Write the state of a step to the next row of evidence, from which words follow.
 
-    Arguments are those of `write_sample`.
+    The terms of the energy balance up to this row are written to tracks.closed.
+    Arguments are those of `write_sample`; blades : N
     """
     row, closed = tracks.evidence[counter[JUDGED]], tracks.closed
     row[AT_X], row[AT_Y] = tips[blades, 0], tips[blades, 1]

@@ -1,7 +1,8 @@
-"""A rotor's modes that are coupled by its rotation, in the loop of `bodies`.
+"""A rotor whose modes are coupled by rotation, as a body of the time loop `bodies`.
 
 Modes of one nodal diameter are contiguous, and only they are coupled: of each matrix
-the diagonal blocks, one for each nodal diameter, are stored, each by columns.
+the diagonal blocks, one for each nodal diameter, are stored, each by columns. The
+functions with `does` implement the operations of `verbs` for such a rotor.
 
 If the speed changes, the motion is the sum of y, which contact causes, and r, the
 motion without contact, in the same modes. In the state the amplitudes of y come first,
@@ -40,10 +41,11 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_blocks(matrix, starts, vector, sign, out):
-    """Add sign * matrix @ vector to out; of the matrix only diagonal blocks are given.
+    """Add sign * matrix @ vector to out, for a matrix with diagonal blocks only.
 
     matrix : the blocks, flat, each by columns
     starts : first row of each block, and the number of rows
+    vector, out : (n,), in; (n,), in and out
     """
     at = 0
     for b in range(len(starts) - 1):
@@ -59,9 +61,10 @@ def apply_blocks(matrix, starts, vector, sign, out):
 
 @njit(cache=True)
 def form(matrix, starts, left, right):
-    """Return left @ matrix @ right; of the matrix only diagonal blocks are given.
+    """Return left @ matrix @ right, a number, for a matrix with diagonal blocks only.
 
     matrix, starts : as in `apply_blocks`
+    left, right : (n,), vectors
     """
     total, at = 0.0, 0
     for b in range(len(starts) - 1):
@@ -77,9 +80,10 @@ def form(matrix, starts, left, right):
 
 @does(verbs.predict, CoupledBody)
 def predict(body, motion):
-    """Predict a body's step without contact: increments, and amplitudes after it.
+    """Predict a rotor's step without contact: increments, and amplitudes after it.
 
-    They are stored in motion.ahead and motion.following.
+    They are stored in motion.ahead and motion.following. This is `verbs.predict` for
+    coupled modes.
     """
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
@@ -91,9 +95,11 @@ def predict(body, motion):
 
 @does(verbs.read, CoupledBody)
 def read(body, values, out):
-    """Set out (N + 2,), m, to radial displacements of N tips, then x_o, y_o.
+    """Compute the radial displacements of tips, and the centre's, from amplitudes.
 
-    values : (m,), amplitudes of the modes, from which they are summed
+    values : (m,), amplitudes of the rotor's modes
+    out : (N + 2,), out: m, rotating frame, radial displacements of N tips, then x_o,
+        y_o
     """
     rows = body.read
     out[:] = 0.0
@@ -112,14 +118,15 @@ does(verbs.slide, CoupledBody)(_of_modes.slide.py_func)
 
 @does(verbs.meet, CoupledBody)
 def meet(body, motion, mu, ledger):
-    """Correct motion.ahead of the first body.own modes by contact forces, by blocks.
+    """Add the effect of contact forces to a rotor's increments; enter their work, J.
 
-    Enter the work of these forces in the ledger. They act neither on modes that
-    represent a circle or an ellipse nor on those of the motion without contact.
-    The loss in motion.loss is that of damping and circulatory forces. motion.following
-    is used as work space.
+    The forces, motion.normal and mu motion.drag, change motion.ahead of the first
+    body.own modes, block by block. They act neither on modes that represent a circle or
+    an ellipse nor on those of the motion without contact. motion.following is used as
+    work space.
 
-    mu : friction with the sign of the speed
+    mu, ledger : friction with the sign of the speed; its entries ROTATION and FRICTION
+        grow
     """
     _, d, _, ahead, push, normal, drag = motion
     push[:] = 0.0
@@ -134,10 +141,10 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, CoupledBody)
 def accept(body, motion, step):
-    """Set amplitudes q and increments to those after the step; add the loss, J.
+    """End a step: update the rotor's amplitudes and increments; add the loss.
 
-    The loss is b D b / (4 dt) + b S q / 2, b = q_{n+1} - q_{n-1}, by the matrix D of
-    damping and S of circulatory forces.
+    The loss, J, is b D b / (4 dt) + b S q / 2, b = q_{n+1} - q_{n-1}, by the matrix D
+    of damping and S of circulatory forces. It is added to motion.loss.
     """
     q, d, lost, ahead, _, _, _ = motion
     for m in range(len(q)):
@@ -151,11 +158,11 @@ def accept(body, motion, step):
 
 @does(verbs.energy, CoupledBody)
 def energy(body, values, increments, step):
-    """Return Jacobi's energy between steps n and n + 1, J.
+    """Return the rotor's energy (Jacobi's) between steps n and n + 1, J.
 
-    It is 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, q the modal amplitudes.
+    It is 1/2 v^2 + 1/2 q_n K(Omega) q_{n+1}, q the modal amplitudes, v their velocity.
 
-    values, increments : q_{n+1} and q_{n+1} - q_n = v dt
+    values, increments : (m,), q_{n+1} and q_{n+1} - q_n = v dt
     """
     before = values - increments
     total = 0.5 * form(body.stiffness, body.starts, values, before)
@@ -167,12 +174,12 @@ def energy(body, values, increments, step):
 
 @does(verbs.stand, CoupledBody)
 def stand(body, motion, time, force):
-    """Add to motion.ahead and .following the increments by forces of changing speed.
+    """Add the effect of a changing speed, or of supports, to a rotor's predicted step.
 
-    At constant speed the forces are those of supports that differ by direction or have
-    a film, at `time`, s; they are stored in force (2,), N.
-
-    motion.normal is used as work space; `collect` sets it later.
+    The increments that these forces cause are added to motion.ahead and .following. At
+    constant speed the forces are those of supports that differ by direction or have a
+    film, at `time`, s; they are stored in force (2,), N. motion.normal is used as work
+    space; `collect` sets it later.
     """
     if len(body.force) == 0:
         standing.stand(body, motion, time, force)
@@ -192,7 +199,7 @@ def yielded(body, motion, force, ledger):
     """Enter the work, J, of forces of changing speed on the motion that contact causes.
 
     The body's `stand` has added the increments due to these forces. At constant speed
-    `force` (2,), N, of the supports does the work.
+    the work is that of the supports' `force` (2,), N, see `standing.yielded`.
     """
     if len(body.force) == 0:
         standing.yielded(body, motion, force, ledger)
@@ -204,12 +211,14 @@ def yielded(body, motion, force, ledger):
 
 @does(verbs.note_beside, CoupledBody)
 def note_beside(body, motion, step, row):
-    """Write the centre's motion without contact, and the whole energy, to evidence.
+    """Write to the evidence the centre's motion without contact, and the whole energy.
 
-    These are x_o, y_o, m, and the energy of the motion with and without contact, J. At
-    constant speed nothing is written: that motion is known in closed form.
+    These are x_o, y_o, m, and the energy of the motion with and without contact
+    together, J. At constant speed nothing is written: that motion is known in closed
+    form.
 
-    row : row of evidence
+    motion, step : `verbs.Motion` of the rotor; dt, s
+    row : row of evidence, see `verbs.note_beside`
     """
     if len(body.force) == 0:
         return

@@ -1,4 +1,8 @@
-"""The bodies of scheme `paper`: its Algorithm 1, with dense reduced matrices."""
+"""A body as dense matrices in the time loop `bodies`: the paper's Algorithm 1.
+
+Rotor and casing of scheme `paper` have reduced coordinates q (n,), and dense matrices
+M, D, K. The functions with `does` implement the operations of `verbs` for them.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,11 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def apply_dense(matrix_t, vector, sign, out):
-    """Add sign * matrix @ vector to out; `matrix_t` is stored by columns."""
+    """Add sign * matrix @ vector to out, for a matrix that is stored transposed.
+
+    matrix_t : (c, r), transposed; vector : (c,)
+    out : (r,), in and out
+    """
     for c in range(len(vector)):
         factor = sign * vector[c]
         column = matrix_t[c]
@@ -23,9 +31,12 @@ def apply_dense(matrix_t, vector, sign, out):
 
 @njit(cache=True)
 def beside(still, values, out):
-    """Set out (n,) to a body's coordinates less those on its circle, see `DenseBody`.
+    """Set out (n,) to a body's coordinates less those of its circle, in which it rests.
 
-    still, values : (n,), coordinates on the circle, or (0,); coordinates
+    Energies of an unbalanced rotor are measured from this circle, see `DenseBody`.
+
+    still : (n,), coordinates on the circle, or (0,) if there is none
+    values : (n,), coordinates of the body
     """
     out[:] = values
     for i in range(len(still)):
@@ -36,7 +47,8 @@ def beside(still, values, out):
 def predict(body, motion):
     """Predict a body's step without contact: increments, and coordinates after it.
 
-    They are stored in motion.ahead and motion.following.
+    They are stored in motion.ahead and motion.following, (n,). This is `verbs.predict`
+    for dense matrices.
     """
     q, d, _, ahead, following, _, _ = motion
     ahead[:] = 0.0
@@ -48,9 +60,11 @@ def predict(body, motion):
 
 @does(verbs.load, DenseBody)
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse to a predicted step of a body.
+    """Add the effect of the pulse on the casing to its predicted step without contact.
 
-    push, modal : force, N; modal forces (n,) of a unit force
+    motion.ahead and motion.following change.
+
+    push, modal : N, force of the pulse; (n,), generalized forces of a unit force
     """
     q, ahead, following = motion.q, motion.ahead, motion.following
     apply_dense(body.inverse, modal, push, ahead)
@@ -60,9 +74,10 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, DenseBody)
 def read(body, values, out):
-    """Set out (r,), m, to a body's r radial displacements.
+    """Take the radial displacements, m, of a body from its coordinates: set out (r,).
 
-    values : (n,), its coordinates, from which the radial ones are taken
+    values : (n,), coordinates of the body, of which those listed in body.radial are
+        taken
     """
     places = body.radial
     for r in range(len(places)):
@@ -71,9 +86,10 @@ def read(body, values, out):
 
 @does(verbs.read_tips, DenseBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial and tangential displacements; last row: centre.
+    """Take the radial and tangential displacement of each tip, and the centre's, m.
 
-    values, radial : (n,), coordinates of the body; (N + 2,), result of `read`
+    values, radial : (n,), coordinates of the rotor; result of `read`
+    tips : (N + 1, 2), out: m, rotating frame; last row x_o, y_o
     """
     along, centre = body.tangential, body.centre
     for j in range(len(along)):
@@ -84,12 +100,14 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, DenseBody)
 def collect(body, motion, lam, index, shape):
-    """Set motion.normal and motion.drag (n,), N, to the multipliers' forces.
+    """Compute the generalized forces of the multipliers of all tips on a body.
 
-    `normal` are the normal forces on all coordinates, `drag` is friction over mu.
+    motion.normal has the normal forces on all coordinates, N, motion.drag those of
+    friction over mu.
 
     lam : (N,), multipliers of the tips, N
-    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w radial coordinates of the body on which each tip acts,
+        and their weights
     """
     radial, tangential = body.radial, body.tangential
     normal, drag = motion.normal, motion.drag
@@ -104,12 +122,14 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, DenseBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
+    """Compute how far tips in contact have slid along the rotation over two steps, m.
 
-    It is the displacement along the rotation at step n + 1 less that at n - 1.
+    The body's tangential displacement at step n + 1 less that at n - 1 is added to out
+    (N,).
 
     lam : (N,), multipliers, N; tips with lam > 0 are in contact
-    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates of the body that move each tip, and their
+        weights
     """
     along, d, ahead = body.tangential, motion.d, motion.ahead
     for j in range(len(lam)):
@@ -121,9 +141,12 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, DenseBody)
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+    """Add the effect of contact forces to a body's increments; enter their work, J.
 
-    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    The forces, motion.normal and mu motion.drag, N, change motion.ahead.
+
+    mu, ledger : friction with the sign of the speed; its entries ROTATION and FRICTION
+        grow
     """
     inverse = body.inverse
     _, d, _, ahead, _, normal, drag = motion
@@ -140,10 +163,12 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, DenseBody)
 def accept(body, motion, step):
-    """Set coordinates and increments to those after the step; add the loss, J.
+    """End a step: update the body's coordinates and increments; add the loss, J.
 
     The loss of damping and circulatory forces is added to motion.loss. motion.following
     and motion.normal are used as work space.
+
+    step : dt, s
     """
     q, d, lost, ahead, work, apart, _ = motion
     for i in range(len(q)):
@@ -167,11 +192,11 @@ def accept(body, motion, step):
 
 @does(verbs.energy, DenseBody)
 def energy(body, values, increments, step):
-    """Return a body's energy between steps n and n + 1, J.
+    """Return a body's energy between steps n and n + 1, J, from dense matrices.
 
-    It is 1/2 v M v + 1/2 q_n K q_{n+1}.
+    It is 1/2 v M v + 1/2 q_n K q_{n+1}, v the velocity, q the coordinates.
 
-    values, increments : q_{n+1}, q_{n+1} - q_n = v dt
+    values, increments : (n,), q_{n+1} and q_{n+1} - q_n = v dt
     """
     work = np.zeros_like(values)
     apply_dense(body.mass, increments, 0.5 / step**2, work)

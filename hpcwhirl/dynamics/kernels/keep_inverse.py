@@ -1,10 +1,15 @@
-"""The inverse of the active blades' part of W, the Delassus matrix, and its updates.
+"""The kept inverse of the Delassus matrix of the active blades, and its updates.
+
+The Delassus matrix W, m/N, is the opening of all gaps by unit multipliers; active
+blades are those in contact. The inverse of their part of W, N/m, gives their
+multipliers from their gaps, and is kept from step to step.
 
 For a few blades the inverse is computed anew. For more, a blade that leaves or enters
 changes it by a product of a column and a row (bordering, Frobenius and Schur), which
 takes n^2 operations where an inversion takes n^3. Every bit of the inverse follows from
-`known` in the state: the present blades in order, and all changes since the inverse was
-last computed anew. Each call of a time loop first undoes and repeats these changes.
+the array `known` of the saved state: the present blades in order, and all changes since
+the inverse was last computed anew. Each call of a time loop first undoes and repeats
+these changes.
 """
 
 from __future__ import annotations
@@ -23,20 +28,27 @@ from hpcwhirl.dynamics.kernels.vectors import (
 REGULAR = 1e-8  # least ratio of a pivot to the first one; less makes gaps inaccurate
 FEW = 8  # number of blades up to which inverting anew is faster than an update
 CHANGES = 32  # updates after which the inverse is computed anew
-SIZE, SOUND, CHANGED, LOG = range(4)  # places in `known` after its N blades
+# places in `known` after its N blades: number of active blades; whether the inverse is
+# accurate; number of changes since an inversion; first of these changes
+SIZE, SOUND, CHANGED, LOG = range(4)
 
 
 def length_of_known(blades: int) -> int:
-    """Return the length of the array `known` of active blades, see `ConstantSpace`."""
+    """Return the length of the array `known`, which lists the active blades of a state.
+
+    See `kernel_types.ConstantSpace`; blades : N
+    """
     return blades + LOG + CHANGES
 
 
 @rare
 def invert(a, stride, size):
-    """Invert a[:size, :size] (flat, rows of length `stride`) in place.
+    """Invert a matrix (size, size) in place; return whether the inverse is accurate.
 
-    It uses Gauss-Jordan elimination without pivoting. Return whether the inverse is
-    accurate: all pivots are positive, as those of a P-matrix are, and not too small.
+    It uses Gauss-Jordan elimination without pivoting. The inverse is accurate if all
+    pivots are positive, as those of a P-matrix are, and not too small.
+
+    a, stride : array with the matrix, flat; distance of its rows in the array
     """
     sound, least = True, REGULAR * a[0]
     for c in range(size):
@@ -59,13 +71,24 @@ def invert(a, stride, size):
 
 @inlined
 def place_of(j, blades, wide):
-    """Return the index of blade j in a row of gaps: blades 0 .. N // 2, then N - j."""
+    """Return the index of blade j in an array of gaps in folded order.
+
+    In that order the blades 0 .. N // 2 come first; a further blade j is in the second
+    half, at index wide + N - j.
+
+    blades, wide : N; half the length of the array
+    """
     return j if 2 * j <= blades else wide + blades - j
 
 
 @inlined
 def blade_at(i, blades, wide):
-    """Return the blade at index i of a row of gaps, see `circulant.folded`."""
+    """Return the number of the blade at index i of an array of gaps in folded order.
+
+    It is the inverse of `place_of`; padding counts as blade 0. See `circulant.folded`.
+
+    blades, wide : N; half the length of the array
+    """
     half = i if i < wide else i - wide
     if 2 * half > blades or half == 0:
         return 0
@@ -74,16 +97,16 @@ def blade_at(i, blades, wide):
 
 @rare
 def remember(where, size, blades, wide, known, inverse, rows, stride):
-    """Invert the Delassus matrix of blades where[:size]; note these in `known`.
-
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    """Compute the kept inverse anew, for the blades where[:size]; list them in `known`.
 
     Parameters
     ----------
-    known : out: these blades, their number, whether the inverse is accurate, no changes
-    inverse : out: transpose of the inverse, flat, in rows of length `stride`
-    rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W, folded,
-        see `place_of`
+    blades, wide : N; half the length of an array in folded order, see
+        `circulant.folded`
+    known : out: the blades, their number, whether the inverse is accurate, no changes
+    inverse : out: transpose of the inverse of their part of the Delassus matrix W, N/m,
+        flat, in rows of length `stride`
+    rows : (N, 2 wide) flat, m/N; row j is column j of W in folded order
     """
     for r in range(size):
         known[r] = where[r]
@@ -97,10 +120,11 @@ def remember(where, size, blades, wide, known, inverse, rows, stride):
 
 @inlined
 def note_change(change, sound, blades, known):
-    """Note in `known` that a blade enters or leaves the inverse of the Delassus matrix.
+    """Record in `known` that a blade has entered or left the kept inverse.
 
     change : j if blade j enters; N (p + 1) + j if blade j leaves, at place p of `known`
     sound : whether the inverse is still accurate after it
+    blades : N
     """
     known[blades + LOG + known[blades + CHANGED]] = change
     known[blades + CHANGED] += 1
@@ -110,9 +134,12 @@ def note_change(change, sound, blades, known):
 
 @rare
 def leave(p, blades, known, inverse, stride):
-    """Remove the blade at place p from the kept inverse; the last blade moves to p.
+    """Remove a blade that no longer touches from the kept inverse.
 
-    known, stride : list of blades; length of a row of `inverse`
+    It is the blade at place p of the list `known`; the last blade of the list moves to
+    its place, in the rows and columns of the inverse, too.
+
+    known, stride : list of the active blades; length of a row of `inverse`
     """
     last = known[blades + SIZE] - 1
     pivot = inverse[p * stride + p]
@@ -134,13 +161,15 @@ def leave(p, blades, known, inverse, stride):
 
 @inlined
 def border(j, size, blades, wide, known, inverse, rows, stride, work):
-    """Compute M b and c M for a blade that enters the kept inverse M; return c M b.
+    """Compute what a blade j that enters the kept inverse M needs: M b and c M.
 
-    M is the kept inverse, b and c are the entries of the Delassus matrix W that couple
-    its blades to blade j, in column j and in row j.
+    Return c M b, m/N. b and c are the entries of the Delassus matrix W, m/N, that
+    couple the blades of M to blade j: b in column j, c in row j.
 
+    blades, wide : N; half the length of an array in folded order
+    known, size : list of the blades of M; their number
+    rows : (N, 2 wide) flat, m/N; row j is column j of W in folded order
     work : (4 stride,), out: b, c, M b, c M, each followed by zeros
-    known, size : list of the blades of the inverse; their number
     """
     for r in range(stride):
         inside = r < size
@@ -165,11 +194,13 @@ def border(j, size, blades, wide, known, inverse, rows, stride, work):
 
 @rare
 def enter(j, blades, wide, known, inverse, rows, stride, work):
-    """Add blade j to the kept inverse, at the last place.
+    """Add blade j, which now touches, to the kept inverse, as its last row and column.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
-
-    rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W, folded
+    blades, wide : N; half the length of an array in folded order, see
+        `circulant.folded`
+    known, stride : list of the active blades; length of a row of `inverse`
+    rows : (N, 2 wide) flat, m/N; row j is column j of the Delassus matrix W in folded
+        order
     work : (4 stride,), work space
     """
     size, own = known[blades + SIZE], rows[j * 2 * wide + place_of(j, blades, wide)]
@@ -193,9 +224,12 @@ def enter(j, blades, wide, known, inverse, rows, stride, work):
 
 @inlined
 def undo(blades, known):
-    """Restore in `known` the active blades at the last inversion; return how many.
+    """Restore in `known` the list of active blades at the last full inversion.
 
-    known : list of the present blades and of all changes since then
+    Return their number. It is the first half of `recall`, which repeats the changes.
+
+    known : list of the present active blades, and of all changes since that inversion
+    blades : N
     """
     size = known[blades + SIZE]
     for i in range(known[blades + CHANGED] - 1, -1, -1):
@@ -212,9 +246,14 @@ def undo(blades, known):
 
 @rare
 def recall(blades, wide, space):
-    """Recompute the kept inverse, in `space`, from the list `known` of the state.
+    """Recompute the kept inverse at the start of a time loop, with the same bits.
 
-    `known` has the active blades, and how they have changed since the last inversion.
+    The list `known` of the saved state has the active blades, and how they have changed
+    since the last full inversion; that inversion and the changes are repeated.
+
+    blades, wide : N; half the length of an array in folded order, see
+        `circulant.folded`
+    space : `kernel_types.ConstantSpace`; its `inverse` is set
     """
     known, inverse, rows, stride = (
         space.known, space.inverse, space.rows, len(space.push),
@@ -237,8 +276,8 @@ def recall(blades, wide, space):
 def missing(active, blades, known):
     """Return how many blades must leave the kept inverse, and how many must enter it.
 
-    active : (N,), 1 for blades that the inverse must have, 0 for the others
-    known : blades that it has, see `ConstantSpace`
+    active : (N,), 1 for the blades that it shall have, 0 for the others
+    blades, known : N; list of the blades that it has now
     """
     leaving, staying, wanted = 0, 0, 0
     for p in range(known[blades + SIZE]):
@@ -251,10 +290,16 @@ def missing(active, blades, known):
 
 @rare
 def turn_to(active, where, blades, wide, space):
-    """Change the kept inverse to that of the active blades, by updates or by inversion.
+    """Change the kept inverse to that of the given active blades.
 
-    active : (N,), in: 1 for active blades, else 0; overwritten
+    Blades enter and leave one by one if they are few; else the inverse is computed
+    anew.
+
+    active : (N,), in: 1 for the blades that it shall have, else 0; overwritten
     where : (N + 1,), out: these blades, if the inverse is computed anew
+    blades, wide : N; half the length of an array in folded order, see
+        `circulant.folded`
+    space : `kernel_types.ConstantSpace`, with the inverse and the list `known`
     """
     known, inverse, rows, stride = (
         space.known, space.inverse, space.rows, len(space.push),

@@ -22,7 +22,8 @@ import math
 from hpcwhirl.dynamics.kernels.compiled import inlined, rare
 from hpcwhirl.dynamics.kernels.contact import IMPACT, ROTATION, WEAR, complementarity
 
-DEPTH, WORK, CUT = 0, 1, 2  # rows of the state, see `kernel_types.BodiesState`
+# rows of `worn` in the state: worn depth, m; work of wear and of the rotation, J
+DEPTH, WORK, CUT = 0, 1, 2
 EQUAL = 1e-11  # tolerance of P(s) = multiplier, relative to the largest force
 ROUND = 1e-15  # relative round-off of the depth s of a tip
 ATTEMPTS, PATIENCE = 300, 20  # most Newton steps; steps after which they are halved
@@ -35,10 +36,12 @@ def to_worn(turned, before, points, worn, under, space, gaps):
     Parameters
     ----------
     turned, before : rad, angles of blade 0 at the end and at the start of the step
-    points : `kernel_types.Points`
-    worn : (3, rods), see `kernel_types.BodiesState`
+    points : `kernel_types.Points`, the positions of the N tips
+    worn : (3, M), state of the layer's M rods: worn depth, m, and works, J, see
+        `kernel_types.BodiesState`
     under : number of rods under a tip
-    space : `kernel_types.LayerSpace`; out: `rod`, `left`
+    space : `kernel_types.LayerSpace`; out: the first rod under each tip at both angles,
+        `rod` and `left`
     gaps : (N,), m, to the unworn surface; only tips below it (gap < 0) count, and 1 is
         returned if there are none
     """
@@ -54,9 +57,9 @@ def to_worn(turned, before, points, worn, under, space, gaps):
 
 @rare
 def first_rod(angle, size, under):
-    """Return the index of the first of `under` rods under a tip; `size` rods in all.
+    """Return the number of the first of the `under` rods that are under a tip.
 
-    angle : rad, of the tip
+    angle, size : rad, of the tip in the static frame; number of rods around the casing
     """
     part = angle / (2.0 * math.pi)
     centred = (part - math.floor(part)) * size - 0.5 * (under - 1)
@@ -65,9 +68,10 @@ def first_rod(angle, size, under):
 
 @inlined
 def covers(first, rod, size, under):
-    """Return whether a rod of the layer is under a tip.
+    """Return whether a tip is over a given rod of the layer.
 
-    first, under, size : first rod under the tip; rods under it; rods in all
+    first, under : number of the first rod under the tip; how many rods are under it
+    rod, size : number of the rod; number of rods around the casing
     """
     return (rod - first) % size < under
 
@@ -76,8 +80,8 @@ def covers(first, rod, size, under):
 def highest(worn, first, under):
     """Return the worn depth, m, of the least worn of the rods under a tip.
 
-    worn : (3, rods), see `kernel_types.BodiesState`
-    first, under : the first of these rods, and their number
+    worn : (3, M), state of the layer's rods; its first row is the worn depth, m
+    first, under : number of the first rod under the tip; how many rods are under it
     """
     least = worn[DEPTH, first]
     for i in range(1, under):
@@ -89,16 +93,17 @@ def highest(worn, first, under):
 def limit_of(layer, depth):
     """Return the force, N, beyond which a rod of worn depth `depth`, m, wears.
 
-    layer : `kernel_types.Layer`, which has the limit of an unworn rod
+    layer : `kernel_types.Layer`, which has the limit of an unworn rod and its growth
     """
     return layer.limit + layer.growth * depth
 
 
 @inlined
 def rod_force(layer, softness, depth, sunk):
-    """Return the force of a rod, N, and its derivative by `sunk`, N/m.
+    """Return the force, N, of one rod on a tip, and its derivative by the depth, N/m.
 
-    softness : m/N, wear of a step by force beyond a limit
+    layer : `kernel_types.Layer`
+    softness : m/N, wear in a step per force beyond the limit
     depth, sunk : m, worn depth of the rod; depth of the tip below the unworn surface
     """
     way = sunk - depth
@@ -113,11 +118,13 @@ def rod_force(layer, softness, depth, sunk):
 
 @rare
 def tip_force(layer, softness, worn, first, sunk):
-    """Return P(s), the force of the rods on a tip, N, and its derivative by s, N/m.
+    """Return P(s), the force of all rods under a tip, N, and its derivative dP/ds, N/m.
 
-    softness : m/N, wear of a step by force beyond a limit
-    first, sunk : first rod under the tip; s, m, its depth below the unworn surface
-    worn : (3, M), see `kernel_types.BodiesState`, for M rods
+    layer, softness : `kernel_types.Layer`; m/N, wear in a step per force beyond the
+        limit
+    worn : (3, M), state of the layer's rods; its first row is the worn depth, m
+    first, sunk : number of the first rod under the tip; s, m, depth of the tip below
+        the unworn surface
     """
     force, slope = 0.0, 0.0
     for i in range(layer.under):
@@ -131,19 +138,21 @@ def tip_force(layer, softness, worn, first, sunk):
 @rare
 def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, opened,
           space, own):  # fmt: skip
-    """Solve lam = P(-g - W lam) for the multipliers lam of all tips at once.
+    """Compute the contact forces of all tips on the layer by Newton's method.
 
-    P(s) is the force of the rods on a tip at the depth s, g are the gaps, W is the
-    Delassus matrix of both bodies. Arguments not listed, and the result, are those of
-    `contact.complementarity`.
+    Solve lam = P(-g - W lam): lam are the multipliers, P(s) is the force of the rods on
+    a tip at the depth s, g are the gaps without contact, W is the Delassus matrix of
+    both bodies. Return the number of tips with lam > 0, or -1 if no solution was found.
 
     Parameters
     ----------
-    layer, softness : `kernel_types.Layer`; m/N, wear of a step by force beyond a limit
-    worn : (3, rods), see `kernel_types.BodiesState`
-    gaps : (N,), m, predicted, to the unworn surface
-    lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface, m
-    own : `kernel_types.LayerSpace`; out: `sunk`
+    layer, softness : `kernel_types.Layer`; m/N, wear in a step per force beyond the
+        limit
+    worn : (3, M), state of the layer's rods; its first row is the worn depth, m
+    gaps : (N,), m, g, to the unworn surface
+    w_rotor, compliance, index, shape, space : as in `contact.complementarity`
+    lam, opened : (N,), out: multipliers, N, and gaps to the unworn surface with them, m
+    own : `kernel_types.LayerSpace`; out: `sunk`, the depths s
     """
     blades = len(gaps)
     for j in range(blades):
@@ -165,10 +174,12 @@ def press(layer, softness, worn, gaps, w_rotor, compliance, index, shape, lam, o
 
 @rare
 def linearize(layer, softness, worn, gaps, w_rotor, own, j):
-    """Set row j of the contact problem, linearised about tip j's depth own.sunk[j].
+    """Replace the rods under tip j by a linear spring, for one step of Newton's method.
 
-    Its depth is s = lam / (dP/ds) + own.shifted - g, P(s) the force of its rods. If it
-    touches none of them, dP/ds is that of the highest rod alone.
+    The spring is the tangent of P(s), the force of the rods, at the tip's present depth
+    own.sunk[j]; the depth becomes s = lam / (dP/ds) + own.shifted - g. So row j of
+    own.w and own.shifted[j] are set. If the tip touches no rod, dP/ds is that of the
+    highest rod alone.
 
     Arguments are those of `press`; j : number of the tip
     """
@@ -185,11 +196,13 @@ def linearize(layer, softness, worn, gaps, w_rotor, own, j):
 
 @rare
 def agree(layer, softness, worn, gaps, lam, opened, share, own):
-    """Return whether the solution of the linearised problem satisfies lam = P(s).
+    """Return whether the solution with linear springs satisfies the law of the rods.
 
-    Arguments are those of `press`. P(s) is the force of the rods on a tip at the depth
-    s. If so, set own.sunk to the solution's s and `opened` (N,) to -s, m; else change
-    own.sunk towards that s, by `share` of the difference.
+    The law is lam = P(s), the force of the rods on a tip at the depth s. If it holds,
+    set own.sunk to the solution's s and `opened` (N,) to -s, m; else move own.sunk
+    towards that s, by `share` of the difference, for the next step of Newton's method.
+
+    Arguments are those of `press`.
     """
     largest, alike = 0.0, True
     for j in range(len(lam)):
@@ -212,12 +225,17 @@ def agree(layer, softness, worn, gaps, lam, opened, share, own):
 
 @rare
 def wear(layer, softness, worn, lam, last, ledger, own):
-    """Update worn depth and works of the rods; enter the work of wear in the ledger.
+    """Wear the rods that tips press beyond the limit in a step: set depths and works.
 
-    The entry IMPACT includes WEAR.
+    The work of wear is entered in the ledger as WEAR, which the entry IMPACT includes.
+    The work of the rotation on rods that tips slide onto is entered by `turn`.
 
-    last : (N,), m, gaps to the unworn surface at the start of the step
-    softness, own : as in `press`; lam : (N,), multipliers, N
+    layer, softness : `kernel_types.Layer`; m/N, wear in a step per force beyond the
+        limit
+    worn : (3, M), in and out: worn depth, m, and works, J, of the layer's rods
+    lam, last : (N,), multipliers, N; gaps to the unworn surface at the start of the
+        step, m
+    own : `kernel_types.LayerSpace`, with the results of `to_worn` and `press`
     """
     size = worn.shape[1]
     for j in range(len(lam)):
@@ -238,9 +256,14 @@ def wear(layer, softness, worn, lam, last, ledger, own):
 
 @rare
 def leave(layer, worn, last, ledger, own):
-    """Enter in the ledger the energy, J, that rods left by tips return to the rotation.
+    """Return to the rotation the elastic energy of rods that tips have left in a step.
 
-    last : (N,), m, as in `wear`
+    It is entered in worn and ledger, J, as negative work of the rotation, by `turn`.
+
+    layer : `kernel_types.Layer`
+    worn : (3, M), in and out: worn depth, m, and works, J, of the layer's rods
+    last : (N,), m, gaps to the unworn surface at the start of the step
+    own : `kernel_types.LayerSpace`, with the rods that `to_worn` has found
     """
     size = worn.shape[1]
     for j in range(len(own.rod)):
@@ -255,11 +278,11 @@ def leave(layer, worn, last, ledger, own):
 
 @rare
 def turn(work, worn, rod, ledger):
-    """Enter the work of the rotation on a rod, J: in worn[CUT] and in the ledger.
-
-    work, rod : J, of pushing rod number `rod` in
+    """Enter the work of the rotation on a rod, J, in worn[CUT] and in the ledger.
 
     The ledger's entries ROTATION and IMPACT both contain this work.
+
+    work, rod : J, < 0 if the rod returns it; number of the rod
     """
     worn[CUT, rod] += work
     ledger[IMPACT] += work
@@ -268,9 +291,12 @@ def turn(work, worn, rod, ledger):
 
 @rare
 def work_to_push(layer, depth, way):
-    """Return the work, J, of pushing a rod in by `way`, m, without wear by sliding.
+    """Return the work, J, of a tip that slides onto a rod and pushes it in by `way`, m.
 
-    depth : m, worn depth of the rod
+    The rod yields elastically and, beyond its limit, plastically; wear by sliding is
+    left out.
+
+    layer, depth : `kernel_types.Layer`; m, worn depth of the rod
     """
     limit = limit_of(layer, depth)
     elastic = way if layer.growth == 0.0 else min(way, layer.flex * limit)
@@ -281,9 +307,10 @@ def work_to_push(layer, depth, way):
 
 @rare
 def keep_depth(worn, sample, track):
-    """Write the worn depth of all rods, m, to row `sample` of `track`.
+    """Write the worn depth of all rods, m, to row `sample` of the stored trace.
 
-    track : (samples, rods), or without rows if the depths are not stored
+    worn : (3, M), state of the layer's M rods; its first row is the worn depth, m
+    track : (samples, M), out, or without rows if the depths are not stored
     """
     if sample < len(track):
         for rod in range(worn.shape[1]):
@@ -292,7 +319,9 @@ def keep_depth(worn, sample, track):
 
 @rare
 def closed_by(older, opened, out):
-    """Set out (N,), m, to the decrease of the gaps from step n - 1 to n + 1.
+    """Compute how much the gaps have closed from step n - 1 to n + 1: out (N,), m.
+
+    The impact loss depends on it, see `contact.book_contacts`.
 
     older, opened : (N,), m, gaps at step n - 1 and at step n + 1
     """

@@ -1,4 +1,8 @@
-"""A body as modes in the loop of `bodies`, for a casing of elements."""
+"""A rotor or casing as uncoupled modes in the time loop `bodies`, see there.
+
+The body's motion is a sum of modes with real amplitudes q (m,), normalised to unit
+modal mass. The functions with `does` implement the operations of `verbs` for it.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,10 @@ from hpcwhirl.dynamics.kernels.verbs import does
 
 @njit(cache=True)
 def accumulate(rows, values, out):
-    """Set out = values @ rows, four rows at a time; rows is (m, n), m % 4 == 0."""
+    """Set out (n,) to the sum of rows of a table, each times a value: values @ rows.
+
+    rows, values : (m, n), (m,), m a multiple of 4: four rows are added at a time
+    """
     for j in range(len(out)):
         out[j] = 0.0
     for m in range(0, len(values), 4):
@@ -24,11 +31,13 @@ def accumulate(rows, values, out):
 
 @njit(cache=True)
 def modal_energy(values, increments, omega, step):
-    """Return the energy of modes between steps n and n + 1, J.
+    """Return the energy of uncoupled modes between steps n and n + 1, J.
 
-    It is the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over the modes.
+    It is the sum of 1/2 v^2 + 1/2 omega^2 q_n q_{n+1} over the modes, v their velocity.
 
-    values, increments : q_{n+1} and q_{n+1} - q_n = v dt of the modes' amplitudes q
+    values, increments : (m,), q_{n+1} and q_{n+1} - q_n = v dt of the modes' amplitudes
+        q
+    omega, step : (m,), rad/s; dt, s
     """
     total = 0.0
     for m in range(len(values)):
@@ -40,9 +49,10 @@ def modal_energy(values, increments, omega, step):
 
 @njit(cache=True)
 def collect_modes(lam, index, shape, rows, out):
-    """Set out (m,) to the modal forces of the multipliers lam (N,).
+    """Compute the modal forces out (m,) of the multipliers of all tips, lam (N,), N.
 
-    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates of the body on which each tip acts, and
+        their weights
     rows : (r, m), the r coordinates for unit amplitudes of m modes
     """
     out[:] = 0.0
@@ -59,7 +69,8 @@ def collect_modes(lam, index, shape, rows, out):
 def predict(body, motion):
     """Predict a body's step without contact: increments, and amplitudes after it.
 
-    They are stored in motion.ahead and motion.following.
+    They are stored in motion.ahead and motion.following, (m,). This is `verbs.predict`
+    for uncoupled modes.
     """
     keep, pull = body.keep, body.pull
     q, d, _, ahead, following, _, _ = motion
@@ -71,9 +82,11 @@ def predict(body, motion):
 
 @does(verbs.load, ModalBody)
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse to a predicted step of a body.
+    """Add the effect of the pulse on the casing to its predicted step without contact.
 
-    push, modal : force, N; modal forces (m,) of a unit force
+    motion.ahead and motion.following, of the casing's modes, change.
+
+    push, modal : N, force of the pulse; (m,), modal forces of a unit force
     """
     give, ahead, following = body.give, motion.ahead, motion.following
     for m in range(len(ahead)):
@@ -84,18 +97,19 @@ def load(body, motion, push, modal):
 
 @does(verbs.read, ModalBody)
 def read(body, values, out):
-    """Set out (r,), m, to a body's r radial displacements.
+    """Compute the radial displacements, m, of a body from its modes: set out (r,).
 
-    values : (m,), amplitudes of its modes, over which the displacements are summed
+    values : (m,), amplitudes of the modes
     """
     accumulate(body.read, values, out)
 
 
 @does(verbs.read_tips, ModalBody)
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row: centre.
+    """Compute the radial and tangential displacement of each tip, and the centre's, m.
 
-    values, radial : (m,), amplitudes of the modes; (N + 2,), result of `read`
+    values, radial : (m,), amplitudes of the rotor's modes; (N + 2,), result of `read`
+    tips : (N + 1, 2), out: m, rotating frame; last row x_o, y_o
     """
     tangential = body.tangential
     blades = len(tangential)
@@ -109,12 +123,14 @@ def read_tips(body, values, radial, tips):
 
 @does(verbs.collect, ModalBody)
 def collect(body, motion, lam, index, shape):
-    """Set motion.normal and motion.drag (m,) to the modal forces of the multipliers.
+    """Compute the modal forces of the multipliers of all tips on a body.
 
-    `normal` are those of normal forces, `drag` those of friction over mu.
+    motion.normal has those of normal forces, (m,), motion.drag those of friction over
+    mu.
 
     lam : (N,), multipliers of the tips, N
-    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates of the body on which each tip acts, and
+        their weights
     """
     collect_modes(lam, index, shape, body.radial, motion.normal)
     collect_modes(lam, index, shape, body.tangential, motion.drag)
@@ -122,12 +138,14 @@ def collect(body, motion, lam, index, shape):
 
 @does(verbs.slide, ModalBody)
 def slide(body, motion, lam, index, shape, out):
-    """Add to out (N,) the tangential motion, m, of tips in contact over two steps.
+    """Compute how far tips in contact have slid along the rotation over two steps, m.
 
-    It is the displacement along the rotation at step n + 1 less that at n - 1.
+    The body's tangential displacement at step n + 1 less that at n - 1 is added to out
+    (N,).
 
     lam : (N,), multipliers, N; tips with lam > 0 are in contact
-    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    index, shape : (N, w), the w coordinates of the body that move each tip, and their
+        weights
     """
     d, ahead = motion.d, motion.ahead
     for j in range(len(lam)):
@@ -141,9 +159,12 @@ def slide(body, motion, lam, index, shape, out):
 
 @does(verbs.meet, ModalBody)
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+    """Add the effect of contact forces to the modes' increments; enter their work, J.
 
-    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    The modal forces, motion.normal and mu motion.drag, change motion.ahead.
+
+    mu, ledger : friction with the sign of the speed; its entries ROTATION and FRICTION
+        grow
     """
     give = body.give
     _, d, _, ahead, _, normal, drag = motion
@@ -157,9 +178,10 @@ def meet(body, motion, mu, ledger):
 
 @does(verbs.accept, ModalBody)
 def accept(body, motion, _):
-    """Set amplitudes and increments to those after the step; add the damping loss, J.
+    """End a step: update the modes' amplitudes and increments; add the damping loss, J.
 
-    The loss is 2 xi omega (q_{n+1} - q_{n-1})^2 / (4 dt), xi the damping ratio.
+    The loss is 2 xi omega (q_{n+1} - q_{n-1})^2 / (4 dt), xi the damping ratio; it is
+    added to motion.loss.
     """
     rate = body.rate
     q, d, loss, ahead, _, _, _ = motion
@@ -174,6 +196,7 @@ def accept(body, motion, _):
 def energy(body, values, increments, step):
     """Return the energy of a body's modes between steps n and n + 1, J.
 
-    values, increments : q_{n+1} and q_{n+1} - q_n, as in `modal_energy`
+    values, increments : (m,), q_{n+1} and q_{n+1} - q_n of the modes' amplitudes
+    step : dt, s
     """
     return modal_energy(values, increments, body.omega, step)

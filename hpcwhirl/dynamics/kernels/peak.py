@@ -1,4 +1,7 @@
-"""Loops that measure the peak rates of one core: arithmetic, and reading of arrays."""
+"""Loops that measure the peak rates of one core, to which time loops are compared.
+
+They measure the rate of multiply-add operations and that of reading arrays.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ CHAINS = 96  # number of independent sums, enough to hide the latency of an addi
 
 @njit(cache=True, fastmath={"contract"})
 def multiply_add(rounds, values, factor, term):
-    """Apply x = factor x + term `rounds` times to values (CHAINS,), in place."""
+    """Apply x = factor x + term `rounds` times to each number of an array, in place.
+
+    values : (CHAINS,), independent numbers, so that no addition waits for another
+    """
     for _ in range(rounds):
         for k in range(CHAINS):
             values[k] = values[k] * factor + term
@@ -17,9 +23,10 @@ def multiply_add(rounds, values, factor, term):
 
 @njit(cache=True, fastmath={"contract", "reassoc"})
 def total_again(rounds, values):
-    """Sum values (4 n,) `rounds` times; return the total of these sums.
+    """Read an array `rounds` times, summing it; return the total of these sums.
 
-    values[0] is overwritten by the number of the round, so that no two sums are equal.
+    values : (4 n,); values[0] is overwritten by the number of the round, so that no two
+        sums are equal
     """
     n, total = len(values) // 4, 0.0
     for i in range(rounds):

@@ -1,6 +1,9 @@
-"""Pivoting of 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0, the contact problem.
+"""Contact forces by pivoting: which blades touch, and with which normal forces.
 
-lam are the multipliers, g the gaps without contact, W the Delassus matrix.
+The contact problem of a step is 0 <= lam, 0 <= g + W lam, lam . (g + W lam) = 0: lam
+are the multipliers, N, normal forces between tips and casing; g are the gaps without
+contact, m; W is the Delassus matrix, m/N, the opening of all gaps by unit multipliers.
+Blades with lam > 0, which touch, are called active.
 
 Principal pivoting requires every principal part of W to be regular. A rigid disk has
 two modes for all its blades: in a casing of harmonics 0 and 1 the rank of W is 3, and
@@ -24,9 +27,12 @@ SINGULAR = 1e-12  # ratio to the first pivot below which a pivot counts as round
 
 @part
 def solve_dense(matrix, right, size):
-    """Solve matrix x = right by Gaussian elimination; return whether it is regular.
+    """Solve the equations matrix x = right by Gaussian elimination, in place.
 
-    matrix, right : only the first `size` rows and columns are used; right becomes x
+    Return whether the matrix is regular. The solution x replaces `right`.
+
+    matrix, right : (n, n) or larger; (n,); only the first `size` rows and columns are
+        used
     """
     least = 0.0
     for c in range(size):
@@ -59,13 +65,17 @@ def solve_dense(matrix, right, size):
 
 @part
 def solve_active(gaps, w, where, size, opened, small, right):
-    """Solve g + W lam = 0 on blades where[:size]; return whether W is regular.
+    """Compute the multipliers that close the gaps of the given blades: g + W lam = 0.
 
-    Only the part of W of these blades counts.
+    Return whether the part of the Delassus matrix W of these blades is regular.
 
+    Parameters
+    ----------
+    gaps : (N,), m, g, without multipliers
     w, small : (N, N), W transposed, m/N; (N, N + 1), work space
-    right : (N,), out: multipliers of these blades, N, in the order of `where`
-    opened : (N,), out: corrected gaps of all blades, m
+    where, size : the blades are where[:size]
+    right : (N,), out: their multipliers lam, N, in the order of `where`
+    opened : (N,), out: gaps of all N blades with these multipliers, m
     """
     for r in range(size):
         right[r] = -gaps[where[r]]
@@ -86,16 +96,16 @@ def solve_active(gaps, w, where, size, opened, small, right):
 
 @part
 def exchange(active, size, where, right, opened, tolerance, all_of_them):
-    """Switch blades that violate complementarity in `active`; return how many do.
+    """Correct the set of blades assumed to touch; return how many blades were wrong.
 
-    An active blade does if its multiplier is below 0, another one if its gap is below
-    -tolerance. All of them are switched if `all_of_them` (block pivoting), else the
-    last one (Murty's rule).
+    An active blade is wrong if its multiplier is below 0, another one if its gap is
+    below -tolerance. All of them are switched in `active` if `all_of_them` (block
+    pivoting), else the last one only (Murty's rule).
 
-    active, where : (N,), 1 for active blades, else 0; the blades where[:size] are
-        active
-    right, tolerance : N, multipliers of these; m, penetration allowed
-    opened : (N,), m, gaps with these multipliers
+    active : (N,), in and out: 1 for blades assumed to touch, else 0
+    where, size : the active blades are where[:size]
+    right, opened : (N,), N, their multipliers; (N,), m, gaps of all blades with these
+    tolerance : m, penetration allowed
     """
     wrong, last = 0, -1
     for s in range(size):
@@ -117,9 +127,12 @@ def exchange(active, size, where, right, opened, tolerance, all_of_them):
 
 @inlined
 def begin(gaps, lam, active):
-    """Make the penetrating blades active, set lam to 0; return the largest |gap|, m.
+    """Make the penetrating blades (gap below 0) active: pivoting begins with them.
 
-    gaps, lam : (N,), m and N; active : (N,), out: 1 for active blades, else 0
+    Return the largest |gap|, m. The multipliers lam are set to 0.
+
+    gaps, lam : (N,), m; (N,), N, out
+    active : (N,), out: 1 for active blades, else 0
     """
     largest = 0.0
     for i in range(len(gaps)):
@@ -131,9 +144,10 @@ def begin(gaps, lam, active):
 
 @part
 def gather(active, where):
-    """List the active blades in `where`; return their number.
+    """List the blades that are marked in `active`; return their number.
 
-    active, where : (N,), 1 for active blades, else 0; (N + 1,), out
+    active, where : (N,), 1 for blades assumed to touch, else 0; (N + 1,), out: their
+        numbers
     """
     size = 0
     for i in range(len(active)):
@@ -145,15 +159,16 @@ def gather(active, where):
 
 @inlined
 def improve(gaps, size, lam, opened, attempt, largest, space):
-    """Try the first `size` blades of `where` as the active ones.
+    """Compute the forces if the blades space.where[:size] touch; correct this set.
 
-    attempt : number of sets of blades tried before
-    largest : m, largest |gap|
+    Return 0 if the forces solve the contact problem, and set `lam`; -1 if the blades'
+    part of the Delassus matrix is singular; else exchange blades in space.active, and
+    return how many had a negative multiplier or a negative gap.
+
     gaps, lam, opened : as in `contact.complementarity`
-
-    Return 0 if this solves the problem, and set `lam`; -1 if their part of the Delassus
-    matrix is singular; else exchange blades, and return how many violate
-    complementarity.
+    attempt : number of sets of blades tried before
+    largest : m, largest |gap| without contact
+    space : `kernel_types.ContactSpace`
     """
     _, w, _, small, right, active, where, _, _, _ = space
     if not solve_active(gaps, w, where, size, opened, small, right):
@@ -167,23 +182,28 @@ def improve(gaps, size, lam, opened, attempt, largest, space):
 
 
 APART = 1e-12  # perturbation over the largest gap: above round-off, without effect
-GOLDEN = 0.6180339887498949
+GOLDEN = 0.6180339887498949  # its multiples mod 1 are the perturbations
 LEAST = 1e-11  # least pivot, relative to the largest entry of W
 CLOSED = 1e-10  # tolerance of closed gaps, relative to the largest gap
 
 
 @rare
 def set_out(gaps, w, chosen, size, unit, space):
-    """Set up Lemke's table w = q + W z + z_0 for the blades chosen[:size].
+    """Set up Lemke's table of linear equations, w = q + W z + z_0, for some blades.
 
-    w are the gaps, z the multipliers; gaps are divided by the largest one, W by `unit`.
+    w are the gaps of the blades chosen[:size], q these gaps without contact, both
+    divided by the largest |q|; z are their multipliers, scaled accordingly, W is their
+    part of the Delassus matrix divided by `unit`, m/N; z_0 >= 0 opens all gaps at once.
     The table is in these arrays of `space`:
 
     small : (size, size + 1), set to the coefficients of z and, in the last column, of
         z_0
-    right : set to q, perturbed
-    held, left : set to the variable of each row and column: w_i is i, z_i is size + i,
-        z_0 is 2 size
+    right : (size,), set to q, perturbed so that no two gaps close at once
+    held, left : the variable that each row gives, and that each column multiplies: w_i
+        is numbered i, z_i size + i, z_0 2 size
+
+    gaps, w : (N,), m, without contact; (N, N), m/N, Delassus matrix of all blades,
+        transposed
     """
     small, right, held, left = space.small, space.right, space.held, space.left
     largest = 0.0
@@ -201,9 +221,11 @@ def set_out(gaps, w, chosen, size, unit, space):
 
 @rare
 def swap(size, row, column, space):
-    """Exchange the variables of a row and a column of Lemke's table in `space`.
+    """Solve one equation of Lemke's table for another variable, and insert it.
 
-    The table is explained in `set_out`; size : number of its rows.
+    It is inserted in all other equations. So the variables of row `row` and column
+    `column` change places. The table is in `space`, see `set_out`; size : number of its
+    rows
     """
     small, right, held, left = space.small, space.right, space.held, space.left
     inverse = 1.0 / small[row, column]
@@ -223,9 +245,12 @@ def swap(size, row, column, space):
 
 @rare
 def first_at_zero(size, column, space):
-    """Return the row of Lemke's table whose variable reaches 0 first; -1: none.
+    """Return which variable of Lemke's table becomes 0 first while another one grows.
 
-    The variable of the given column grows, see `set_out`.
+    It is the row of that variable; -1 if none decreases to 0. The one that grows is
+    that of column `column`; the table is in `space`, see `set_out`.
+
+    size : number of rows of the table
     """
     found, least = -1, 0.0
     for r in range(size):
@@ -239,7 +264,14 @@ def first_at_zero(size, column, space):
 
 @rare
 def carriers(size, space):
-    """Pivot Lemke's table, see `set_out`, until z_0 is 0; return whether it is."""
+    """Find the blades that carry the contact forces: Lemke's pivots, until z_0 is 0.
+
+    Return whether z_0 becomes 0; then the multipliers z among the variables in
+    space.held are those of the blades that carry load. The table is explained in
+    `set_out`.
+
+    size : number of rows of the table
+    """
     row, column = 0, size
     for r in range(size):
         if space.right[r] < space.right[row]:
@@ -261,11 +293,15 @@ def carriers(size, space):
 
 @rare
 def settle(gaps, lam, opened, space):
-    """Close the gaps of the active blades, except those with multipliers below 0.
+    """Compute the multipliers that close the gaps of the active blades.
 
-    Set lam (blades,) to the multipliers, in newtons, and opened (blades,) to the gaps
-    with them, m; return the number of blades that stay active, or -1 if their part of
-    the Delassus matrix is singular. space.active marks the active blades by 1.
+    A blade whose multiplier would be below 0 becomes inactive, and the others are
+    solved again. Return the number of blades that stay active, or -1 if their part of
+    the Delassus matrix is singular.
+
+    gaps, lam : (N,), m, gaps without contact; (N,), N, out: multipliers
+    opened : (N,), m, out: gaps with the multipliers acting
+    space : `kernel_types.ContactSpace`; its `active` has 1 for active blades, else 0
     """
     active, where, right = space.active, space.where, space.right
     for _ in range(len(gaps) + 1):
@@ -290,12 +326,13 @@ def settle(gaps, lam, opened, space):
 
 @rare
 def widen(gaps, opened, chosen, size, largest):
-    """Append blades that still penetrate to chosen[:size]; return the new number.
+    """Append the blades that still penetrate to chosen[:size]; return the new number.
 
-    Return -1 if one of the blades already chosen still penetrates.
+    Return -1 if one of the blades already chosen still penetrates. `solve_singular`
+    applies Lemke's method again to the chosen blades.
 
-    gaps, opened : (N,), m, without multipliers and with them; largest : m, largest
-        |gap|
+    gaps, opened : (N,), m, without multipliers; with those of the blades chosen so far
+    largest : m, largest |gap| without multipliers
     """
     more = size
     for j in range(len(gaps)):
@@ -310,10 +347,14 @@ def widen(gaps, opened, chosen, size, largest):
 
 @rare
 def solve_singular(gaps, lam, opened, space):
-    """Solve the contact problem for a Delassus matrix of any rank, given in `space`.
+    """Compute the contact forces of a step for a Delassus matrix of any rank (Lemke).
 
-    Arguments are those of `contact.complementarity`. Blades that penetrate only when
-    the multipliers of the others act are included, too.
+    It is called if a part of the matrix, in space.w, is singular. Lemke's method is
+    applied to the penetrating blades; blades that penetrate only when the multipliers
+    of these act are then included, too, and the method is repeated.
+
+    gaps, lam, opened, space : as in `contact.complementarity`, as is the result, the
+        number of active blades or -1
     """
     chosen, active, w = space.chosen, space.active, space.w
     unit, largest, size = 0.0, 0.0, 0

@@ -1,6 +1,10 @@
-"""Operations of the kernel `points` on waves, implemented for unequal sectors.
+"""The operations of the time loop `points` on the waves of rotor and casing.
 
-Each point has a separate row of coefficients; for equal sectors see `sectors`.
+The loop is that of several contact points on each tip. A function with `verb` declares
+an operation: the motion of a step without forces, gaps of points, works of contact
+forces, effect of these on the waves. A function with `does` implements it here for
+unequal sectors, in which each point has a separate row of coefficients
+(`wave_types.PointRows`); for equal sectors see `sectors`.
 """
 
 from __future__ import annotations
@@ -21,21 +25,23 @@ from hpcwhirl.dynamics.kernels.whole import (
 
 @verb
 def turn_points(rows, q, ahead, near, spectra):
-    """Take a step without forces: multiply the amplitudes q of all waves by z.
+    """Take a step without forces: multiply the amplitudes q of all waves by factors z.
 
-    q, ahead : (m,), re, then im: amplitudes; z - 1, z the factor of each in a step
+    rows : coefficients of the points, `wave_types.PointRows` or `SectorRows`
+    q, ahead : (m,), re, then im: amplitudes, in and out; z - 1, z the factor of each in
+        a step
     near : whether a call of `read_close` is likely; then `spectra` is prepared for it
+    spectra : work space
     """
 
 
 @verb
 def read_every(rows, q, points, tips, spectra):
-    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
-
-    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
+    """Compute the part of the gaps of all points that is due to waves: set tips, m.
 
     rows, q : coefficients of the points; (m,), amplitudes of the waves
     points, spectra : number of contact points; work space
+    tips : (2 wide,), out: all points in folded order, see `circulant.folded`
     """
 
 
@@ -44,42 +50,51 @@ def read_close(rows, q, points, gaps, row, known, tips, whole, near, spectra,
                where):  # fmt: skip
     """Compute the gaps of points that might touch; return the lowest, m, and a flag.
 
-    The flag tells whether the last solution had active points. Arguments are those of
-    `whole.read_near`; near, spectra : as in `turn_points`
+    A point might touch if the lower bound of its gap is not above 0. The flag tells
+    whether the last solution had points in contact.
+
+    rows, q : coefficients of the points; (m,), amplitudes of the waves
+    points, gaps, row, known, tips, whole, where : as `blades` and the others in
+        `whole.read_near`
+    near, spectra : as in `turn_points`
     """
 
 
 @verb
 def book_points(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                 held, spectra):  # fmt: skip
-    """Enter the works of contact forces; set the active points' gaps at step n - 1.
+    """Enter the works of a step's contact forces; find the points' gaps at step n - 1.
 
     The gap of a point that was in contact at step n - 1, too, is 0.
 
     Parameters
     ----------
-    q : (m,), amplitudes before any force
-    spare : (width,), its last entries are the forces, the others work space
-    gaps, row : clearances at step n - 1, without waves
+    rows : coefficients of the points
+    push, where, active : multipliers, N, of the points where[:active]
+    q : (m,), amplitudes of the waves before any force of the step acts
+    spare : (width,), its last entries are the forces, N, the others work space
+    mu, step : friction with the sign of the speed; number of the step
+    gaps, row : clearances at step n - 1, without waves, m, from gaps[row] on
     before : (points,), out: gaps at step n - 1, m
-    sums, held : as in `whole.push_waves`
+    sums, held : account of works, J, and of motions in contact, see `whole.push_waves`
     """
 
 
 @verb
 def push_points(rows, push, where, active, q, spectra):
-    """Add to amplitudes q their change by multipliers push of points where[:active].
+    """Add the change by the contact forces of a step to the amplitudes q of waves.
 
     rows, q : coefficients of the points; (m,), amplitudes of the waves
+    push, where, active : multipliers, N, of the points where[:active]
     spectra : in: as set by `book_points`
     """
 
 
 @inlined
 def begin_moves(s, q, modes):
-    """Copy amplitudes q[:modes] to s[:modes] before any force of the step acts.
+    """Copy the amplitudes q of the waves to s[:modes] before forces act on them.
 
-    s : (width,), the copied amplitudes, then the forces
+    s, modes : (width,), copied amplitudes, then forces, N; number of real amplitudes
     """
     for m in range(0, modes, FOUR):
         store(s, m, load(q, m))
@@ -87,7 +102,10 @@ def begin_moves(s, q, modes):
 
 @inlined
 def clear_forces(s, modes):
-    """Set the forces in s to 0: its entries from number `modes` on."""
+    """Set the forces of a step, multipliers and pulse, to 0 in s[modes:].
+
+    s, modes : (width,), amplitudes, then forces, N; number of real amplitudes
+    """
     for m in range(modes, len(s), FOUR):
         store(s, m, broadcast(0.0))
 
@@ -95,11 +113,9 @@ def clear_forces(s, modes):
 @does(turn_points, PointRows)
 @inlined
 def turn_rows(_rows, q, ahead, _near, _spectra):
-    """Multiply the amplitudes q of all waves by z: a step without forces.
+    """Take a step without forces: multiply the amplitudes q of all waves by factors z.
 
-    The implementation of `turn_points` for unequal sectors.
-
-    Arguments are those of `turn_points`.
+    The implementation of `turn_points`, with its arguments, for unequal sectors.
     """
     turn_waves(q, ahead)
 
@@ -107,10 +123,9 @@ def turn_rows(_rows, q, ahead, _near, _spectra):
 @does(read_every, PointRows)
 @inlined
 def read_every_row(rows, q, points, tips, _):
-    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
+    """Compute the part of the gaps of all points that is due to waves: set tips, m.
 
-    The implementation of `read_every` for unequal sectors. Folded arrays, (2 wide,),
-    list all points in the order of `circulant.folded`.
+    The implementation of `read_every`, with its arguments, for unequal sectors.
     """
     read_all(rows.read, q, points, tips)
 
@@ -121,7 +136,8 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
                     where):  # fmt: skip
     """Compute the gaps of points that might touch; return the lowest, m, and a flag.
 
-    The implementation of `read_close`, which explains both, for unequal sectors.
+    The implementation of `read_close`, with its arguments, for unequal sectors. The
+    flag tells whether the last solution had points in contact.
     """
     lowest = read_near(rows.read, q, points, gaps, row, known, tips, whole, where)
     return lowest, known[points] > 0
@@ -131,9 +147,9 @@ def read_close_rows(rows, q, points, gaps, row, known, tips, whole, _near, _,
 @inlined
 def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
               held, _):  # fmt: skip
-    """Add the works of contact forces to `sums`; set the active points' earlier gaps.
+    """Enter the works of contact forces in `sums`; set the points' gaps at step n - 1.
 
-    The implementation of `book_points`, which has the arguments, for unequal sectors.
+    The implementation of `book_points`, with its arguments, for unequal sectors.
     """
     points, width, modes = len(before), len(spare), len(q)
     wide, padded = len(gaps) // 6, len(held) // 4
@@ -156,8 +172,8 @@ def book_rows(rows, push, where, active, q, spare, mu, step, gaps, row, before, 
 @does(push_points, PointRows)
 @inlined
 def push_rows(rows, push, where, active, q, _):
-    """Add to amplitudes q their change by multipliers push of points where[:active].
+    """Add the change by the contact forces of a step to the amplitudes q of waves.
 
-    The implementation of `push_points` for unequal sectors.
+    The implementation of `push_points`, with its arguments, for unequal sectors.
     """
     add_rows(rows.push, push, where, active, q, len(q))

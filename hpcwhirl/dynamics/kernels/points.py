@@ -1,17 +1,19 @@
-"""Several contact points a tip: rotor and casing as waves of the rotating frame.
+"""Time loop for several contact points a tip: waves of both bodies, rotating frame.
 
 In the frame of the blades no coefficient depends on time: the waves of both bodies have
 complex amplitudes that a step multiplies by z, like those of a rotor in `whole`, and
 each gap is a row of coefficients, for the angle and axial position of its point, times
-the amplitudes. Contact points replace blades in all arrays; W, of both bodies, is
-constant. The pulse on the casing is two further generalized forces, listed after those
-of the points.
+the amplitudes. Contact points replace blades in all arrays; the Delassus matrix W, of
+both bodies, is constant. The pulse on the casing is two further generalized forces,
+listed after those of the points.
 
 The motion of a point's material from step n - 1 to n + 1, d' + d, d' and d its last two
 increments, is a row times s = (q, lambda, pulse), q the amplitudes before any force. As
 a harmonic of the casing turns relative to the blades, the gap two steps before does not
 follow from d' + d, the displacement of the material, on which works depend. It follows
 from further coefficients, `before`.
+
+Arrays of all points, (2 wide,), are in folded order, see `circulant.folded`.
 """
 
 from __future__ import annotations
@@ -82,10 +84,12 @@ from hpcwhirl.errors import ModelError
 
 @inlined
 def write_clear(clear, gap, gaps, row, wide):
-    """Set the gaps of a step without motion of the bodies: `gap` plus clearances, m.
+    """Set the gaps of all points in a step to those of undeformed bodies at rest, m.
 
-    clear : (2 wide,), m, folded, clearance of each point beyond `gap`
-    gaps, row : array, and index at which the 2 wide gaps of the step begin
+    clear : (2 wide,), m, clearance of each point beyond `gap`, in folded order
+    gap : m, clearance common to all points
+    gaps, row, wide : out: array, and index in it where the 2 wide gaps of the step
+        begin
     """
     for v in range(0, 2 * wide, FOUR):
         store(gaps, row + v, load(clear, v) + broadcast(gap))
@@ -93,12 +97,14 @@ def write_clear(clear, gap, gaps, row, wide):
 
 @part
 def add_shape(wall, time, speed, waves, gaps, row, wide):
-    """Add the casing's departure from the circle, m, to a row of gaps of all points.
+    """Add the casing's departure from the circle, m, to the gaps of all points.
 
-    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
-
+    wall : `kernel_types.Wall`, with the n harmonics of the shape
+    time, speed : s; Omega, rad/s
     waves : (n, 2, 2 wide) flat: cos and sin of each harmonic at the points, folded
-    time, speed : s; Omega, rad/s. gaps, row : array, and index of the row's first gap
+        order
+    gaps, row, wide : in and out: array, and index in it where the 2 wide gaps of the
+        step begin
     """
     turned = angle_at(wall, speed, time) % (2.0 * math.pi)
     for r in range(len(wall.orders)):
@@ -114,13 +120,13 @@ def add_shape(wall, time, speed, waves, gaps, row, wide):
 
 @inlined
 def open_tips(push, where, active, opening, tips):
-    """Add to tips (2 wide,), folded, the change of all gaps due to the multipliers.
+    """Add the change of all gaps by the contact forces of a step to `tips`.
 
-    Folded arrays, (2 wide,), list all points in the order of `circulant.folded`.
-
-    push, where, active : multipliers of the points where[:active], N
-    opening : (N, 2 wide) flat, m/N, folded change of all gaps by a unit multiplier
-    tips : m, change of the gaps due to the waves, or lower bounds of it
+    push, where, active : multipliers, N, of the points where[:active]
+    opening : (P, 2 wide) flat, m/N, change of all gaps by a unit multiplier on each of
+        P points
+    tips : (2 wide,), m, in and out: the waves' part of the gaps, or lower bounds of it,
+        in folded order
     """
     width = len(tips)
     for v in range(0, width, FOUR):
@@ -132,11 +138,13 @@ def open_tips(push, where, active, opening, tips):
 
 @rare
 def farthest_point(limit, q, rotor, points):
-    """Return the largest magnitude of a point's displacement (radial, tangential), m.
+    """Return the largest displacement of a contact point (radial and tangential), m.
 
-    If a bound for all points is below `NEAR` times the limit, the bound is returned.
+    If an upper bound for all points is below `NEAR` times the amplitude limit, the
+    bound is returned instead.
 
-    q, points : (m,), amplitudes of the waves; number of points
+    limit, q : m, amplitude limit of the run; (m,), amplitudes of the waves
+    rotor, points : `wave_types.PointsRotor`; number of points
     """
     modes, bound = len(rotor.ahead), drift_of(q, rotor.reach)
     if not bound > NEAR * limit:
@@ -150,7 +158,7 @@ def farthest_point(limit, q, rotor, points):
 
 @rare_kernel
 def energies_of_points(rotor, q):
-    """Return energy of the rotor and energy of the casing, J.
+    """Return (energy of the rotor, energy of the casing), J, from waves' amplitudes.
 
     rotor, q : `wave_types.PointsRotor`; (m,), amplitudes of the waves of both bodies
     """
@@ -164,10 +172,13 @@ def energies_of_points(rotor, q):
 
 @rare
 def note_slips_of_points(held, known, last, step, counted, ledger):
-    """Raise ledger[SLIP], m/s, to the slip of points in contact in the step `counted`.
+    """Raise ledger[SLIP] to the largest slip of a point in contact in one step, m/s.
 
-    held : see `whole.push_waves`
-    known, last : active points; step of each point's last contact
+    held : in its first entries, the points' motions along the casing over two steps, m,
+        see `whole.push_waves`
+    known, last : points in contact in the last solution; step of each point's last
+        contact
+    step, counted : dt, s; number of the step whose slips are checked
     """
     for s in range(known[len(last)]):
         if last[known[s]] == counted:
@@ -176,10 +187,17 @@ def note_slips_of_points(held, known, last, step, counted, ledger):
 
 @rare
 def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
-    """Write a sample of the state; keep, judge : as in `contact.write_sample`.
+    """Write the state of a step to the traces or to the evidence, for points on tips.
 
-    At a row of evidence with contact, the gaps found with W are compared with gaps
-    computed from the amplitudes.
+    At a row of evidence with contact, the gaps found with the Delassus matrix are
+    compared with gaps computed from the amplitudes; the error is entered in
+    ledger[MISS].
+
+    mu, gap : friction with the sign of the speed; m, clearance of the step
+    row : index in state.gaps of the clearances of the step
+    rotor, state, space : `wave_types.PointsRotor`, `kernel_types.CyclicState`,
+        `wave_types.PointsSpace`
+    keep, judge, tracks : as in `contact.write_sample`
     """
     counter, ledger, q = state.counter, state.ledger, state.rotor
     points, tips, out, again = len(state.last), space.tips, space.out, space.again
@@ -213,7 +231,11 @@ def sample_points(mu, gap, row, rotor, state, space, keep, judge, tracks):
 
 
 def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
-    """Return the work space of the kernel `points`, no part of a saved march."""
+    """Return the work space of the time loop `march_points`; check the arrays' sizes.
+
+    It is no part of a saved march. Raise ModelError if an array of the rotor has a
+    wrong size.
+    """
     rotor, points, wide = arrays.rotor, len(state.last), len(state.gaps) // 6
     modes, width = len(rotor.ahead), len(rotor.kicked) // 2
     for name, rows, wanted in (
@@ -242,8 +264,9 @@ def points_space(arrays: Arrays, state: CyclicState) -> PointsSpace:
 def sizes_of_rows(
     rows: PointRows | SectorRows, points: int, modes: int, width: int
 ) -> Wanted:
-    """Return (name, array, required number of values) of each array of `rows`.
+    """Return (name, array, required number of values) of each array of coefficients.
 
+    rows : coefficients between contact points and amplitudes of waves
     points, modes, width : P, m and `width` of `wave_types.PointRows`
     """
     if isinstance(rows, PointRows):
@@ -268,9 +291,14 @@ def march_points(
     steps, strides, limit, step, speed, mu, wall, loading, rotor, _, contact, state,
     tracks, space,
 ):  # fmt: skip
-    """Integrate rotor and casing over `steps` steps, for several points a tip.
+    """Integrate rotor and casing over `steps` steps, for several contact points a tip.
 
-    For the arguments see `bodies.march_bodies` and `wave_types.PointsRotor`.
+    Parameters
+    ----------
+    steps, strides, limit, step, speed, mu, wall, loading, tracks : as in
+        `bodies.march_bodies`
+    rotor, contact : `wave_types.PointsRotor`, `wave_types.PointsContact`
+    state, space : `kernel_types.CyclicState`; result of `points_space`
     """
     s_b, gaps, counter, last, ledger = (
         state.rotor, state.gaps, state.counter, state.last, state.ledger,

@@ -1,15 +1,18 @@
-"""Several contact points a tip, for equal sectors: gaps and forces by spectra.
+"""Gaps and contact forces of equal sectors with several contact points on each tip.
 
 A wave of nodal diameter n moves a point of blade j like the same point of blade 0,
-times e^{i n theta_j}. So, for each of the n_c points of a tip, the waves of a slot add
-up to one term of a spectrum, from which the gaps of four blades are computed at once,
-and multipliers act on the waves by their spectrum, see `SectorRows`.
+times e^{i n theta_j}. So, for each of the n_c points of a tip, the waves of a slot
+(nodal diameter) add up to one term of a spectrum, from which the gaps of four blades
+are computed at once, and multipliers (normal contact forces, N) act on the waves by
+their spectrum. The coefficients are in `wave_types.SectorRows`.
 
 A mode of a body that does not turn consists of two waves that move the points with
 equal coefficients. Gaps need only their sum: there such a pair counts as one wave.
 
-A gap is computed by the same operations wherever it is needed, so that no bit depends
-on which gaps are computed.
+The functions registered with `does` are the implementations, for equal sectors, of the
+operations that `point_rows` declares for the time loop `points.march_points`. A gap is
+computed by the same operations wherever it is needed, so that no bit depends on which
+gaps are computed.
 """
 
 from __future__ import annotations
@@ -50,9 +53,11 @@ def slots_of(rows):
 
 @inlined
 def times(rows, at, k, re, im, total):
-    """Return total + r (re + i im), for four complex coefficients r at once.
+    """Return total + r (re + i im) for four complex coefficients r at once.
 
-    rows, at, k : coefficients, where re of the four begin; im follow k further
+    total, and the result : (re, im), each a vector of four doubles
+    rows, at, k : flat table of coefficients, and index in it of re of the four r; im
+        follow k further
     """
     a, b = load(rows, at), load(rows, at + k)
     real, imag = fma(a, re, total[0]), fma(a, im, total[1])
@@ -61,12 +66,15 @@ def times(rows, at, k, re, im, total):
 
 @inlined
 def layout(rows):
-    """Return the places in `spectra` where the gaps' spectra and the flags begin.
+    """Return the indices in the work array `spectra` of gaps' spectra and of flags.
 
-    `spectra` has, in this order: the amplitudes or the motion of waves and pairs; their
-    change by forces; spectra of the n_c points' gaps, then of their motions along the
-    casing, then of their multipliers; a flag for each point; a mark for each point of
-    each group of four blades; work space for four tips.
+    `spectra` has, in this order: the amplitudes, or the motion over two steps, of waves
+    and pairs of waves; their change by contact forces; spectra of the gaps of the n_c
+    points of a tip, then of their motions along the casing, then of their multipliers;
+    a flag for each of the n_c points; a mark for each point of each group of four
+    blades; work space for four tips.
+
+    rows : `wave_types.SectorRows`
     """
     k = slots_of(rows)
     first = 4 * k * (rows.single + rows.pairs)
@@ -83,7 +91,7 @@ def groups_of(rows):
 
 
 def room_of_sectors(rows: SectorRows) -> int:
-    """Return the length of `spectra`, see `layout`."""
+    """Return the length of the work array `spectra` that `layout` describes."""
     k = len(rows.move) // (2 * (rows.single + rows.pairs))
     groups = len(rows.lanes) // (2 * k * FOUR)
     marks = -(-rows.each * (groups + 1) // FOUR) * FOUR
@@ -92,7 +100,11 @@ def room_of_sectors(rows: SectorRows) -> int:
 
 @inlined
 def add_alike(rows, q, spectra):
-    """Write the waves' amplitudes to the start of `spectra`; add those of a pair."""
+    """Copy the waves' amplitudes to the start of `spectra`; add the two of each pair.
+
+    rows, q : `wave_types.SectorRows`; amplitudes, re, then im, of all waves
+    spectra : out, see `layout`
+    """
     k, half, pairs = slots_of(rows), len(q) // 2, rows.pairs
     for f in range(rows.single):
         for c in range(0, k, FOUR):
@@ -109,10 +121,10 @@ def add_alike(rows, q, spectra):
 @does(turn_points, SectorRows)
 @inlined
 def turn_sectors(rows, q, ahead, near, spectra):
-    """Multiply the amplitudes q of all waves by z: a step without forces.
+    """Take a step without forces: multiply the amplitudes q of all waves by factors z.
 
-    The implementation of `turn_points` for equal sectors; if `near`, the amplitudes are
-    also written to the start of `spectra`, those of a pair added.
+    The implementation of `point_rows.turn_points` for equal sectors; if `near`, the new
+    amplitudes are also written to the start of `spectra`, the two of a pair added.
     """
     if not near:
         turn_waves(q, ahead)
@@ -133,12 +145,13 @@ def turn_sectors(rows, q, ahead, near, spectra):
 
 @inlined
 def move_alike(rows, q, spectra):
-    """Set the start of `spectra` to the waves' motions over two steps, pairs added.
+    """Compute the waves' motions over two steps, which contact forces do work on.
 
-    A motion, from step n - 1 to n + 1, is the amplitude times `SectorRows.move`. The
-    two motions of a pair are added; their factors are conjugates.
+    A wave's motion from step n - 1 to n + 1 without forces is its amplitude times
+    `SectorRows.move`. It is written to the start of `spectra`; the two motions of a
+    pair, whose factors are conjugates, are added.
 
-    q : amplitudes of the waves at step n + 1, without forces
+    q : amplitudes of the waves at step n + 1, before any force of the step acts
     """
     k, half, pairs, zero = slots_of(rows), len(q) // 2, rows.pairs, broadcast(0.0)
     for f in range(rows.single):
@@ -160,9 +173,11 @@ def move_alike(rows, q, spectra):
 
 @inlined
 def products(a, b, value, sums):
-    """Return the four `sums` plus the products a re, b im, a im, b re.
+    """Add a complex product (a + i b) (re + i im) to four sums of its real parts.
 
-    value : (re, im); a, b : re and im of a coefficient; each is four numbers
+    Return the sums of a re, b im, a im and b re, kept apart.
+
+    a, b, value : four doubles each: coefficient a + i b; (re, im)
     """
     re, im = value
     straight, across, crossed, along = sums
@@ -172,9 +187,14 @@ def products(a, b, value, sums):
 
 @inlined
 def spectrum_of(table, p, alike, k, spectra, to):
-    """Set the spectrum of point p, from spectra[to] on, to a sum over the waves.
+    """Compute the spectrum of the gaps of one of a tip's points: sum over the waves.
 
-    table : rows as `SectorRows.read`; alike : number of rows
+    It is written to spectra[to : to + 2 k], re, then im of the k slots, m; the
+    amplitudes are at the start of `spectra`.
+
+    table, p : `SectorRows.read`, factors of the waves in the gaps; number of the point
+        on its tip
+    alike : number of waves and pairs of waves in a slot
     """
     zero = broadcast(0.0)
     for c in range(0, k, FOUR):
@@ -190,9 +210,10 @@ def spectrum_of(table, p, alike, k, spectra, to):
 
 @inlined
 def begin_or_add(fresh, spectra, at, k):
-    """Return the four complex numbers in `spectra` to which a sum is to be added.
+    """Return the four complex sums so far to which the next term is to be added.
 
-    They are those from `at` on, re and k further im; zeros if the sum is `fresh`.
+    They are read from `spectra`, re from index `at`, im k further; they are 0 if the
+    sums are `fresh`, begun by this term.
     """
     zero = broadcast(0.0)
     if fresh:
@@ -202,17 +223,21 @@ def begin_or_add(fresh, spectra, at, k):
 
 @inlined
 def act_on(rows, p, fresh, mu, spectra, to, along, lam):
-    """Set spectra of the motions of point p; add the change of waves by its forces.
+    """Compute the motion of one of a tip's points, and how its forces change the waves.
 
-    The motion is that by the waves, from step n - 1 to n + 1. For pairs, coefficients
-    of forces are the conjugates of those of the motion.
+    The spectra of the point's motion from step n - 1 to n + 1, radially and along the
+    casing, m, follow from that of the waves. The change of the waves' amplitudes by the
+    multipliers at the point, and by their friction, is added in `spectra`. For pairs,
+    coefficients of forces are the conjugates of those of the motion.
 
     Parameters
     ----------
-    p, mu : number of the point on its tip; friction with the sign of the speed
+    rows, p : `wave_types.SectorRows`; number of the point on its tip
     fresh : whether the change of waves by other points is still 0
-    to, along, lam : where spectra of gaps, of motion along the casing and of
-        multipliers begin
+    mu : friction with the sign of the speed
+    spectra : in and out, see `layout`
+    to, along, lam : indices in `spectra` where the spectra of the radial motion, of the
+        motion along the casing and of the multipliers begin
     """
     k, single, zero, rub = slots_of(rows), rows.single, broadcast(0.0), broadcast(mu)
     alike = single + rows.pairs
@@ -245,9 +270,10 @@ def act_on(rows, p, fresh, mu, spectra, to, along, lam):
 
 @inlined
 def four_tips(lanes, g, k, spectra, at):
-    """Return a spectrum's values at blades 4 g .. 4 g + 3; it begins at `at`.
+    """Evaluate a spectrum at four blades, 4 g .. 4 g + 3; return four values.
 
-    lanes : `SectorRows.lanes`, cos and -sin at four blades each
+    lanes : `SectorRows.lanes`, cos and -sin of each slot at groups of four blades
+    spectra, at : array, and index in it where the spectrum (2 k,) begins
     """
     zero = broadcast(0.0)
     one, two, three, last, place = zero, zero, zero, zero, g * 2 * k * FOUR
@@ -262,9 +288,10 @@ def four_tips(lanes, g, k, spectra, at):
 
 @inlined
 def at_blade(turns, blade, k, spectra, at):
-    """Return the value at a blade of the spectrum that begins at `at` in `spectra`.
+    """Evaluate a spectrum of gaps or motions at one blade; return the value there.
 
     turns : `SectorRows.turns`, cos and -sin of each slot at each blade
+    spectra, at : array, and index in it where the spectrum (2 k,) begins
     """
     even, odd, row = broadcast(0.0), broadcast(0.0), blade * 2 * k
     for c in range(0, k, FOUR):
@@ -275,11 +302,13 @@ def at_blade(turns, blade, k, spectra, at):
 
 @inlined
 def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
-    """Write the waves' part of four gaps, m, to `tips`: of blades 4 g .. 4 g + 3.
+    """Write the part of the gaps due to waves, m, at one point of up to four blades.
 
-    p : number of the contact point on each of these tips
-    at : where the spectrum of its gaps begins in `spectra`; its last four entries are
-        work space
+    rows, p : `wave_types.SectorRows`; number of the point on each of these tips
+    g : group of four blades, 4 g .. 4 g + 3
+    spectra, at : array, and index in it where the spectrum of the point's gaps begins;
+        the last four entries are work space
+    tips : (2 wide,), out: all points in folded order, see `circulant.folded`
     """
     each, behind = rows.each, len(spectra) - FOUR
     store(spectra, behind, four_tips(rows.lanes, g, k, spectra, at))
@@ -291,10 +320,11 @@ def put_four(rows, p, g, k, spectra, at, blades, wide, tips):
 @does(read_every, SectorRows)
 @part
 def read_every_sector(rows, q, points, tips, spectra):
-    """Set tips (2 wide,), folded, to the part of all gaps that is due to waves, m.
+    """Compute the part of the gaps of all points that is due to waves: set tips, m.
 
-    The implementation of `read_every` for equal sectors. Folded arrays, (2 wide,), list
-    all points in the order of `circulant.folded`.
+    The implementation of `point_rows.read_every` for equal sectors.
+
+    tips : (2 wide,), out: all points in folded order, see `circulant.folded`
     """
     k, each, wide = slots_of(rows), rows.each, len(tips) // 2
     alike, blades, (to, _) = rows.single + rows.pairs, points // each, layout(rows)
@@ -307,12 +337,15 @@ def read_every_sector(rows, q, points, tips, spectra):
 
 @inlined
 def read_group(rows, j, points, gaps, row, tips, whole, spectra):
-    """Set tips and gaps of point j, and of the same point of neighbouring blades.
+    """Compute the gaps at point j and at the same point of neighbouring blades.
 
-    These are the blades of its group of four. Return the lowest of these gaps, m;
-    infinity if they were set before.
+    The blades are those of the group of four that has point j. Return the lowest of
+    these gaps, m; infinity if they have already been computed in this step.
 
-    gaps, row, tips, whole : as in `whole.read_near`; points : number of points
+    gaps, row : gaps without waves, m, from gaps[row] on
+    tips, whole : (2 wide,), out: part of the gaps due to waves; gaps, m; both in folded
+        order, see `circulant.folded`
+    j, points : number of the contact point; number of all contact points
     """
     k, each, wide, least = slots_of(rows), rows.each, len(tips) // 2, math.inf
     first, flags = layout(rows)
@@ -343,8 +376,8 @@ def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spec
                       _):  # fmt: skip
     """Compute the gaps of points that might touch; return the lowest, m, and a flag.
 
-    The implementation of `point_rows.read_close`, which explains both, for equal
-    sectors.
+    The implementation of `point_rows.read_close`, with its arguments, for equal
+    sectors. The flag tells whether the last solution had points in contact.
     """
     wide, least, (_, flags) = len(tips) // 2, math.inf, layout(rows)
     for i in range(flags, len(spectra) - FOUR):
@@ -365,9 +398,10 @@ def read_close_sector(rows, q, points, gaps, row, known, tips, whole, near, spec
 
 @inlined
 def gap_before(rows, p, blade, k, q):
-    """Return the waves' part of the gap of a blade's point p two steps before, m.
+    """Return the waves' part of the gap at a blade's point p two steps before, m.
 
-    q : amplitudes of the waves before any force of the step acts
+    rows, k : `wave_types.SectorRows`; number of slots
+    q : amplitudes of the waves before any force of the present step acts
     """
     half, waves, total = len(q) // 2, rows.single + 2 * rows.pairs, broadcast(0.0)
     for c in range(0, k, FOUR):
@@ -385,12 +419,13 @@ def gap_before(rows, p, blade, k, q):
 def by_forces(table, at, push, where, active, spare, modes, points):
     """Return what all forces of a step add to the motion of a point over two steps, m.
 
-    It is the point's row of `table` times the forces.
+    It is the point's row of `table`, m/N, times the forces, N.
 
-    table : `SectorRows.opens` for the gap of the point, `slides` for its sliding
-    at : index at which the row of the point begins
-    push, where, active : multipliers, the points that they act on, and their number
-    spare : from entry modes + points on, the cos and sin forces of the pulse
+    table, at : `SectorRows.opens` for the radial motion of the point, `slides` for its
+        motion along the casing; index in it where the row of the point begins
+    push, where, active : multipliers of the points where[:active]
+    spare : work array with the cos and sin forces of the pulse, from entry modes +
+        points on
     """
     total = table[at + points] * spare[modes + points]
     total += table[at + points + 1] * spare[modes + points + 1]
@@ -401,9 +436,13 @@ def by_forces(table, at, push, where, active, spare, modes, points):
 
 @inlined
 def turn_back(rows, push, where, active, k, spectra):
-    """Set the multipliers' spectra in `spectra`, and the flags of points in contact.
+    """Compute the spectra of the multipliers: the contact forces of a step by slot.
 
-    push, where : multipliers of the points where[:active]; for the places see `layout`
+    They are written to `spectra`, where the flag of each of a tip's points is also set
+    to 1 if it is in contact on some blade, else 0; see `layout`.
+
+    push, where, active : multipliers, N, of the points where[:active]
+    k : number of slots
     """
     first, flags = layout(rows)
     lam = first + 4 * k * rows.each
@@ -422,12 +461,13 @@ def turn_back(rows, push, where, active, k, spectra):
 
 @inlined
 def act_on_all(rows, push, where, active, mu, spectra):
-    """Set the motions of contact points, and the change of waves by their forces.
+    """Compute the motion of points in contact, and how their forces change waves.
 
-    It calls `act_on` for each of a tip's points that is in contact on some blade.
+    It calls `act_on` for each of a tip's points that is in contact on some blade;
+    results are spectra in `spectra`, see `layout`.
 
-    push, where : multipliers of the points where[:active]
-    spectra : see `layout`
+    push, where, active : multipliers, N, of the points where[:active]
+    mu : friction with the sign of the speed
     """
     k, (first, flags) = slots_of(rows), layout(rows)
     turn_back(rows, push, where, active, k, spectra)
@@ -443,7 +483,7 @@ def act_on_all(rows, push, where, active, mu, spectra):
 @inlined
 def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, before, sums,
                  held, spectra):  # fmt: skip
-    """Add the works of contact forces to `sums`; set the active points' earlier gaps.
+    """Enter the works of contact forces in `sums`; set the points' earlier gaps.
 
     The implementation of `point_rows.book_points`, with its arguments, for equal
     sectors.
@@ -476,9 +516,10 @@ def book_sectors(rows, push, where, active, q, spare, mu, step, gaps, row, befor
 
 @inlined
 def add_wave(q, half, m, change):
-    """Add change (re, im), four complex numbers, to the amplitudes m .. m + 3 in q.
+    """Add a change to the complex amplitudes of waves m .. m + 3 in q.
 
-    half : number of complex amplitudes in q, re, then im
+    half, change : number of complex amplitudes in q, re, then im; (re, im), each a
+        vector of four doubles
     """
     store(q, m, load(q, m) + change[0])
     store(q, half + m, load(q, half + m) + change[1])
@@ -487,7 +528,7 @@ def add_wave(q, half, m, change):
 @does(push_points, SectorRows)
 @inlined
 def push_sectors(rows, _push, _where, _active, q, spectra):
-    """Add the change by contact forces to the amplitudes q of the waves.
+    """Add the change that the contact forces cause to the amplitudes q of the waves.
 
     The implementation of `point_rows.push_points` for equal sectors.
 

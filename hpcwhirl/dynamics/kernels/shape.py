@@ -1,8 +1,8 @@
-"""A casing that is not round: its departure from the circle at each blade.
+"""A casing that is not round: its departure from the circle, and the work of that.
 
-The harmonics are fixed in the static frame. In the frame of the blades harmonic h turns
-by e^{i h theta}, theta the angle of the rotor, and is added to the slot of `cyclic`
-that has harmonic h of the ring.
+The harmonics of the departure are fixed in the static frame. In the frame of the blades
+harmonic h turns by e^{i h theta}, theta the angle of the rotor, and is added to the
+slot (nodal diameter) of `cyclic` that has harmonic h of the ring.
 """
 
 from __future__ import annotations
@@ -15,17 +15,22 @@ from hpcwhirl.dynamics.kernels.contact import angle_at
 
 @inlined
 def is_shaped(wall):
-    """Return whether a casing departs from the circle without elastic displacement."""
+    """Return whether an undeformed casing departs from the circle.
+
+    wall : `kernel_types.Wall`
+    """
     return len(wall.orders) > 0
 
 
 @kernel
 def faded(wall, r, time):
-    """Return the amplitudes (a, b), m, of the r-th harmonic of a casing's shape.
+    """Return the amplitudes (a, b), m, of harmonic number r of a casing's shape.
 
-    They grow as e^{sigma t}, sigma = wall.growth[r], and are faded in over the time
-    wall.rise[r], if that is not 0. Without it, a time below 0 gives the same function,
-    continued backward.
+    The shape is a cos h theta + b sin h theta, outward. The amplitudes grow as e^{sigma
+    t}, sigma = wall.growth[r], and are faded in over the time wall.rise[r], if that is
+    not 0. Without fading, a time below 0 gives the same function, continued backward.
+
+    wall, time : `kernel_types.Wall`; s
     """
     grown, ramp = 1.0, 1.0
     if wall.growth[r] != 0.0:
@@ -37,9 +42,11 @@ def faded(wall, r, time):
 
 @kernel
 def trace_shape(wall, times, out):
-    """Add the harmonics of a casing's shape at some times to out (n, H + 1, 2), m.
+    """Add the harmonics of an undeformed casing's shape to a trace of the casing.
 
-    times : (n,), s; out has the cosine and sine part of harmonics 0 .. H
+    wall, times : `kernel_types.Wall`; (n,), s, of the samples
+    out : (n, H + 1, 2), m, in and out: cosine and sine part of harmonics 0 .. H, static
+        frame
     """
     for n in range(len(times)):
         for r in range(len(wall.orders)):
@@ -50,9 +57,11 @@ def trace_shape(wall, times, out):
 
 @kernel
 def shape_at(wall, time, angle):
-    """Return the outward departure from the circle at an angle, static frame, m.
+    """Return how far an undeformed casing departs outward from the circle, m.
 
-    time : s, on which growth and fading in of the shape depend
+    wall, time : `kernel_types.Wall`; s, on which growth and fading in of the shape
+        depend
+    angle : rad, static frame
     """
     total = 0.0
     for r in range(len(wall.orders)):
@@ -66,12 +75,16 @@ def shape_at(wall, time, angle):
 def carried_by_shape(push, where, active, blades, wall, speed, time, step):
     """Return the work of a casing's shape w on the blades in contact in a step, J.
 
-    It is the sum of -lambda dw/dt dt over blades where[:active], lambda the multipliers
-    `push`.
+    It is the sum of -lambda dw/dt dt over blades where[:active], lambda their
+    multipliers.
 
     The multipliers are those of the step that ends at `time`; they act at its start,
     where dw/dt, which includes the blade's motion past the shape, is the mean of the
     steps on both sides, as in central differences.
+
+    push, where : multipliers, N, and numbers of the blades in contact
+    blades, speed : N; Omega, rad/s
+    time, step : s; dt, s
     """
     total = 0.0
     for s in range(active):
@@ -85,11 +98,12 @@ def carried_by_shape(push, where, active, blades, wall, speed, time, step):
 
 @part
 def write_shape(wall, time, speed, spectrum):
-    """Add the casing's shape at `time`, m, to the spectrum (2 k,) of the gaps.
+    """Add the shape of an undeformed casing at a time, m, to the spectrum of the gaps.
 
-    There are k slots, one for each nodal diameter, padded.
-
+    wall : `kernel_types.Wall`
     time, speed : s; Omega, rad/s
+    spectrum : (2 k,), m, in and out: re, then im of k slots, one for each nodal
+        diameter, padded; rotating frame
     """
     turned, half = angle_at(wall, speed, time) % (2.0 * math.pi), len(spectrum) // 2
     for r in range(len(wall.orders)):
@@ -102,12 +116,14 @@ def write_shape(wall, time, speed, spectrum):
 
 @rare
 def write_rates(wall, time, speed, spectrum):
-    """Add the rate of a casing's shape, fully faded in, to the spectrum (2 k,), m/s.
+    """Add the rate of a casing's shape, m/s, to the spectrum of the gaps' rates.
 
-    Return a bound of the second derivative at every blade, m/s^2. There are k slots,
-    one for each nodal diameter, padded.
+    It is the rate in the rotating frame of a shape that is fully faded in. Return a
+    bound of the second derivative of the gap at every blade, m/s^2.
 
     time, speed : s; Omega, rad/s
+    spectrum : (2 k,), m/s, in and out: re, then im of k slots, one for each nodal
+        diameter, padded
     """
     turned, half, bend = (speed * time) % (2.0 * math.pi), len(spectrum) // 2, 0.0
     for r in range(len(wall.orders)):

@@ -1,12 +1,13 @@
-"""Central differences without transforming gaps in steps in which none can close.
+"""Steps of central differences in which no gap can close, so that gaps are left out.
 
 A gap is the clearance plus Re sum_kappa G_kappa e^{2 pi i kappa j / N}, G the spectrum
 of the gaps, kappa the nodal diameter (slot), j the blade, see `cyclic`. So it changes
 by at most the change of the clearance plus the sum of |change| over the real and
 imaginary parts of all slots. While that is below the lowest gap of the last step that
-was transformed, no blade touches. Gaps of a skipped step that are needed later (two
-steps before a contact, or in the saved state) are transformed then, from the spectra of
-the last three steps, with the same bits.
+was transformed, no blade touches: the transform from spectrum to gaps is skipped. Gaps
+of a skipped step that are needed later (two steps before a contact, or in the saved
+state) are transformed then, from the spectra of the last three steps, with the same
+bits.
 """
 
 from __future__ import annotations
@@ -30,14 +31,16 @@ ROUNDING = 1e-12  # relative to gap and amplitudes: above the round-off of a tra
 
 @inlined
 def moved(spectrum, seen, width, row):
-    """Store a step's spectrum in `seen`; return its change since the last transform, m.
+    """Store the spectrum of the gaps of a step; return how far gaps may have moved, m.
 
-    The change is the sum of |change| over all real and imaginary parts.
+    It is the sum of |change| since the last step whose gaps were computed, over all
+    real and imaginary parts of the spectrum.
 
-    width, row : length of a spectrum, re and im; number of the step mod 3
-    seen : (4 width + 2 FOUR,), m: spectra of three steps; spectrum of the step that was
-        transformed last, the change from it up to which no gap closes, and its
-        clearance; clearances of the three steps
+    spectrum, width : (width,), m, re, then im; its length
+    row : number of the step mod 3
+    seen : (4 width + 2 FOUR,), m, in and out: spectra of three steps; spectrum of the
+        step whose gaps were computed last, the change from it up to which no gap
+        closes, and its clearance; clearances of the three steps
     """
     total, last = broadcast(0.0), STEPS * width
     for c in range(0, width, FOUR):
@@ -50,12 +53,15 @@ def moved(spectrum, seen, width, row):
 
 @inlined
 def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
-    """Transform a spectrum like `to_gaps` if a gap might close; return the lowest, m.
+    """Compute the gaps of all blades if one might close; return the lowest, m.
 
-    If the spectrum has changed too little for a gap to close, the step is skipped: its
-    gaps are not computed, and 1 is returned.
+    If the spectrum of the gaps has changed too little for any gap to close, the step is
+    skipped: its gaps are not computed, and 1 is returned.
 
-    row : step number mod 3; seen : see `moved`; skipped : (3,), 1 for skipped rows
+    spectrum, wave, gap, k, wide, gaps : as in `passes.to_gaps`; gaps is (3, 2 wide)
+        flat, of three steps
+    row : number of the step mod 3
+    seen, skipped : see `moved`; (3,), out: 1 for a step that is skipped, else 0
     """
     width, last = 2 * k, STEPS * 2 * k
     free = last + width
@@ -79,10 +85,11 @@ def gaps_if_near(spectrum, wave, gap, k, wide, gaps, row, seen, skipped):
 
 @rare
 def catch_up(wave, k, wide, gaps, row, seen, skipped):
-    """Compute the gaps of a step, if that was skipped.
+    """Compute the gaps of an earlier step, if that was skipped.
 
-    row : step number mod 3, by which the state has its gaps
-    wave, seen : see `passes.to_gaps`; see `moved`
+    row : number of the step mod 3, by which `gaps`, (3, 2 wide) flat, m, are ordered
+    wave, seen : table of cos and sin, see `passes.to_gaps`; spectra, see `moved`
+    skipped : (3,), in and out: 1 for a step without gaps
     """
     if skipped[row] == 1:
         skipped[row] = 0
@@ -93,7 +100,10 @@ def catch_up(wave, k, wide, gaps, row, seen, skipped):
 
 @inlined
 def begin_unseen(k, seen, skipped):
-    """Set `seen` and `skipped` so that the gaps of the next step are computed."""
+    """Make the next step compute its gaps: no bound of their change is known yet.
+
+    k : number of slots; seen, skipped : out, see `moved` and `gaps_if_near`
+    """
     put(seen, (STEPS + 1) * 2 * k, -1.0)
     for row in range(STEPS):
         put(skipped, row, 0)

@@ -1,7 +1,7 @@
-"""Forces of supports at the rotor's centre that no constant matrix represents.
+"""Forces of supports on the shaft's centre that no constant matrix represents.
 
 These are forces of non-rotating supports that differ by direction, and of a squeeze
-film, whose damping depends on z.
+film, whose damping depends on the displacement z = x_o + i y_o of the centre.
 
 In the rotating frame, at step n, with the centre z and its velocity v,
 
@@ -35,10 +35,11 @@ CLOSED = 0.99 * 0.99  # |z/c|^2 beyond which a film's damping is that at this va
 
 @njit(cache=True)
 def at_centre(hub, values):
-    """Return x_o + i y_o of the centre, m, or its increment.
+    """Return the displacement x_o + i y_o of the shaft's centre, m, rotating frame.
 
     hub : (2, n), x_o, y_o for unit coordinates of a body
-    values : (n,), these coordinates, or their increments
+    values : (n,), these coordinates; or their increments, for the increment of the
+        centre
     """
     x, y = 0.0, 0.0
     for m in range(hub.shape[1]):
@@ -49,9 +50,12 @@ def at_centre(hub, values):
 
 @njit(cache=True)
 def film_at(place, clearance):
-    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film's damping, see this module.
+    """Return c_t / c_0 - 1 and c_d / c_0 of a squeeze film at a displacement z.
 
-    place, clearance : z and c, m, complex displacement of the centre and clearance
+    c_t and c_d are damping coefficients, c_0 that of a centred journal, see this
+    module.
+
+    place, clearance : z, m, complex displacement of the centre; c, m, radial clearance
     """
     square = (place.real**2 + place.imag**2) / clearance**2
     left = 1.0 - min(square, CLOSED)
@@ -61,10 +65,14 @@ def film_at(place, clearance):
 
 @njit(cache=True)
 def answer(give, held, moving, even, drift):
-    """Return the supports' force f, N, complex: f = -held - even u - drift conj(u).
+    """Return the supports' force f on the centre, N, complex, in a step.
+
+    The force depends on the velocity that it changes: it is f = -held - even u - drift
+    conj(u), where the velocity of the centre is u = moving + W f, m/s: two equations
+    for its two components.
 
     held, even, drift : -f at u = 0, N, complex; damping, N s/m, real and complex
-    moving : m/s, velocity of the centre without f; with f it is u = moving + W f
+    moving : m/s, complex, velocity of the centre without f
     give : (2, 2), W, change of the centre's velocity by a unit force, m/(N s)
     """
     rest = -held - even * moving - drift * moving.conjugate()
@@ -80,11 +88,14 @@ def answer(give, held, moving, even, drift):
 
 @njit(cache=True)
 def stand(body, motion, time, force):
-    """Set force (2,), N, of supports at the centre; add its effect to a predicted step.
+    """Compute the force of supports on the shaft's centre; add its effect to a step.
 
-    The increments due to it are added to motion.ahead and motion.following.
+    The increments due to it are added to motion.ahead and motion.following, the
+    predicted step without contact. This is `verbs.stand` for a body with such supports.
 
+    body, motion : `DenseBody` or `CoupledBody`; `verbs.Motion`
     time : s, at which the supports' directions are taken
+    force : (2,), N, out, rotating frame
     """
     own = body.stand
     if len(own.hub) == 0:
@@ -116,9 +127,11 @@ def stand(body, motion, time, force):
 
 @njit(cache=True)
 def yielded(body, motion, force, _):
-    """Subtract the work of the supports' force in a step, J, from the body's loss.
+    """Subtract the work of the supports' force in a step, J, from the damping loss.
 
-    force : (2,), N, at the centre, as `stand` has set it
+    This is `verbs.yielded` for a body with such supports.
+
+    force : (2,), N, on the shaft's centre, as `stand` has set it
     """
     own = body.stand
     if len(own.hub) == 0:
@@ -129,7 +142,10 @@ def yielded(body, motion, force, _):
 
 @njit(cache=True)
 def note_beside(body, motion, step, row):
-    """Do nothing: motion without contact at constant speed is known in closed form."""
+    """Do nothing: motion without contact at constant speed is known in closed form.
+
+    This is `verbs.note_beside` for bodies whose evidence needs no further columns.
+    """
 
 
 does(verbs.stand, DenseBody)(stand.py_func)
@@ -140,7 +156,7 @@ does(verbs.note_beside, ModalBody)(note_beside.py_func)
 
 @does(verbs.stand, ModalBody)
 def stand_alike(body, motion, time, force):
-    """Do nothing: a body in modes at rest has no forces of supports to add.
+    """Do nothing: a body of uncoupled modes has no forces of supports to add.
 
     Supports that differ by direction or have a film require `rotation = "full"`.
     """
@@ -148,4 +164,4 @@ def stand_alike(body, motion, time, force):
 
 @does(verbs.yielded, ModalBody)
 def yielded_alike(body, motion, force, ledger):
-    """Do nothing: the supports of this body do no work beyond its constant matrices."""
+    """Do nothing: on a body of uncoupled modes only forces in its matrices do work."""

@@ -1,14 +1,18 @@
-"""The transform from slots to blades of N = a b blades, in two stages.
+"""The transform from spectra to blades for many blades, N = a b, in two stages.
 
-Of blades j = b s + v and slots kappa = r + a p, since a b = N,
+It computes the gaps of all blades from their spectrum, g_j = gap + Re sum_kappa G_kappa
+e^{2 pi i kappa j / N}, kappa = 0 .. N // 2 the nodal diameter or slot, j the blade;
+`to_slots` computes spectra from values of blades. Of blades j = b s + v and slots kappa
+= r + a p, since a b = N,
 
 e^{2 pi i kappa j / N} = e^{2 pi i kappa v / N} e^{2 pi i r s / a}:
 
 the first stage sums over p for each r and v, the second one over r for each s (Cooley
 and Tukey, Math. Comp. 19, 1965). The real part of a term r is even in s, the imaginary
 part odd, so that terms r and a - r, and blades s and a - s, share their products. Both
-stages read the table of the dense product, which has all of these factors: the first
-stage its first b columns, the second the first a / 2 + 1 entries of every b-th row.
+stages read the table `wave` of cos and sin of the dense product, see `passes.to_gaps`,
+which has all of these factors: the first stage its first b columns, the second the
+first a / 2 + 1 entries of every b-th row.
 
 No library of transforms can be called from compiled code that holds no Python objects.
 """
@@ -35,12 +39,15 @@ from hpcwhirl.dynamics.kernels.vectors import (
 MOST = 64  # largest number of terms r in the second stage
 ROOM = 2 * FOUR * MOST  # doubles of work space on the stack
 WORTH = 0.7  # largest ratio of the products in two stages to those of a dense transform
-BLADES, SPAN = 0, 1  # after the table of cos and sin: N; b, or 0 for one dense stage
+BLADES, SPAN = 0, 1  # places behind the table of cos and sin: N; b, or 0 for one stage
 BEHIND = FOUR  # number of entries after that table
 
 
 def products(blades: int, span: int) -> float:
-    """Return how many vector products a transform takes; span : result of `span_of`."""
+    """Return how many vector products the transform from a spectrum to N blades takes.
+
+    span : b, if N = a b is transformed in two stages; 0 for one stage
+    """
     most = blades // 2 + 1
     if span == 0:
         return 0.5 * most**2
@@ -49,7 +56,7 @@ def products(blades: int, span: int) -> float:
 
 
 def span_of(blades: int) -> int:
-    """Return b, if N = a b blades are transformed in two stages; 0 if in one."""
+    """Return b if two stages are faster to transform N = a b blades; else 0."""
     best, least = 0, WORTH * products(blades, 0)
     for b in range(2, blades // 2):
         half = blades // b // 2 + 1
@@ -63,12 +70,14 @@ def span_of(blades: int) -> int:
 
 @inlined
 def add_term(spectrum, wave, k, wide, c, v, sums):
-    """Add the products of a slot's re, im with cosine and sine to four `sums`.
+    """Add one slot's contribution at blades v .. v + 3 to four sums (first stage).
 
-    They are re cos, im sin, re sin, im cos at blades v .. v + 3: re, im are those of
-    slot c, cos and sin those of 2 pi c v / N.
+    The sums are of re cos, im sin, re sin and im cos: re, im are the spectrum's entry
+    at slot c, cos and sin those of 2 pi c v / N.
 
-    spectrum, wave : see `passes.to_gaps`
+    spectrum, wave : (2 k,), re, then im of the k slots; table of cos and sin, see
+        `passes.to_gaps`
+    sums : four sums, each for the four blades
     """
     re, im = broadcast(get(spectrum, c)), broadcast(get(spectrum, k + c))
     cosine, sine = load(wave, c * wide + v), load(wave, (k + c) * wide + v)
@@ -79,12 +88,13 @@ def add_term(spectrum, wave, k, wide, c, v, sums):
 
 @inlined
 def both_terms(spectrum, wave, k, wide, r, a, v):
-    """Return term r of the first stage, its parts even and odd in s, at v .. v + 3.
+    """Return a term of the first stage at blades v .. v + 3: parts even and odd in s.
 
-    See this module for r, s and v of blades b s + v. The term is the sum over slots r,
-    r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they are 0.
+    It is term r of the transform of blades b s + v, see this module: the sum over the
+    slots r, r + a, ... and a - r, 2 a - r, ...; beyond N / 2 they are 0.
 
-    spectrum, wave : see `passes.to_gaps`
+    spectrum, wave : (2 k,), re, then im of the k slots; table of cos and sin, see
+        `passes.to_gaps`
     """
     zero, back = broadcast(0.0), a - r
     here = there = zero, zero, zero, zero
@@ -103,14 +113,17 @@ def both_terms(spectrum, wave, k, wide, r, a, v):
 
 @inlined
 def three_blades(wave, k, wide, half, b, s, gap, work):
-    """Return sums of the second stage over r, (even, odd) each, for s, s + 1, s + 2.
+    """Compute the second stage at s, s + 1, s + 2: return (even, odd) for each.
 
-    This is the second stage, see this module: `even`, to which `gap` is added, sums
-    cos(2 pi r s / a) times the even part of term r, `odd` sums the sine times the odd
-    part. Then even - odd are the gaps of blades b s + v, even + odd those of b (a - s)
-    + v. In `to_slots` r and s change places, and even - i odd is term r.
+    With terms r and blades b s + v as this module explains, `even`, to which `gap` is
+    added, sums cos(2 pi r s / a) times the even part of term r, `odd` sums the sine
+    times the odd part. Then even - odd are the gaps of blades b s + v, even + odd those
+    of b (a - s) + v, for four v each. In `to_slots` r and s change places, and even - i
+    odd is term r.
 
-    work : even and odd part of each of the `half` terms, four numbers each
+    wave : table of cos and sin, see `passes.to_gaps`
+    half, gap : number of terms; clearance, m
+    work : even and odd part of each term, four numbers each
     """
     first = second = third = broadcast(gap)
     one = two = three = broadcast(0.0)
@@ -128,9 +141,11 @@ def three_blades(wave, k, wide, half, b, s, gap, work):
 
 @inlined
 def put_four(value, gaps, row, wide, blades, j, count):
-    """Store the gaps of blades j .. j + count - 1, at most four, in a folded row.
+    """Store the gaps of up to four blades, j .. j + count - 1, in folded order.
 
-    value : the four gaps, m; gaps, row : array, and index at which the row begins
+    value : the four gaps, m
+    gaps, row : array, and index in it of the step's first gap: blades 0 .. N // 2 are
+        stored from there on, blades N - j from `wide` further on
     """
     if count >= FOUR and 2 * (j + FOUR - 1) <= blades:
         store(gaps, row + j, value)
@@ -144,9 +159,12 @@ def put_four(value, gaps, row, wide, blades, j, count):
 
 @inlined
 def repeat(gaps, row, wide, blades):
-    """Copy gaps to those places of a folded row of gaps that repeat a blade.
+    """Complete an array of gaps in folded order, where it has one blade several times.
 
-    gaps, row : array, and index at which the row begins; N blades
+    Padding and the second entry of blades 0 and N / 2 are set to copies of their gaps.
+
+    gaps, row : array, and index in it of the step's first gap, m
+    wide, blades : half the length of the gaps in folded order; N
     """
     first, middle = get(gaps, row), get(gaps, row + blades // 2)
     for i in range(blades // 2 + 1, wide):
@@ -158,11 +176,13 @@ def repeat(gaps, row, wide, blades):
 
 @inlined
 def put_both(parts, gaps, row, wide, blades, b, s, v, least):
-    """Store gaps of blades b s + v .. and b (a - s) + v .. in a folded row, N = a b.
+    """Store the gaps of blades b s + v .. and b (a - s) + v .. in folded order.
 
-    Return the elementwise minimum of these gaps and `least`.
+    N = a b is the number of blades. Return the elementwise minimum of these gaps and
+    the four numbers `least`, m.
 
-    parts : (even, odd) for s, see `three_blades`
+    parts : (even, odd) of the second stage for s, see `three_blades`
+    gaps, row : array, and index in it of the step's first gap
     """
     even, odd = parts
     a, here, there = blades // b, even - odd, even + odd
@@ -176,10 +196,10 @@ def put_both(parts, gaps, row, wide, blades, b, s, v, least):
 
 @rare
 def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
-    """Compute gaps from their spectrum in two stages; return four numbers.
+    """Compute the gaps of all blades from their spectrum, in two stages.
 
-    The least of them is the lowest gap, or the clearance if that is lower. The
-    arguments are those of `passes.to_gaps`.
+    Return four numbers: the least of them is the lowest gap, or the clearance `gap` if
+    that is lower, m. The arguments are those of `passes.to_gaps`.
     """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
@@ -202,7 +222,11 @@ def to_gaps_split(spectrum, wave, gap, k, wide, gaps, row):
 
 @inlined
 def lay_out(factors, which, size, blades, spread):
-    """Set spread (N,) to the `factors` of blades which[:size], to 0 for all others."""
+    """Write the values of some blades to an array of all N blades, as `to_slots` needs.
+
+    factors, which, size : the values; the blades are which[:size]
+    spread : (N,), out: 0 for all other blades
+    """
     for j in range(blades):
         put(spread, j, 0.0)
     for s in range(size):
@@ -211,9 +235,12 @@ def lay_out(factors, which, size, blades, spread):
 
 @inlined
 def fold_blades(spread, a, b, v, half, work):
-    """Set work to even and odd parts in s of `spread` at blades b s + v .. b s + v + 3.
+    """Split values of the blades b s + v .. b s + v + 3 in parts even and odd in s.
 
-    See this module for s and v; `half` is the number of values of s.
+    N = a b; the parts are written to `work`, for each of the `half` values of s, as
+    `to_slots` needs them. See this module for s and v.
+
+    spread : (N,), the values
     """
     for s in range(half):
         even, odd = load(spread, b * s + v), broadcast(0.0)
@@ -226,9 +253,11 @@ def fold_blades(spread, a, b, v, half, work):
 
 @inlined
 def slot_of(stages, wave, k, wide, b, c, r, sign):
-    """Return (re, im) of slot c from term r in `stages`, conjugated if sign is -1.
+    """Return (re, im) of the spectrum at slot c, summed over the b blades v.
 
-    stages : re and im of each term r, at the b blades v, see `to_slots`
+    It follows from term r of `to_slots`, conjugated if sign is -1.
+
+    stages : re and im of each term r, at the b values of v
     wave : table of cos and sin, see `passes.to_gaps`
     """
     re, im, sign = broadcast(0.0), broadcast(0.0), broadcast(sign)
@@ -243,14 +272,16 @@ def slot_of(stages, wave, k, wide, b, c, r, sign):
 
 @rare
 def to_slots(factors, which, size, wave, k, wide, spread, out):
-    """Set the spectrum out (2 k,) to the sum over j of f_j e^{-2 pi i kappa j / N}.
+    """Compute a spectrum from values f_j of blades, sum_j f_j e^{-2 pi i kappa j / N}.
 
-    j are the blades which[:size], f_j their `factors`. It is the transpose of
-    `to_gaps_split`, in two stages; b must be a multiple of four. There are k slots, one
-    for each nodal diameter, padded.
+    It is used for the multipliers of many blades. It is the transpose of
+    `to_gaps_split`, in two stages; b must be a multiple of four.
 
-    spread : (room_of(N),), work space
+    factors, which, size : f_j; the blades j are which[:size]
     wave : table of cos and sin, see `passes.to_gaps`
+    spread : (room_of(N),), work space
+    out : (2 k,), the spectrum at k slots kappa (nodal diameters 0 .. N // 2, padded),
+        re, then im
     """
     behind = 2 * k * wide
     blades, b = int(get(wave, behind + BLADES)), int(get(wave, behind + SPAN))
@@ -281,5 +312,5 @@ def to_slots(factors, which, size, wave, k, wide, spread, out):
 
 
 def room_of(blades: int) -> int:
-    """Return the length of the work space of `to_slots`."""
+    """Return the length of the work space `spread` of `to_slots` for N blades."""
     return 6 * blades + 4 * MOST

@@ -1,14 +1,14 @@
-"""Four doubles at once, as values of compiled code.
+"""Vectors of four doubles as values of compiled code: type `Four` and its operations.
 
 Numba leaves vectorisation to the compiler, which must first prove that no two arrays
 overlap, and whose rounding depends on how it contracts products and sums. `Four` is an
 LLVM vector: operations are computed as written, with `fma` only where it is called, in
 the same order on every machine.
 
-Sums of rows of a table, each times a factor, take two or six vectors at a time: a fused
-multiply-add waits for the preceding one of the same sum: six sums at once keep both
-units of a core busy. The terms of a sum are added in the order of the rows listed in
-the argument `which`.
+Sums of rows of a table, each row times a factor, are computed for two or six vectors at
+a time: a fused multiply-add waits for the preceding one of the same sum, and six sums
+at once keep both units of a core busy. The terms of a sum are added in the order of the
+rows listed in the argument `which`.
 """
 
 from __future__ import annotations
@@ -33,15 +33,16 @@ _VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
 
 
 def aligned(values: NDArray[Any]) -> NDArray[Any]:
-    """Return a copy that begins at a cache line, so that no vector spans two of them.
+    """Return a copy of an array that begins at a cache line of 64 bytes.
 
-    Alignment changes the time of a step by up to a third.
+    So no vector of four doubles spans two cache lines, which changes the time of a step
+    by up to a third.
     """
     return all_aligned([values])[0]
 
 
 def all_aligned(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
-    """Return aligned copies of arrays, contiguous in one block of memory."""
+    """Return copies of arrays that begin at cache lines, in one block of memory."""
     spans = [-(-values.nbytes // LINE) * LINE for values in arrays]
     room = np.empty(sum(spans) + LINE, np.uint8)
     place, out = -room.__array_interface__["data"][0] % LINE, []
@@ -54,7 +55,7 @@ def all_aligned(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
 
 
 class Four(types.Type):
-    """Numba's type of four doubles."""
+    """Numba's type of a vector of four doubles."""
 
     def __init__(self) -> None:
         super().__init__(name="Four")
@@ -80,7 +81,10 @@ def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any
 
 @intrinsic
 def load(typing: Any, array: Any, index: Any) -> Any:
-    """Return array[index : index + 4]; array (n,), not checked."""
+    """Return the four doubles array[index : index + 4] as a vector.
+
+    array : (n,) of doubles; the index is not checked
+    """
     del typing, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -93,7 +97,10 @@ def load(typing: Any, array: Any, index: Any) -> Any:
 
 @intrinsic
 def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
-    """Set array[index : index + 4] = value; array (n,), not checked."""
+    """Write a vector of four doubles to array[index : index + 4].
+
+    array : (n,) of doubles; the index is not checked
+    """
     del typing, index, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -113,7 +120,7 @@ def _broadcast(builder: Any, value: Any) -> Any:
 
 @intrinsic
 def broadcast(typing: Any, value: Any) -> Any:
-    """Return a `Four` of equal doubles."""
+    """Return a vector of four doubles that are all equal to `value`."""
     del typing, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -140,14 +147,14 @@ def _intrinsic(name: str, count: int) -> Any:
 
 @intrinsic
 def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a b + c, rounded once."""
+    """Return a b + c of vectors, element by element, each rounded once."""
     del typing, a, b, c
     return _intrinsic("fma", 3)
 
 
 @intrinsic
 def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return c - a b, rounded once."""
+    """Return c - a b of vectors, element by element, each rounded once."""
     del typing, a, b, c
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -160,16 +167,19 @@ def fnma(typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def lower_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the lower double of each of four pairs, of `a` and `b`."""
+    """Return the elementwise minimum of two vectors of four doubles.
+
+    If one double of a pair is NaN, the other one is returned.
+    """
     del typing, a, b
     return _intrinsic("minnum", 2)
 
 
 @intrinsic
 def higher_of(typing: Any, a: Any, b: Any) -> Any:
-    """Return the higher double of each of four pairs, of `a` and `b`.
+    """Return the elementwise maximum of two vectors of four doubles.
 
-    If one double of a pair is NaN, it is the other.
+    If one double of a pair is NaN, the other one is returned.
     """
     del typing, a, b
     return _intrinsic("maxnum", 2)
@@ -177,21 +187,21 @@ def higher_of(typing: Any, a: Any, b: Any) -> Any:
 
 @intrinsic
 def magnitude(typing: Any, a: Any) -> Any:
-    """Return the absolute values of four doubles."""
+    """Return the absolute values of the four doubles of a vector."""
     del typing, a
     return _intrinsic("fabs", 1)
 
 
 @intrinsic
 def root(typing: Any, a: Any) -> Any:
-    """Return the square roots of four doubles."""
+    """Return the square roots of the four doubles of a vector."""
     del typing, a
     return _intrinsic("sqrt", 1)
 
 
 @intrinsic
 def element(typing: Any, a: Any, index: Any) -> Any:
-    """Return the double at `index` of four."""
+    """Return the double number `index`, 0 .. 3, of a vector."""
     del typing, a, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -203,7 +213,7 @@ def element(typing: Any, a: Any, index: Any) -> Any:
 
 @intrinsic
 def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
-    """Return four vectors, the columns of the matrix whose rows are a, b, c, d."""
+    """Return the four columns, as vectors, of the matrix whose rows are a, b, c, d."""
     del typing, a, b, c, d
     kind = types.UniTuple(four, FOUR)
 
@@ -225,7 +235,7 @@ def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 @intrinsic
 def reverse(typing: Any, a: Any) -> Any:
-    """Return the four doubles in reverse order."""
+    """Return a vector with its four doubles in reverse order."""
     del typing, a
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -238,9 +248,9 @@ def reverse(typing: Any, a: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def room(typing: Any, size: Any) -> Any:
-    """Return an uninitialised array (size,) of doubles on the stack; size : a constant.
+    """Return an uninitialised array (size,) of doubles on the stack, as work space.
 
-    It ceases to exist when the function that calls `room` returns.
+    It ceases to exist when the function that calls `room` returns. size : a constant
     """
     del typing
     kind = types.Array(types.float64, 1, "C")
@@ -264,7 +274,10 @@ def room(typing: Any, size: Any) -> Any:
 
 @intrinsic
 def get(typing: Any, array: Any, index: Any) -> Any:
-    """Return array[index]; array (n,), not checked, index >= 0."""
+    """Return array[index] without checking the index, which must be >= 0.
+
+    array : (n,), of any type of number
+    """
     del typing, index
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -276,7 +289,10 @@ def get(typing: Any, array: Any, index: Any) -> Any:
 
 @intrinsic
 def put(typing: Any, array: Any, index: Any, value: Any) -> Any:
-    """Set array[index] = value, unchecked like `get`."""
+    """Set array[index] = value without checking the index, which must be >= 0.
+
+    array : (n,), of any type of number
+    """
     del typing, index, value
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -314,17 +330,18 @@ for _symbol, _instruction in (
 
 @inlined
 def total_of(four):
-    """Return the sum of four doubles."""
+    """Return the sum of the four doubles of a vector."""
     return (element(four, 0) + element(four, 1)) + (element(four, 2) + element(four, 3))
 
 
 @inlined
 def add_six(factors, which, size, table, stride, v, six):
-    """Return the vectors `six` plus a sum over rows s of a table, times factors.
+    """Return six vectors, to which rows of a table, each times a factor, are added.
 
-    The sum is that of factors[s] times row which[s], for s < size.
+    The sum over s < size of factors[s] times row which[s] is added, at 24 columns.
 
-    table : flat, in rows of length `stride`; v : first of the 24 columns that are read
+    table, stride : flat; length of its rows
+    v, six : first of the 24 columns; six vectors of four doubles
     """
     a, b, c, d, e, f = six
     for s in range(size):
@@ -340,9 +357,10 @@ def add_six(factors, which, size, table, stride, v, six):
 
 @inlined
 def add_two(factors, which, size, table, stride, v, two):
-    """Return the vectors `two` plus a sum over rows of a table, times factors.
+    """Return two vectors, to which rows of a table, each times a factor, are added.
 
-    Arguments are those of `add_six`; 8 columns are read, from v on.
+    The sum over s < size of factors[s] times row which[s] is added, at the 8 columns
+    from v on. Arguments are those of `add_six`; two : the vectors
     """
     a, b = two
     for s in range(size):
@@ -354,7 +372,7 @@ def add_two(factors, which, size, table, stride, v, two):
 
 @inlined
 def store_six(out, v, six):
-    """Store six vectors from out[v] on; return their elementwise minimum."""
+    """Write six vectors to out[v : v + 24]; return their elementwise minimum."""
     a, b, c, d, e, f = six
     store(out, v, a)
     store(out, v + FOUR, b)

@@ -1,8 +1,10 @@
-"""The operations on a body in a step of `bodies.march_bodies`, for any kind of body.
+"""The operations that the time loop `bodies.march_bodies` applies to a body in a step.
 
-A verb is the name of an operation. Its implementation for a kind of body is registered
-with `does` in the file of that kind, and chosen by the type of the first argument when
-the loop is compiled.
+A body is a rotor or a casing, in physical coordinates or as modes. A verb is the name
+of an operation; its implementation for a kind of body is registered with `does` in the
+file of that kind (`dense`, `modes`, `coupled`, `standing`), and chosen by the type of
+the first argument when the loop is compiled. Texts here have the arguments of all
+implementations.
 """
 
 from __future__ import annotations
@@ -19,13 +21,15 @@ Function = Callable[..., Any]
 
 
 class Motion(NamedTuple):
-    """A body's arrays in a step, (n,) each.
+    """A body's arrays in a step, (n,) each, for n coordinates or modal amplitudes q.
 
     Attributes
     ----------
-    q, d, loss : arrays of the state: q_n, d_n = q_n - q_{n-1}, damping losses so far, J
+    q, d, loss : arrays of the state: q_n, d_n = q_n - q_{n-1}, and damping losses so
+        far, J
     ahead, following : increments d_{n+1} = q_{n+1} - q_n, and q_{n+1}
-    normal, drag : forces of the multipliers: normal; of friction, over mu
+    normal, drag : generalized forces, N for coordinates: normal contact forces;
+        friction over mu
     """
 
     q: Floats
@@ -38,9 +42,10 @@ class Motion(NamedTuple):
 
 
 def does(verb: Function, kind: type) -> Callable[[Function], Function]:
-    """Register the decorated function as the implementation of a verb for a type.
+    """Register the decorated function as implementation of a verb for a kind of body.
 
-    verb, kind : function without body; a NamedTuple, the type of the first argument
+    verb : function without body, which only declares the operation
+    kind : NamedTuple, the type of the body
     """
 
     def register(function: Function) -> Function:
@@ -57,98 +62,121 @@ def predict(body, motion):
     """Predict a body's step without contact: increments, and amplitudes after it.
 
     They are stored in motion.ahead and motion.following.
+
+    body, motion : a type of `kernel_types`, such as `ModalBody`; `Motion`
     """
     raise NotImplementedError
 
 
 def load(body, motion, push, modal):
-    """Add the increments due to the pulse to a predicted step of a body.
+    """Add the effect of the pulse on the casing to its predicted step without contact.
 
-    push, modal : force, N; modal forces (n,) of a unit force
+    body, motion : the casing; its `Motion`, of which ahead and following change
+    push : N, force of the pulse
+    modal : (n,), the casing's generalized forces of a unit force
     """
     raise NotImplementedError
 
 
 def stand(body, motion, time, force):
-    """Add to a predicted step the increments by supports or a changing speed.
+    """Add the effect of supports or of a changing speed to the rotor's predicted step.
 
-    force : (2,), out: N, that of the supports at the centre, if they have one
+    body, motion : the rotor; its `Motion`, of which ahead and following change
     time : s, of the present step
+    force : (2,), out: N, force of the supports on the shaft's centre, if they exert one
+        that no constant matrix represents
     """
     raise NotImplementedError
 
 
 def yielded(body, motion, force, ledger):
-    """Enter the work in a step, J, of forces that no constant matrix represents.
+    """Enter the work in a step, J, of rotor forces that no constant matrix represents.
 
     The verb `stand` has added the increments that these forces cause.
 
-    For forces of supports it is subtracted from the body's loss; for forces of a
+    For forces of supports the work is subtracted from the body's loss; for forces of a
     changing speed it is added to the work of the loading in the ledger. A body without
     such forces has nothing to enter.
 
-    force : (2,), N, as `stand` has set it
+    body, motion : the rotor; its `Motion`
+    force : (2,), N, on the shaft's centre, as `stand` has set it
     """
     raise NotImplementedError
 
 
 def read(body, values, out):
-    """Set out (r,), m, to a body's r radial displacements.
+    """Compute the radial displacements of a body from its amplitudes or coordinates.
 
-    values : (n,), its amplitudes or coordinates, from which they follow
+    values : (n,), amplitudes or coordinates
+    out : (r,), out: m; of a rotor: those of N tips, then x_o, y_o; of a casing: its
+        radial coordinates
     """
     raise NotImplementedError
 
 
 def read_tips(body, values, radial, tips):
-    """Set tips (N + 1, 2), m, to radial, tangential displacements; last row x_o, y_o.
+    """Compute the radial and tangential displacement of each tip, and the centre's.
 
-    values, radial : (n,), amplitudes or coordinates of the body; result of `read`
+    values : (n,), amplitudes or coordinates of the rotor
+    radial : result of `read` for them
+    tips : (N + 1, 2), out: m, rotating frame; last row x_o, y_o
     """
     raise NotImplementedError
 
 
 def collect(body, motion, lam, index, shape):
-    """Set motion.normal and motion.drag from the multipliers lam (N,), N, of all tips.
+    """Compute the generalized forces of the multipliers of all tips on a body.
 
-    index, shape : (N, w), the w coordinates on which each tip acts, and their weights
+    They are written to motion.normal and, those of friction divided by mu, motion.drag.
+
+    lam : (N,), multipliers of the tips, N
+    index, shape : (N, w), the w radial coordinates of the body on which each tip acts,
+        and their weights (-1 for the rotor, which is pushed inward)
     """
     raise NotImplementedError
 
 
 def slide(body, motion, lam, index, shape, out):
-    """Add to out (N,) the tangential motion, m, of tips with lam > 0 over two steps.
+    """Compute how far tips in contact have slid along the rotation over two steps, m.
 
-    It is the displacement along the rotation at step n + 1 less that at n - 1.
+    The body's tangential displacement at step n + 1 less that at n - 1 is added to out
+    (N,), for tips with lam > 0.
 
-    lam : (N,), multipliers, N; index, shape : as in `collect`
+    lam : (N,), multipliers of the tips, N
+    index, shape : as in `collect`; the rotor's weights are -1, so that the parts of
+        both bodies add up to the motion of the casing relative to the tip
     """
     raise NotImplementedError
 
 
 def meet(body, motion, mu, ledger):
-    """Correct increments motion.ahead by contact forces; enter their work in ledger.
+    """Add the effect of contact forces to a body's increments; enter their work, J.
 
-    The forces are motion.normal and mu motion.drag, mu with the sign of the speed.
+    The forces, motion.normal and mu motion.drag, change motion.ahead.
+
+    mu : friction with the sign of the speed
+    ledger : its entries ROTATION and FRICTION grow by the work
     """
     raise NotImplementedError
 
 
 def accept(body, motion, step):
-    """Set motion.q and motion.d to those after the step; add the damping loss.
+    """End a step: set motion.q and motion.d to the new state; add the damping loss.
 
-    motion.loss grows by b^T D b / (4 dt), J, b = q_{n+1} - q_{n-1}, D of damping.
+    motion.loss grows by b^T D b / (4 dt), J, b = q_{n+1} - q_{n-1}, D the damping
+    matrix.
+
+    step : dt, s
     """
     raise NotImplementedError
 
 
 def note_beside(body, motion, step, row):
-    """Write a body's motion without contact to a row of evidence.
+    """Write the rotor's motion without contact, at a changing speed, to the evidence.
 
-    row : set from column `contact.COLUMNS` on: x_o, y_o of that motion, m, and the
-        energy of the whole motion, J
-
-    Of `motion`, `ahead` and `following` are used as work space.
+    row : row of evidence, set from column `contact.COLUMNS` on: x_o, y_o of that
+        motion, m, and the energy of the whole motion, J
+    motion, step : `Motion`, of which ahead and following are used as work space; dt, s
     """
     raise NotImplementedError
 
@@ -156,8 +184,9 @@ def note_beside(body, motion, step, row):
 def energy(body, values, increments, step):
     """Return a body's energy between steps n and n + 1, J.
 
-    It is 1/2 v^T M v + 1/2 q_n^T K q_{n+1}.
+    It is 1/2 v^T M v + 1/2 q_n^T K q_{n+1}, v its velocity.
 
     values, increments : (n,), q_{n+1} and q_{n+1} - q_n = v dt
+    step : dt, s
     """
     raise NotImplementedError

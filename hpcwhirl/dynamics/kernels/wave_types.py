@@ -1,6 +1,12 @@
-"""Types of arguments of the kernels that integrate in the rotating frame.
+"""Types of arguments of the time loops in the rotating frame: coefficients, work space.
 
-The last ones are those of the kernel of several contact points a tip.
+A slot is a nodal diameter of the N blades, 0 .. N // 2; k is their number, padded. A
+wave or mode of a slot has one complex amplitude, for all blades. Arrays of all blades,
+(2 wide,), are in folded order: blades 0 .. N // 2 in the first half, blades N - j in
+the second, see `circulant.folded`. A step is *pending* if its contact forces are known
+but not yet applied to the amplitudes, see `passes`.
+
+The last types are those of the loop `points`, for several contact points a tip.
 """
 
 from __future__ import annotations
@@ -12,10 +18,11 @@ from hpcwhirl.dynamics.kernels.kernel_types import ConstantSpace, CyclicState
 
 
 class CyclicRotor(NamedTuple):
-    """A rotor's modes, `rows` for each of k slots (nodal diameters); size = 2 k rows.
+    """Coefficients of an equal-sector rotor as modes, up to `rows` for each of k slots.
 
-    items : (ITEMS size,), coefficients of the modes, packed, see `passes`
-    hub : (2, size), x_o and y_o for unit amplitudes
+    items : (ITEMS size,), coefficients of a step of each mode, packed, see `passes`;
+        size = 2 k rows
+    hub : (2, size), m, the centre's x_o and y_o for unit re and im of the amplitudes
     """
 
     items: Floats
@@ -23,16 +30,20 @@ class CyclicRotor(NamedTuple):
 
 
 class WaveRotor(NamedTuple):
-    """A rotor as waves, `rows` for each of k slots (nodal diameters), see `waves`.
+    """Coefficients of an equal-sector rotor as waves, up to `rows` for each of k slots.
+
+    It is used where rotation couples the modes of a nodal diameter, see `waves`.
 
     Attributes
     ----------
-    items, fixed : (ITEMS rows k,), (FIXED k,), coefficients of waves, and of slots
-    hub : (2, 2 rows k), x_o, y_o for unit re and im of the amplitudes
-    form : (rows (rows + 1) k,), J, coefficients of Jacobi's energy: for each row those
-        of its products with itself and with the later rows, re and im for each slot
-    along : (2 rows k,), -1 times the tangential displacement of the tip, for
-        unit amplitudes, re and im for each slot
+    items, fixed : (ITEMS rows k,), (FIXED k,), coefficients of a step of each wave, and
+        those that all waves of a slot share, defined in `waves`
+    hub : (2, 2 rows k), the centre's x_o, y_o for unit re and im of the amplitudes
+    form : (rows (rows + 1) k,), J, coefficients of Jacobi's energy: for each row of
+        waves those of its products with itself and with the later rows, re and im for
+        each slot
+    along : (2 rows k,), -1 times the tangential displacement of the tip, for unit
+        amplitudes, re and im for each slot
     """
 
     items: Floats
@@ -43,10 +54,11 @@ class WaveRotor(NamedTuple):
 
 
 class CyclicCasing(NamedTuple):
-    """A casing's modes in slots, one for each nodal diameter.
+    """Coefficients of the casing's modes, sorted by the nodal diameters of the blades.
 
-    items : (ITEMS ring_size,), coefficients of the modes, packed, see `passes`
-    sign : -1 if the slot of the load's harmonic has its conjugate, else 1, see
+    items : (ITEMS ring_size,), coefficients of a step of each mode, packed, see
+        `passes`
+    sign : -1 if the slot of the pulse's harmonic has its complex conjugate, else 1, see
         `dynamics.slots.fold`
     """
 
@@ -55,15 +67,14 @@ class CyclicCasing(NamedTuple):
 
 
 class CyclicContact(NamedTuple):
-    """Constants of the contact of equal sectors with a ring.
+    """Constants of the contact between equal sectors and a ring.
 
-    There are k slots, one for each nodal diameter, padded.
-
-    column : (N,), m/N, column 0 of the Delassus matrix W: opening of gaps by a unit
-        multiplier on blade 0
-    turns : (N, 2 k) flat, transform from multipliers to their spectrum
-    wave : transform from a spectrum to gaps, see `passes.to_gaps`
-    flight : `Flight` of the exact scheme, else empty
+    column : (N,), m/N, column 0 of the Delassus matrix W: opening of all gaps by a unit
+        multiplier on blade 0; W is circulant
+    turns : (N, 2 k) flat, cos and -sin of each slot at each blade: they give the
+        spectrum of the multipliers
+    wave : table of cos and sin by which a spectrum gives the gaps, see `passes.to_gaps`
+    flight : `Flight`, coefficients of jumps of the exact scheme, else empty
     """
 
     column: Floats
@@ -73,17 +84,18 @@ class CyclicContact(NamedTuple):
 
 
 class GeneralRotor(NamedTuple):
-    """A rotor as m real modes, see `general`.
+    """Coefficients of a rotor of unequal sectors as m real modes, see `general`.
 
-    Displacements are those for unit amplitudes; those of tips are multiplied by -1.
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
+    Displacements are those for unit amplitudes; those of tips are multiplied by -1, so
+    that they open the gaps.
 
     Attributes
     ----------
-    items : (ITEMS m,), coefficients of the modes, packed, see `passes`
-    read : (2 wide / 8, m, 8) flat, radial, of tips in folded order, in groups of eight
+    items : (ITEMS m,), coefficients of a step of each mode, packed, see `passes`
+    read : (2 wide / 8, m, 8) flat, radial displacement of tips in folded order, in
+        groups of eight
     radial, tangential : (N, m) flat, displacements of the tips
-    hub : (2, m) flat, x_o, y_o
+    hub : (2, m) flat, the centre's x_o, y_o
     reach : (m,), magnitude of the displacement of the tip that a mode moves most
     """
 
@@ -96,27 +108,29 @@ class GeneralRotor(NamedTuple):
 
 
 class WholeRotor(NamedTuple):
-    """A rotor of unequal sectors as waves; tip displacements are times -1.
+    """Coefficients of a rotor of unequal sectors as waves, see `whole`.
 
     There are m real amplitudes, re then im of the waves, each half padded; `padded` is
-    N rounded up to a multiple of 8. See `whole`. Folded arrays, (2 wide,), list all
-    blades in the order of `circulant.folded`.
+    N rounded up to a multiple of 8. Tip displacements are multiplied by -1, so that
+    they open the gaps.
 
     Attributes
     ----------
-    ahead : (m,), re and im of z - 1, z the factor of an amplitude in a step
-    drift : (m / 2,), bound of the motion of any tip in a step, per unit amplitude
-    read : (N, m) flat, like `radial`, but a lost blade is at `bodies.NOWHERE`
+    ahead : (m,), re and im of z - 1, z the factor by which a step multiplies an
+        amplitude
+    drift : (m / 2,), m, bound of the motion of any tip in a step, per unit amplitude
+    read : (N, m) flat, part of each blade's gap per unit amplitude: like `radial`, but
+        a lost blade is at `bodies.NOWHERE`
     radial, tangential, hub : as in `GeneralRotor`
     reach : (m,), displacement of the tip that each amplitude moves most
     push : (N, m) flat, beta: change of amplitudes by a unit multiplier and its friction
     opens, slides : (N, m + padded) flat, change of a tip's radial and of its tangential
         displacement from step n - 1 to n + 1: factors of amplitudes after a step
         without contact, and of multipliers
-    ring : (N, 2 wide) flat, m/N: part of the ring in the change of gaps, folded, due to
-        a unit multiplier on each blade
-    form : energy q^T form q, J, of the amplitudes q: upper triangle by rows, each
-        beginning at a multiple of 4
+    ring : (N, 2 wide) flat, m/N: part of the ring in the change of gaps, in folded
+        order, due to a unit multiplier on each blade
+    form : coefficients of the energy q^T form q, J, of the amplitudes q: upper triangle
+        by rows, each beginning at a multiple of 4
     """
 
     ahead: Floats
@@ -134,22 +148,25 @@ class WholeRotor(NamedTuple):
 
 
 class UncoupledRotor(NamedTuple):
-    """A rotor of unequal sectors without rotation: each mode is a wave, see `whole`.
+    """Coefficients of a rotor of unequal sectors whose modes rotation does not couple.
 
-    Tip displacements, multiplied by -1, follow from the real parts of the m complex
-    amplitudes alone; m is padded. Attributes not listed here are as in `WholeRotor`.
+    Each mode is a wave, see `whole`. Tip displacements, multiplied by -1, follow from
+    the real parts of the m complex amplitudes alone; m is padded. Attributes not listed
+    here are as in `WholeRotor`.
 
     Attributes
     ----------
-    ahead : (2 m,), re and im of z - 1, z the factor of an amplitude in a step
-    drift, reach : (m,), as in `WholeRotor`
-    read, radial, tangential, hub : (N, m) flat, (2, m) flat, for unit real parts
+    ahead : (2 m,), re and im of z - 1, z the factor by which a step multiplies an
+        amplitude
+    drift, reach : (m,), bounds of the motion of tips, as in `WholeRotor`
+    read, radial, tangential, hub : (N, m) flat, (2, m) flat, displacements for unit
+        real parts
     push : (N, m) flat, modal forces of a unit multiplier and its friction
-    gives : (2 m,), increments of re and im by a unit modal force
+    gives : (2 m,), increments of re and im of an amplitude by a unit modal force
     moves : (2 m,), change of a mode from step n - 1 to n + 1 without contact, for unit
         re and im at step n + 1
     opens, slides : (N, m + padded) flat, change of a tip from step n - 1 to n + 1,
-        radial and tangential: factors of that of the modes without contact, and of
+        radial and tangential: factors of the modes' change without contact, and of
         multipliers
     form : (3 m,), J, coefficients of re^2, 2 re im and im^2 in the energy
     """
@@ -171,11 +188,12 @@ class UncoupledRotor(NamedTuple):
 
 
 class GeneralContact(NamedTuple):
-    """Constants of the contact of a rotor of unequal sectors with a ring.
+    """Constants of the contact between a rotor of unequal sectors and a ring.
 
     w : (N, N), m/N, Delassus matrix; column j: opening of all gaps by a unit multiplier
         on blade j
-    turns, wave : as in `CyclicContact`
+    turns, wave : (N, 2 k) flat; tables of cos and sin between blades and spectra, as in
+        `CyclicContact`
     """
 
     w: Floats
@@ -184,26 +202,26 @@ class GeneralContact(NamedTuple):
 
 
 class GeneralSpace(NamedTuple):
-    """Work space of the general kernel.
-
-    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
-    list all blades in the order of `circulant.folded`.
+    """Work space of the time loop for unequal sectors; no part of a saved run.
 
     Attributes
     ----------
     spare : (m + padded,), predicted amplitudes of modes; or, of an `UncoupledRotor`,
         their change from step n - 1 to n + 1, later the modal forces
-    spectrum : (2 k,), spectrum of the gaps, without the rotor's part
-    slip_b, slip_c : (2 m,), (2 k,), see `general.note_slips`
-    before : (N,), m, gaps of the active blades at step n - 1
-    contact : work space of `circulant`
-    rotor, ring, sums_b, sums_c : as in the state, with the pending step completed
-    wall : (2 k,), spectrum of a rigid casing, set in each sample
-    out, again : (2 wide,), folded: tip displacements times -1, and gaps, m
-    tips : (N + 1, 2), m; a row of `kernel_types.Tracks.tips`, then x_o, y_o
-    ledger : ledger with all works entered, J
-    opened : (2 wide,), for waves: gaps, or lower bounds of those not computed, m
-    filled : (k / 4,), numbers of the ring's rows, see `passes.filled_rows`
+    spectrum : (2 k,), m, spectrum of the gaps, without the rotor's part
+    slip_b, slip_c : (2 m,), (2 k,), from which slip is computed, see
+        `general.note_slips`
+    before : (N,), m, gaps of the blades in contact at step n - 1
+    contact : work space of the contact solver, `circulant`
+    rotor, ring, sums_b, sums_c : copies of these arrays of the state, with the pending
+        step completed
+    wall : (2 k,), m, spectrum of an undeformed casing's shape, set in each sample
+    out, again : (2 wide,), m, folded order: tip displacements times -1, and gaps
+    tips : (N + 1, 2), m, radial and tangential displacement of each tip; then x_o, y_o
+    ledger : copy of the ledger with all works entered, J
+    opened : (2 wide,), m, for waves: gaps, or lower bounds of those not computed
+    filled : (k / 4,), how many rows of the ring's modes are used at each four slots,
+        see `passes.filled_rows`
     """
 
     spare: Floats
@@ -226,19 +244,17 @@ class GeneralSpace(NamedTuple):
 
 
 class SampleSpace(NamedTuple):
-    """Work space of `samples.sample_rotor`.
-
-    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
-    list all blades in the order of `circulant.folded`.
+    """Work space for samples of a state, of `samples.sample_rotor`.
 
     Attributes
     ----------
-    rotor, ring, sums_b, sums_c : copies of the state's, with the pending step completed
-    columns, wall : (2 k,), spectra of the tips' displacements, and of the casing's
+    rotor, ring, sums_b, sums_c : copies of these arrays of the state, with the pending
+        step completed
+    columns, wall : (2 k,), m, spectra of the tips' displacements, and of the casing's
         shape, which is set for each sample
-    tips : (N + 1, 2), m, radial and tangential displacement of each tip; x_o, y_o
+    tips : (N + 1, 2), m, radial and tangential displacement of each tip; then x_o, y_o
     ledger : copy of the ledger with all works entered, J
-    again : (2 wide,), folded gaps, m
+    again : (2 wide,), m, gaps in folded order
     """
 
     rotor: Floats
@@ -253,10 +269,15 @@ class SampleSpace(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Numbers of blades N, rows of modes of rotor and of ring, slots k, columns `wide`.
+    """Numbers of blades N, of modes a slot of rotor and of ring, of slots, and `wide`.
 
-    A slot is a nodal diameter, for which row f has the f-th mode; `wide` as in
-    `cyclic.widths`.
+    Attributes
+    ----------
+    blades : N
+    rows, ring_rows : largest number of modes of a slot (nodal diameter); row f has the
+        f-th mode of every slot
+    k : number of slots, padded
+    wide : half the length of arrays of gaps in folded order, see `cyclic.widths`
     """
 
     blades: int
@@ -267,22 +288,23 @@ class Sizes(NamedTuple):
 
 
 class CyclicSpace(NamedTuple):
-    """Work space of the cyclic kernel.
-
-    There are k slots, one for each nodal diameter, padded. Folded arrays, (2 wide,),
-    list all blades in the order of `circulant.folded`.
+    """Work space of the time loop for equal sectors, `cyclic`; no part of a saved run.
 
     Attributes
     ----------
-    out_b, out_c, spectrum : (2 k,), spectra of rotor, ring and gaps
-    rates : (2 wide,), m/s, folded rates of the gaps
-    slips : (4 k,) of the rotor, (2 k,) of the ring, see `passes.slip_of`
+    out_b, out_c, spectrum : (2 k,), m, spectra of the rotor's tips, of the ring at the
+        blades, and of the gaps
+    rates : (2 wide,), m/s, rates of the gaps in folded order
+    slips : (4 k,) of the rotor, (2 k,) of the ring, from which slip is computed, see
+        `passes.slip_of`
     between : (2 k,) each, spectra of rotor and ring for samples within a jump
-    before : (N,), m, gaps of the active blades at step n - 1
-    sample, contact : work space of `samples` and `circulant`
-    aside : for the exact flow, a state with copies of what a jump changes
-    seen, skipped : (8 k + 8,), (3,), see `skipped`
-    filled : (k / 4,), rows of the ring, see `passes.filled_rows`
+    before : (N,), m, gaps of the blades in contact at step n - 1
+    sample, contact : work space of `samples` and of the contact solver, `circulant`
+    aside : for the exact scheme, a state with copies of the arrays that a jump changes
+    seen, skipped : (8 k + 8,), (3,), spectra and marks of the last three steps, see
+        `skipped`
+    filled : (k / 4,), how many rows of the ring's modes are used at each four slots,
+        see `passes.filled_rows`
     """
 
     out_b: Floats
@@ -301,18 +323,21 @@ class CyclicSpace(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """Arrays for the jumps of the exact scheme, see `flight`.
+    """Coefficients of the exact scheme's jumps over steps without contact.
+
+    See `flight`; rotor and ring are body b and body c.
 
     Attributes
     ----------
     total : number of steps of the run
-    certifiable : whether a certificate is possible
+    certifiable : whether it can be proved that contact never recurs (the certificate)
     counts : (P,), number of steps of each of P tabulated jumps; the last one is the
         number between rows of evidence
     jumps_b, jumps_c : (P, JUMP_ITEMS size), (P, JUMP_ITEMS ring_size), coefficients of
-        these jumps, for rotor and ring
+        these jumps, for the modes or waves of rotor and ring
     bounds_b, bounds_c : (BOUND_ITEMS size,), (BOUND_ITEMS ring_size,), coefficients of
-        the bounds; those of a rotor's waves are defined in `waves`
+        the bounds of later displacements; those of a rotor's waves are defined in
+        `waves`
     """
 
     total: int
@@ -327,8 +352,9 @@ class Flight(NamedTuple):
 class PointRows(NamedTuple):
     """Coefficients between P contact points and m amplitudes, a row for each point.
 
-    `width` is m + P + 2, padded: amplitudes, multipliers, cos and sin of the pulse. The
-    motion of the material from step n - 1 to n + 1 is d' + d, see `points`.
+    They are used for unequal sectors, see `points`. `width` is m + P + 2, padded: the
+    number of amplitudes, multipliers, cos and sin of the pulse. The motion of the
+    bodies' material from step n - 1 to n + 1 is called d' + d.
 
     Attributes
     ----------
@@ -347,12 +373,13 @@ class PointRows(NamedTuple):
 
 
 class SectorRows(NamedTuple):
-    """Coefficients like `PointRows` for equal sectors: by slot, for a tip's n_c points.
+    """Coefficients between the n_c contact points of a tip and waves, of equal sectors.
 
-    k is the number of slots (nodal diameters), padded. Each slot has `single` waves,
-    and `pairs` pairs of waves. The waves of a pair move the points with equal
-    coefficients, so that only their sum is needed: gaps are sums over `alike` = single
-    + pairs rows, (rows, 2, k) flat, re and im; d' + d as in `PointRows`.
+    They are like `PointRows`, but by slot; k is the number of slots (nodal diameters),
+    padded. Each slot has `single` waves, and `pairs` pairs of waves. The waves of a
+    pair move the points with equal coefficients, so that only their sum is needed: gaps
+    are sums over `alike` = single + pairs rows, (rows, 2, k) flat, re and im. The
+    motion of the bodies' material from step n - 1 to n + 1 is called d' + d.
 
     Attributes
     ----------
@@ -365,10 +392,10 @@ class SectorRows(NamedTuple):
         its first wave, the conjugate of that of its second
     give : (2, pairs, 2, k) flat, change of the first waves of all pairs per unit force
         on the pair, then of the second waves; 0 where a pair has only one wave
-    opens, slides : (P, padded) flat, d' + d per unit force: the last columns of
+    opens, slides : (P, padded) flat, m/N, d' + d per unit force: the last columns of
         `opens`, `slides` in `PointRows`
-    turns, lanes : (N, 2 k) flat, cos and -sin at each blade; (N/4, 2 k, 4) flat, the
-        same for groups of four blades
+    turns, lanes : (N, 2 k) flat, cos and -sin of each slot at each blade; (N/4, 2 k, 4)
+        flat, the same for groups of four blades
     each, single, pairs : n_c; numbers of waves and of pairs in a slot
     """
 
@@ -388,20 +415,21 @@ class SectorRows(NamedTuple):
 
 
 class PointsRotor(NamedTuple):
-    """Rotor and casing as waves, for P contact points, see `points`.
+    """Coefficients of rotor and casing as waves, for P contact points, see `points`.
 
     There are m real amplitudes, re then im of all waves, each half padded; `width` as
     in `PointRows`.
 
     Attributes
     ----------
-    ahead, drift : as in `WholeRotor`: (m,), re and im of z - 1, z the factor of an
-        amplitude in a step; (m / 2,)
+    ahead : (m,), re and im of z - 1, z the factor by which a step multiplies an
+        amplitude
+    drift : (m / 2,), m, bound of the motion of any point in a step, per unit amplitude
     rush : (P,), m/N, increase of the bound given by `drift` per unit multiplier
     rows : `PointRows` or `SectorRows`
     kick, kicked : (2, m), (2, width) flat, for unit cos and sin forces of the pulse:
-        change of amplitudes; rows that give the motion over two steps, d' + d, on which
-        these forces do work
+        change of amplitudes; rows that give the motion over two steps on which these
+        forces do work
     radial, along, hub : (P, m), (P, m), (2, m) flat, radial and tangential displacement
         of the points, and x_o, y_o, for unit amplitudes
     reach : (m / 2,), bound of any point's displacement for unit amplitudes
@@ -429,12 +457,12 @@ class PointsRotor(NamedTuple):
 
 
 class PointsContact(NamedTuple):
-    """Constants of the contact of P points.
+    """Constants of the contact of P points, several on each tip, with a ring.
 
-    Folded arrays, (2 wide,), list all blades in the order of `circulant.folded`.
-
-    w, clear : (P, P), m/N, Delassus matrix as in `GeneralContact`; (2 wide,), m, folded
-        clearances of the points beyond the gap
+    w : (P, P), m/N, Delassus matrix; column i: opening of all gaps by a unit multiplier
+        on point i
+    clear : (2 wide,), m, clearance of each point beyond the gap, in folded order, see
+        `circulant.folded`
     waves : (n, 2, 2 wide) flat, cos and sin of the n harmonics of the casing's shape at
         the points
     """
@@ -445,11 +473,11 @@ class PointsContact(NamedTuple):
 
 
 class PointsSpace(NamedTuple):
-    """Work space of the kernel `points`; arrays not listed are as in `GeneralSpace`.
+    """Work space of the time loop `points`; arrays not listed are as in `GeneralSpace`.
 
-    spare : (width,), amplitudes before any force acts, then multipliers and pulse
-    spectra : see `sectors.layout`
-    solver : work space of `circulant`
+    spare : (width,), amplitudes before any force acts, then multipliers and pulse, N
+    spectra : spectra of a tip's points, see `sectors.layout`
+    solver : work space of the contact solver, `circulant`
     casing : (c,), amplitudes of the c modes of the casing, rotating frame
     """
 
