@@ -209,7 +209,10 @@ def whirl_numbers(time: Floats, centre: Floats, speed: float) -> WhirlNumbers:
         np.add.reduce(power[direction]) for direction in (turning > 0, turning < 0)
     )
     if count % 2 == 0:  # the line at half the sampling rate turns either way
-        forward, backward = forward + sign * power[0] / 2, backward - sign * power[0] / 2
+        forward, backward = (
+            forward + sign * power[0] / 2,
+            backward - sign * power[0] / 2,
+        )
     areas = (scaled[:-1].conj() * scaled[1:]).imag
     swept = 0.5 * (np.add.reduce(areas) / len(areas)) / interval
     return WhirlNumbers(
