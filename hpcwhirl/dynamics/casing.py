@@ -76,8 +76,7 @@ def waves_of_modes(model: Model, amplitudes: Floats) -> Floats:
     The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
     """
     if model.casing is None or model.ring is None:
-        msg = "a rigid casing has no modes"
-        raise ValueError(msg)
+        raise ValueError("a rigid casing has no modes")
     rows = _rows(model.casing, model.ring)
     return _read(rows, amplitudes[:, : rows.shape[2]])
 
@@ -101,8 +100,7 @@ def waves_of_coordinates(model: Model, displacements: Floats) -> Floats:
     The result is (n, H + 1, 2), m: cosine and sine part of harmonics 0 .. H.
     """
     if model.ring is None:
-        msg = "a rigid casing has no coordinates"
-        raise ValueError(msg)
+        raise ValueError("a rigid casing has no coordinates")
     return _read(model.ring.waves(), displacements)
 
 

@@ -13,8 +13,7 @@ from hpcwhirl.dynamics.free_waves import WavesMotion, free_rotor
 from hpcwhirl.dynamics.kernels import contact, passes
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.kernel_types import CyclicState, Strides, Tracks
-from hpcwhirl.dynamics.schemes.integrator import Integrator
-from hpcwhirl.errors import ModelError
+from hpcwhirl.dynamics.schemes.rotating_frame import RotatingFrame
 
 BLOCK = 256  # samples evaluated at once
 
@@ -90,10 +89,7 @@ class FreeDecay:
     step : dt, s
     """
 
-    def __init__(self, scheme: Integrator, blades: int, step: float) -> None:
-        if scheme.ended is None:
-            msg = "a closed form needs a kernel in the rotating frame"
-            raise ModelError(msg)
+    def __init__(self, scheme: RotatingFrame, blades: int, step: float) -> None:
         self.ended = scheme.ended
         self.rotor, self.shapes = free_rotor(scheme.arrays, blades, step)
         self.ring_items = passes.unpacked(scheme.arrays.casing.items)

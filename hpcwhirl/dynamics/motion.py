@@ -194,11 +194,10 @@ def check_sizes(model: Model, motion: Motion) -> None:
     values = motion.rotor, motion.casing
     for name, x, size in zip(BODIES, values, map(len, model.shapes), strict=True):
         if len(x) != size:
-            msg = (
+            raise InputError(
                 f"a motion can be continued only by a {name} with the same number of "
                 f"coordinates: it has {len(x)}, the {name} of this case {size}"
             )
-            raise InputError(msg)
 
 
 def lowering(body: ModalModel, lift: Floats) -> Floats:
@@ -217,11 +216,10 @@ def lowering(body: ModalModel, lift: Floats) -> Floats:
         return np.asarray(lift.T @ body.mass)
     rank = int(np.linalg.matrix_rank(lift))
     if rank < lift.shape[1]:
-        msg = (
+        raise InputError(
             "a motion cannot be continued with the modes of this file: a body has "
             f"{lift.shape[1]}, and its displacements determine only {rank} of them"
         )
-        raise InputError(msg)
     return np.asarray(np.linalg.pinv(lift))
 
 
@@ -305,26 +303,22 @@ def check_continuable(model: Model, scene: Scene) -> None:
     """
     spin, casing = model.rotor.spin, scene.engine.casing
     if casing.contact_law != RIGID:
-        msg = (
+        raise InputError(
             "a motion cannot be continued with a layer that wears: casing.contact_law "
             f"must be {RIGID}, got {casing.contact_law}"
         )
-        raise InputError(msg)
     if spin is not None and not spin.support.is_round:
-        msg = (
+        raise InputError(
             "a motion can be continued only on supports that are alike in x and y: "
             "those of this engine differ"
         )
-        raise InputError(msg)
     if not is_round(scene):
-        msg = (
+        raise InputError(
             "a motion can be continued only in a round casing: profile must be empty, "
             f"and offset 0 m, got {casing.offset:g}"
         )
-        raise InputError(msg)
     if model.casing is None and casing.amplitude != 0.0:
-        msg = (
+        raise InputError(
             "a motion can be continued only in a rigid casing without lobes: amplitude "
             f"must be 0 m, got {casing.amplitude:g}"
         )
-        raise InputError(msg)

@@ -229,8 +229,7 @@ def _round(model: Model) -> _Round:
     """Return a model's casing ring and number of blades, by which arrays are cached."""
     body, operator = model.casing, model.ring
     if body is None or not isinstance(operator, FourierOperator):
-        msg = "only a ring of harmonics has slots"
-        raise TypeError(msg)
+        raise TypeError("only a ring of harmonics has slots")
     return _Round(body, operator, model.blades)
 
 

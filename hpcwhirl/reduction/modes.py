@@ -23,8 +23,14 @@ from hpcwhirl.reduction.cyclic_coordinates import (
     spread,
 )
 from hpcwhirl.reduction.points import Stress, TipPoints
-from hpcwhirl.reduction.shaft import energy_in_shaft, turning_tilt, with_tilt
-from hpcwhirl.reduction.supports import ROUND, Bearing, Support
+from hpcwhirl.reduction.supports import (
+    ROUND,
+    Bearing,
+    Support,
+    energy_in_shaft,
+    turning_tilt,
+    with_tilt,
+)
 from hpcwhirl.structure import CyclicStructure, Rotation
 
 Added = tuple[Complexes, Complexes, Complexes]
@@ -140,7 +146,7 @@ class ModalModel:
     rank : (m,), index of the mode among those of its nodal diameter, from 0
     phase : (m,), 0 or 1: the two members of a double harmonic
     centre_share : (m,), share of the strain energy in the shaft's springs; NaN if the
-        shapes of a rotor from file do not determine the springs, see `shaft`
+        shapes of a rotor from file do not determine the springs, see `supports`
     damping : modal damping ratio xi, one for all modes or (m,)
     kept : number of fixed-interface modes actually kept (pairs are never split)
     cyclic : whether all sectors are the same, so that diameter, rank and phase are

@@ -296,11 +296,10 @@ def check_lobes(file: str, content: str, lobes: int) -> None:
     """
     most = int(casing_table(file, content)["harmonic"].max())
     if lobes > most:
-        msg = (
+        raise InputError(
             f"nodal_diameter must be <= {most}, the highest harmonic of the casing of "
             f"engine.file {file}, got {lobes}"
         )
-        raise InputError(msg)
 
 
 def round_casing(

@@ -22,9 +22,9 @@ from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.flight import LESS
 from hpcwhirl.dynamics.kernels.wave_types import GeneralRotor, UncoupledRotor
 from hpcwhirl.dynamics.march import March
+from hpcwhirl.dynamics.mode_waves import delassus
 from hpcwhirl.dynamics.operators import pulse_load
 from hpcwhirl.dynamics.timestep import recursion
-from hpcwhirl.dynamics.tips import delassus
 from hpcwhirl.reduction.bodies import tip_rows
 from hpcwhirl.scene import apply_settings, named_scene
 from hpcwhirl.store.hdf5 import write_arrays

@@ -18,7 +18,7 @@ from hpcwhirl.dynamics.kernels.kernel_types import CoupledBody
 from hpcwhirl.dynamics.kernels.wave_types import WaveRotor, WholeRotor
 from hpcwhirl.dynamics.march import March
 from hpcwhirl.dynamics.operators import friction_with_sign, rotor_compliance
-from hpcwhirl.dynamics.schemes import modal, whole
+from hpcwhirl.dynamics.schemes import by_sectors, modal
 from hpcwhirl.dynamics.turning import by_diameter, turning
 from hpcwhirl.dynamics.turning_waves import Flow, diameters_of
 from hpcwhirl.dynamics.whole_waves import whole_waves
@@ -282,7 +282,7 @@ def test_contact_moves_the_tips_that_are_not_read_again(monkeypatch):
         spaces.append(general_space(*given))
         return spaces[-1]
 
-    monkeypatch.setattr(whole, "general_space", kept)
+    monkeypatch.setattr(by_sectors, "general_space", kept)
     march = march_of(scheme="whole", gap=3e-5, nodal_diameter=1)
     places = [place_of(j, 5, widths(5)[1]) for j in range(5)]
     checked = 0
