@@ -82,14 +82,11 @@ class _Start(NamedTuple):
 class FreeDecay:
     """The certificate of a march, and its remaining motion in closed form.
 
-    Parameters
-    ----------
     scheme : integrator of central differences, in the rotating frame
-    blades : number of blades that are integrated
-    step : dt, s
     """
 
-    def __init__(self, scheme: RotatingFrame, blades: int, step: float) -> None:
+    def __init__(self, scheme: RotatingFrame) -> None:
+        blades, step = scheme.model.blades, scheme.scene.solver.time_step
         self.ended = scheme.ended
         self.rotor, self.shapes = free_rotor(scheme.arrays, blades, step)
         self.ring_items = passes.unpacked(scheme.arrays.casing.items)

@@ -155,8 +155,7 @@ class March:
 
     def _coast(self) -> FreeDecay | None:
         """Return an object that computes free decay; None if it cannot be certified."""
-        scene, model = self.lean.scene, self.lean.model
-        scheme = self.scheme
+        scene, scheme = self.lean.scene, self.scheme
         if not isinstance(scheme, RotatingFrame) or not self.case.plan.settles:
             return None
         if isinstance(scheme.arrays.rotor, GeneralRotor):  # a mode does not oscillate
@@ -165,7 +164,7 @@ class March:
             return None
         first = math.ceil(CLEAR * scene.pulse / scene.solver.time_step) + 1
         self._look_after(max(first if scene.is_loaded else 1, self.let_go + 1))
-        coast = FreeDecay(scheme, model.blades, scene.solver.time_step)
+        coast = FreeDecay(scheme)
         return coast if coast.possible else None
 
     def _watch(self) -> None:

@@ -32,7 +32,6 @@ from hpcwhirl.reduction.model import Model
 from hpcwhirl.reduction.modes import ModalModel
 from hpcwhirl.scene import Scene
 from hpcwhirl.scene.contact_laws import RIGID
-from hpcwhirl.structure import FourierOperator
 
 BODIES = "rotor", "casing"
 SAME = 1e-8  # largest relative part of a motion that one sector may leave out
@@ -242,11 +241,7 @@ def gaps_of(
     gaps = model.clearances(gap) - rotor[model.places[0]]
     if model.ring is None:
         return np.asarray(gaps)
-    angles = angle + model.angles
-    if isinstance(model.ring, FourierOperator):
-        rows = model.ring.rows(angles, model.stations)[0]
-    else:
-        rows = model.ring.rows(angles)[0]
+    rows = model.ring.rows(angle + model.angles, model.stations)[0]
     return np.asarray(gaps + rows @ casing)
 
 
@@ -258,42 +253,9 @@ def turned(model: Model, motion: Motion) -> Motion:
     if model.ring is None or motion.angle == 0.0:
         return motion._replace(angle=0.0)
 
-    def back(x: Floats) -> Floats:
-        if isinstance(model.ring, FourierOperator):
-            return _back(x, motion.angle, model.ring.width)
-        return _back_elements(x, motion.angle)
-
-    casing, velocity = back(motion.casing), back(motion.casing_velocity)
+    values = motion.casing, motion.casing_velocity
+    casing, velocity = (model.ring.turned(x, motion.angle) for x in values)
     return motion._replace(casing=casing, casing_velocity=velocity, angle=0.0)
-
-
-def _back(x: Floats, angle: float, width: int) -> Floats:
-    """Return the harmonics of displacements in axes turned by an angle, rad.
-
-    x : flat, rows of `width` values: harmonic 0, then cosine and sine of each further
-        one; the result has the same layout
-    """
-    out = x.reshape(-1, width).copy()
-    h = np.arange(1, out.shape[1] // 2 + 1)
-    waves = (out[:, 1::2] - 1j * out[:, 2::2]) * np.exp(1j * h * angle)
-    out[:, 1::2], out[:, 2::2] = waves.real, -waves.imag
-    return out.ravel()
-
-
-def _back_elements(x: Floats, angle: float) -> Floats:
-    """Return nodal displacements (4 elements,) in axes turned by an angle, rad.
-
-    x : those in the axes that are not turned, four of each node
-
-    They are turned by a Fourier transform. Matrices of a ring of equal elements are
-    circulant, so that no energy is lost, except for that of the shortest wave if the
-    number of elements is even.
-    """
-    nodes = x.reshape(-1, 4)
-    waves = np.fft.rfft(nodes, axis=0)
-    h = np.arange(len(waves))[:, None]
-    shifted = np.fft.irfft(waves * np.exp(1j * h * angle), len(nodes), axis=0)
-    return np.asarray(shifted).ravel()
 
 
 def check_continuable(model: Model, scene: Scene) -> None:

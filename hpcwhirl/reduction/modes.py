@@ -36,6 +36,7 @@ from hpcwhirl.structure import CyclicStructure, Rotation
 Added = tuple[Complexes, Complexes, Complexes]
 REACH = 2.0  # ratio of a basis's reference speed to the first frequency
 BACKWARD = np.array([[-1j]])  # turns conj(x + i y) by 90 degrees, anticlockwise
+NONE = np.zeros((0, 0))
 SUSPENSION_SHARE = 0.5  # least share of strain energy in the springs of the suspension
 
 
@@ -186,6 +187,27 @@ class ModalModel:
     def has_matrices(self) -> bool:
         """Whether M and K are known in addition to the modes."""
         return len(self.mass) == len(self.shapes)
+
+    @property
+    def terms(self) -> Spin:
+        """Terms of rotation of a rotor, which must have them."""
+        if self.spin is None:
+            raise TypeError(self)
+        return self.spin
+
+    def only(self, modes: Indices | NDArray[np.bool_], shapes: Floats) -> ModalModel:
+        """Return the body with some of its modes, without M and K.
+
+        modes : indices of the modes, or for each whether it is kept
+        shapes : (n, modes), their displacements, perhaps in other coordinates
+        """
+        names = "omega", "diameter", "rank", "phase", "centre_share"
+        kept = {name: getattr(self, name)[modes] for name in names}
+        kept["shapes"], kept["damping"] = (
+            np.ascontiguousarray(shapes),
+            self.ratios[modes],
+        )
+        return replace(self, mass=NONE, stiffness=NONE, **kept)
 
     def damping_matrix(self) -> Floats:
         """Return D = M Phi diag(2 xi omega) Phi^T M, (n, n), N s/m."""

@@ -355,7 +355,7 @@ def test_the_bound_of_the_certificate_is_one_of_each_blade(modes, share):
     own = march.coast.ring.own
     if modes == slice(None):
         ring[:2, :, own] = random.normal(size=(2, 2, len(own))) * 1e-7
-    coast = FreeDecay(march.scheme, 7, march.scene.solver.time_step)
+    coast = FreeDecay(march.scheme)
     bound = coast.bound(march.state)[0].sum(axis=1)
     assert len(bound) == 7
     most = np.zeros(7)

@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats, Integers
 from hpcwhirl.case.speed import Interval
-from hpcwhirl.dynamics.casing import waves_of_rigid
+from hpcwhirl.dynamics.casing import waves_of_rigid, waves_of_ring
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.cyclic import widths
 from hpcwhirl.dynamics.kernels.keep_inverse import length_of_known
@@ -51,6 +51,7 @@ class Integrator(ABC):
     arrays : constant arrays, an argument of the kernel
     state : state at rest, a `kernels.kernel_types.BodiesState` or `CyclicState`
     casing_width : number of casing coordinates that the kernel stores per sample
+    of_modes : whether these are amplitudes of modes, else displacements
     jitter : energy, J, and squared distance of the centre from the circle, m^2, that
         round-off adds in a step to the motion of an unbalanced rotor, see
         `dynamics.turning`; 0 for states that have the motion about the circle
@@ -58,6 +59,7 @@ class Integrator(ABC):
 
     kernel: Callable[..., Any]
     casing_width: int
+    of_modes = True
     jitter = (0.0, 0.0)
 
     def __init__(self, model: Model, scene: Scene, arrays: Arrays, state: Any) -> None:
@@ -91,11 +93,15 @@ class Integrator(ABC):
         """
         if self.model.casing is None:
             return waves_of_rigid(self.model, self.scene, len(copies), stride)
-        return self._ring_waves(copies, stride)
+        values = self._static(copies, stride)
+        return waves_of_ring(self.model, values, of_modes=self.of_modes)
 
-    @abstractmethod
-    def _ring_waves(self, copies: Floats, stride: int) -> Floats:
-        """Return the harmonics of an elastic casing, see `casing_waves`."""
+    def _static(self, copies: Floats, _: int) -> Floats:
+        """Return the samples of an elastic casing in the static frame, as given here.
+
+        copies, _ : as for `casing_waves`
+        """
+        return copies
 
     def refresh(self, state: Any, now: Interval) -> None:  # noqa: B027 - often nothing
         """Set the arrays for an interval of a changing speed, and adapt the state.

@@ -6,22 +6,13 @@ import numpy as np
 
 import hpcwhirl.dynamics.kernels.dense
 import hpcwhirl.dynamics.kernels.standing  # noqa: F401 - registers their verbs
-from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import circle, share_at_start
-from hpcwhirl.dynamics.casing import waves_of_coordinates
 from hpcwhirl.dynamics.operators import dense_arrays
 from hpcwhirl.dynamics.schemes.integrator import Integrator
 from hpcwhirl.dynamics.schemes.two_bodies import TwoBodies, dense_coordinates
 from hpcwhirl.dynamics.turning import jitter
 from hpcwhirl.reduction.model import Model
 from hpcwhirl.scene import Scene
-
-
-class _Dense(TwoBodies):
-    """Integrator of two bodies as matrices."""
-
-    def _ring_waves(self, copies: Floats, _: int) -> Floats:
-        return waves_of_coordinates(self.model, copies)
 
 
 def build(model: Model, scene: Scene, _: int) -> Integrator:
@@ -31,7 +22,8 @@ def build(model: Model, scene: Scene, _: int) -> Integrator:
     still = np.zeros(len(model.rotor.mass)) if places is None else places
     rotor = dense_coordinates(arrays.rotor, still, step)
     held = rotor, dense_coordinates(arrays.casing, ring, step)
-    whole = _Dense(model, scene, arrays, held)
+    whole = TwoBodies(model, scene, arrays, held)
+    whole.of_modes = False
     if places is not None:
         whole.put_on_circle(share_at_start(model, scene) * places, 0.0 * places)
         whole.jitter = jitter(arrays.rotor, model, step)

@@ -18,7 +18,6 @@ import numpy as np
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.speed import Interval, angle_at
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels import contact, differences, passes
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -288,7 +287,7 @@ class RotatingFrame(Integrator):
         items, turn = self.arrays.casing.items, self.model.folds * now.turn
         turn_ring(self.model, self.scene, items, state, turn)
 
-    def _ring_waves(self, copies: Floats, stride: int) -> Floats:
+    def _static(self, copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
         angles = np.asarray(angle_at(self.scene, steps, self.scene.solver.time_step))
-        return waves_of_modes(self.model, ring_amplitudes(self.model, copies, angles))
+        return ring_amplitudes(self.model, copies, angles)

@@ -10,7 +10,6 @@ from hpcwhirl.arrays import Floats
 from hpcwhirl.case.profile import NEVER, release_step
 from hpcwhirl.case.speed import angle_at, law_of
 from hpcwhirl.case.unbalance import circle
-from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels import contact
 from hpcwhirl.dynamics.kernels.circulant import folded
 from hpcwhirl.dynamics.kernels.cyclic import widths
@@ -104,7 +103,7 @@ class _SeveralPoints(Integrator):
         state.ledger[contact.PULSE] = state.sums_b[2] = energy
         return True
 
-    def _ring_waves(self, copies: Floats, stride: int) -> Floats:
+    def _static(self, copies: Floats, stride: int) -> Floats:
         steps = stride * np.arange(1.0, len(copies) + 1)
         angles = -np.asarray(angle_at(self.scene, steps, self.scene.solver.time_step))
-        return waves_of_modes(self.model, ring_turned(self.model, copies, angles))
+        return ring_turned(self.model, copies, angles)

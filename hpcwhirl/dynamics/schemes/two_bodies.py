@@ -10,7 +10,6 @@ import numpy as np
 
 from hpcwhirl.arrays import Floats
 from hpcwhirl.case.unbalance import share_at_start, steady_at
-from hpcwhirl.dynamics.casing import waves_of_modes
 from hpcwhirl.dynamics.kernels.bodies import energies_of, march_bodies
 from hpcwhirl.dynamics.kernels.contact import PULSE
 from hpcwhirl.dynamics.kernels.kernel_types import (
@@ -188,6 +187,3 @@ class TwoBodies(Integrator):
         y = casing.lower() @ places
         state.q_c[: len(y)] += y
         state.d_c[: len(y)] += casing.steps.increments(y, 0.0 * y)
-
-    def _ring_waves(self, copies: Floats, _: int) -> Floats:
-        return waves_of_modes(self.model, copies)
